@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
-from improv_core.ide.completion_opening import after_robots, first_words, offers
+from improv_core.ide.completion_item import Item
+from improv_core.ide.completion_opening import after_robots, first_words, offers, usual_numbers
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
 from improv_core.ide.performers import by_profile, performers
@@ -33,20 +34,6 @@ MOST_NAMES = 300
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
 
 _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
-
-
-@dataclass(frozen=True, slots=True)
-class Item:
-    """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, sense, or number; in
-    `improv.toml` section, key, value, or robot.
-
-    `snippet` is what to insert if the editor supports snippets and it is more than the word.
-    """
-
-    label: str
-    kind: str
-    detail: str = ""
-    snippet: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +141,7 @@ def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
     """The words that a statement may start with, and more robots if it starts with robots."""
     heads = [token.text for token in found.heads]
     if found.opening:
-        yield from (Item(*each) for each in offers(analysis, found.opening, [*found.heads]))
+        yield from offers(analysis, found.opening, [*found.heads])
         return
     if heads == ["beat"]:
         yield from _numbers("beat")
@@ -162,15 +149,14 @@ def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
     if not heads:
         yield Item("beat", "keyword", WORDS["beat"].about, "beat ${1:60}")
     if heads in (["room"], ["bar"]):
-        values = {"room": ("4", "6", "8"), "bar": ("3", "4")}[heads[0]]
-        yield from (Item(value, "number", {"room": "meters", "bar": "beats"}[heads[0]]) for value in values)
+        yield from usual_numbers(heads[0])
     if all(token.type == "NAME" for token in found.heads):
         plays = analysis.lengths
         for robot in dict.fromkeys([*analysis.cast.robots, *plays, *analysis.opening.places]):
             if robot not in heads:
                 where = "in improv.toml" if robot in analysis.cast.robots else "only stands there"
                 yield Item(robot, "robot", in_beats(plays[robot]) if robot in plays else where)
-        yield from (Item(*each) for each in (after_robots() if heads else first_words(analysis)))
+        yield from after_robots() if heads else first_words(analysis)
 
 
 def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterator[Item]:

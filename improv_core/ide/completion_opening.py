@@ -3,65 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
+from improv_core.ide.completion_item import Item
 from improv_core.ide.hover_opening import kind
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.opening import FACINGS, SHAPES, OpeningLine
 
 
-class Offer(NamedTuple):
-    """A word to offer, as in `completion.Item`."""
-
-    label: str
-    kind: str
-    detail: str = ""
-    snippet: str = ""
-
-
-def first_words(analysis: Analysis) -> Iterator[Offer]:
+def first_words(analysis: Analysis) -> Iterator[Item]:
     """The words with which a line of the opening may begin: those that the program doesn't say yet."""
     opening = analysis.opening
     if not opening.room:
-        yield Offer("room", "keyword", "The floor, in meters along x and along y, with walls.", "room ${1:6} ${2:4}")
+        yield Item("room", "keyword", "The floor, in meters along x and along y, with walls.", "room ${1:6} ${2:4}")
     if not opening.bar:
-        yield Offer("bar", "keyword", "Sets how many beats a bar has.", "bar ${1:4}")
+        yield Item("bar", "keyword", "Sets how many beats a bar has.", "bar ${1:4}")
 
 
-def after_robots() -> Iterator[Offer]:
+def after_robots() -> Iterator[Item]:
     """The words that may follow robots instead of `$`."""
-    yield Offer("at", "keyword", "Says where the robots before it start.")
-    yield Offer("is", "keyword", "Says which profile the robots before it have.")
+    yield Item("at", "keyword", "Says where the robots before it start.")
+    yield Item("is", "keyword", "Says which profile the robots before it have.")
 
 
-def offers(analysis: Analysis, line: OpeningLine, tokens: list[Token]) -> Iterator[Offer]:
+def usual_numbers(word: str) -> Iterator[Item]:
+    """Usual numbers after `room` or `bar`."""
+    return _numbers("meters", "4", "6", "8") if word == "room" else _numbers("beats", "3", "4")
+
+
+def offers(analysis: Analysis, line: OpeningLine, tokens: list[Token]) -> Iterator[Item]:
     """What may come next in a line of the opening of which these tokens stand before the cursor."""
     rest = [token for token in tokens if token.start >= line.sign.end]
     if line.sign.type == "IS" and not rest:
         for name, profile in analysis.cast.profiles.items():
-            yield Offer(name, "value", kind(profile))
+            yield Item(name, "value", kind(profile))
     elif line.sign.type == "AT":
         yield from _places(line, rest)
     elif line.sign.type == "ROOM" and len(rest) < 2:
-        yield from _numbers("meters", "4", "6", "8")
+        yield from usual_numbers("room")
 
 
-def _places(line: OpeningLine, rest: list[Token]) -> Iterator[Offer]:
+def _places(line: OpeningLine, rest: list[Token]) -> Iterator[Item]:
     is_one = len(line.heads) == 1
     if not rest:
         if is_one:
-            yield Offer("0 0", "number", "x and y, in meters", "${1:0} ${2:0}")
+            yield Item("0 0", "number", "x and y, in meters", "${1:0} ${2:0}")
         for each in SHAPES:
             size = "1.5" if each == "circle" else "1"
-            yield Offer(each, "value", _ABOUT[each], f"{each} ${{1:{size}}}")
+            yield Item(each, "value", _ABOUT[each], f"{each} ${{1:{size}}}")
         return
     last, before = rest[-1], rest[-2] if rest[1:] else line.sign
     shape = rest[0].text if rest[0].text in SHAPES else None
     if last.text == "facing" and last.type == "NAME":
         if shape:
             for facing in FACINGS:
-                yield Offer(facing, "value", f"they face {facing}ward")
+                yield Item(facing, "value", f"they face {facing}ward")
         else:
             yield from _numbers("degrees, counterclockwise from x", "0", "90", "180", "-90")
     elif last.text in (*SHAPES, "around") or (before.text in ("at", "around") and last.type == "NUMBER"):
@@ -70,9 +66,9 @@ def _places(line: OpeningLine, rest: list[Token]) -> Iterator[Offer]:
         said = {token.text for token in rest}
         if "facing" not in said and shape in (None, "circle"):
             what = "degrees, counterclockwise from x" if shape is None else "in or out"
-            yield Offer("facing", "keyword", what, f"facing ${{1:{'90' if shape is None else 'in'}}}")
+            yield Item("facing", "keyword", what, f"facing ${{1:{'90' if shape is None else 'in'}}}")
         if "around" not in said and shape:
-            yield Offer("around", "keyword", "the middle, in meters", "around ${1:0} ${2:0}")
+            yield Item("around", "keyword", "the middle, in meters", "around ${1:0} ${2:0}")
 
 
 _ABOUT = {
@@ -82,5 +78,5 @@ _ABOUT = {
 }
 
 
-def _numbers(unit: str, *values: str) -> Iterator[Offer]:
-    return (Offer(value, "number", unit) for value in values)
+def _numbers(unit: str, *values: str) -> Iterator[Item]:
+    return (Item(value, "number", unit) for value in values)

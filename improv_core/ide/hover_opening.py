@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
-from improv_core.program.compiler import score_of
+from improv_core.program.compiler import starts_of
 from improv_core.program.program import Placed
 from improv_core.program.timing import in_seconds, written
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import MOTIONS, Profile
-from improv_core.score.score import Part
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import OfKind
 from improv_core.text import Span
@@ -56,11 +55,10 @@ def about_opening(analysis: Analysis, placed: Placed, token: Token) -> About | N
         )
     if not said.poses:
         return None
-    parts = score_of(analysis).parts
     if len(said.robots) == 1:
         robot = said.robots[0]
         about = f": {printable(robot)} starts at {stand_at(said.poses[0])}"
-        return About(after, "at", about, tuple(_neighbors(robot, parts)))
+        return About(after, "at", about, tuple(_neighbors(analysis, robot)))
     return About(after, "at", f": {len(said.robots):,} robots start here", tuple(_places(said.robots, said.poses)))
 
 
@@ -85,14 +83,12 @@ def _places(robots: tuple[str, ...], poses: tuple[Pose, ...]) -> Iterator[str]:
         yield f"and {len(robots) - len(shown):,} more"
 
 
-def _neighbors(robot: str, parts: Mapping[str, Part]) -> Iterator[str]:
-    """Who stands at the same place, or else who is the nearest."""
-    if robot not in parts:
+def _neighbors(analysis: Analysis, robot: str) -> Iterator[str]:
+    """Who stands at the same place, or else who is nearest."""
+    if robot not in analysis.all_robots:
         return
-    here = parts[robot].start
-    far = {
-        name: math.hypot(part.start.x - here.x, part.start.y - here.y) for name, part in parts.items() if name != robot
-    }
+    starts = starts_of(analysis)
+    far = {name: starts[robot].apart(starts[name])[0] for name in analysis.all_robots if name != robot}
     if together := [printable(name) for name, distance in far.items() if distance <= TOGETHER]:
         yield f"here too: {', '.join(together[:MOST_PLACES])}"
     elif far:

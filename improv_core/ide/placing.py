@@ -9,7 +9,8 @@ from itertools import pairwise, takewhile
 from improv_core.diagnostics import Edit
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.program import Placed
-from improv_core.score.motion import Pose
+from improv_core.robots.formation import radius_of
+from improv_core.score.motion import Pose, wrapped
 from improv_core.syntax.nodes import AtPoint, InFormation
 from improv_core.text import Span
 
@@ -50,10 +51,10 @@ def formed(analysis: Analysis, shape: str, distance: float, facing: str) -> tupl
     Robots in a circle face `in` or `out`. None if a line with `at` has an error.
     """
     lines = _Lines(analysis)
-    robots = list(dict.fromkeys([*analysis.robots, *analysis.opening.places]))
+    robots = analysis.all_robots
     if not lines.right or not robots:
         return None
-    size = distance / 2 / math.sin(math.pi / len(robots)) if shape == "circle" and len(robots) > 1 else distance
+    size = radius_of(distance, len(robots)) if shape == "circle" else distance
     form = f"{shape} {_number(max(size, 0.001))}{' facing out' if shape == 'circle' and facing == 'out' else ''}"
     line = f"{' '.join(robots)} at {form if len(robots) > 1 else '0 0'}"
     if not lines.placings:
@@ -174,7 +175,7 @@ def _start(pose: Pose) -> Start:
 def _rounded(start: Start) -> Start:
     """Rounded to thousandths, with a heading above -180 and at most 180 degrees."""
     x, y, heading = start
-    return _thousandths(x), _thousandths(y), _thousandths(180 - (180 - _thousandths(heading)) % 360)
+    return _thousandths(x), _thousandths(y), _thousandths(wrapped(_thousandths(heading)))
 
 
 def _thousandths(value: float) -> float:

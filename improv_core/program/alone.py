@@ -27,8 +27,8 @@ def find_alone(program: Program) -> Alone | None:
 
     One whose profile in `improv.toml` sets `near` may be a real robot that senses it.
     """
-    cast, world = program.opening.cast, program.opening.cast.world
-    if world.size or world.walls or world.circles or world.boxes or NEAR in cast.senses:
+    cast = program.opening.cast
+    if cast.world.has_obstacles or NEAR in cast.senses:
         return None
     robots = set(program.opening.places)
     for meaning in program.meanings:

@@ -13,7 +13,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess
 from improv_core.robots.start_poses import start_poses
-from improv_core.score.motion import Pose
+from improv_core.score.motion import Pose, wrapped
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
 from improv_core.score.performance import SenseSpan, perform
 from improv_core.score.profiles import Profile
@@ -37,7 +37,7 @@ def score_of(analysis: Analysis) -> Score:
     cast, poses = analysis.opening.cast, starts_of(analysis)
     parts, smooth = {}, _Smooth(analysis.tempo)
     nothing = (NOTHING,) * analysis.scene_count
-    for name in dict.fromkeys([*analysis.robots, *analysis.opening.places]):
+    for name in analysis.all_robots:
         checkpoint()
         robot = cast.robot(name)
         profile = replace(robot.profile, message=robot.message)
@@ -74,7 +74,7 @@ def starts_of(analysis: Analysis) -> Mapping[str, Pose]:
     """Where all robots of a program begin, also those that a selection leaves out."""
     cast = analysis.opening.cast
     named = (name for line in analysis.played.values() for name, _ in line.parts)
-    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
+    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.parts])}
     return {**start_poses(robots, cast.world.size, cast.formation), **analysis.opening.places}
 
 
@@ -190,8 +190,7 @@ def _robot(score: Score, part: Part, segments: _Segments) -> Mapping[str, Any]:
 
 
 def _degrees(heading: float) -> float:
-    """A heading in degrees, above -180 and at most 180."""
-    return 180 - (180 - round(math.degrees(heading), 9)) % 360
+    return wrapped(round(math.degrees(heading), 9))
 
 
 def _numbers(score: Score, part: Part, velocity: Velocity) -> list[float]:

@@ -140,6 +140,11 @@ class Program:
         return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
 
     @cached_property
+    def all_robots(self) -> Sequence[str]:
+        """All robots: those that play something, in order of appearance, then those that only have a place."""
+        return list(dict.fromkeys([*self.parts, *self.opening.places]))
+
+    @cached_property
     def begins(self) -> Sequence[Exact]:
         """The beats at which the scenes begin, up to one that never ends."""
         return scene_begins(self.parts.values())

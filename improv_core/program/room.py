@@ -84,7 +84,7 @@ def needs_check(analysis: Analysis) -> bool:
     """Whether a program is right, and has two robots, or one with something around it."""
     if not analysis.ok:
         return False
-    robots = len(analysis.robots.keys() | analysis.opening.places.keys())
+    robots = len(analysis.all_robots)
     return robots > 1 or (robots == 1 and analysis.opening.cast.world.has_obstacles)
 
 

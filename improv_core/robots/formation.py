@@ -10,7 +10,7 @@ from typing import Any
 
 from improv_core.robots.schema import known
 from improv_core.robots.toml_reading import PROFILES, ROBOTS, WORLD, TomlReading, listed
-from improv_core.score.motion import Pose
+from improv_core.score.motion import Pose, wrapped
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.world import World
 
@@ -28,9 +28,7 @@ class Formation:
     def poses(self, robots: int) -> list[Pose]:
         """Where this many robots stand: the first one farthest along y, or in the front row of a grid."""
         if self.shape == "circle":
-            # The distance is the chord between neighbors.
-            radius = self.distance / 2 / math.sin(math.pi / robots) if robots > 1 else 0.0
-            return on_circle(radius, robots, self.facing)
+            return on_circle(radius_of(self.distance, robots), robots, self.facing)
         columns = robots if self.shape == "line" else math.ceil(math.sqrt(robots))
         rows = math.ceil(robots / max(columns, 1))
         places = [divmod(place, columns) for place in range(robots)]
@@ -38,6 +36,11 @@ class Formation:
             Pose(self.distance * ((rows - 1) / 2 - row), self.distance * ((columns - 1) / 2 - column))
             for row, column in places
         ]
+
+
+def radius_of(distance: float, robots: int) -> float:
+    """The radius of the circle on which neighbors are so far apart, along the chord; 0 for a single robot."""
+    return distance / 2 / math.sin(math.pi / robots) if robots > 1 else 0.0
 
 
 def on_circle(radius: float, robots: int, facing: str) -> list[Pose]:
@@ -60,7 +63,7 @@ def _on_circle(radius: float, degrees: Fraction, facing: str) -> Pose:
 
 def heading(degrees: Fraction) -> float:
     """A heading in radians, above -pi and at most pi."""
-    return math.radians(180 - (180 - degrees) % 360)
+    return math.radians(wrapped(degrees))
 
 
 def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profile], world: World) -> Formation | None:

@@ -125,7 +125,7 @@ def _follow_level(
     in_step = one.turn == other.turn
     while now < end:
         work.spend()
-        x, y, along_x, along_y = _relative(one, other, now)
+        x, y, along_x, along_y = relative(one, other, now)
         far = math.hypot(x, y)
         if in_step:  # then the velocity between them only turns
             speed = math.hypot(along_x, along_y)
@@ -163,22 +163,22 @@ def jump(gap: float, closing: float, speed: float, bend: float) -> float:
 
 def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Work) -> float:
     """The least distance between two moments, from the first of which on they come nearer."""
-    x, y, along_x, along_y = _relative(one, other, end)
+    x, y, along_x, along_y = relative(one, other, end)
     if x * along_x + y * along_y <= 0:
         return math.hypot(x, y)
     work.spend(_HALVINGS)
     for _ in range(_HALVINGS):
         middle = (begin + end) / 2
-        x, y, along_x, along_y = _relative(one, other, middle)
+        x, y, along_x, along_y = relative(one, other, middle)
         if x * along_x + y * along_y < 0:
             begin = middle
         else:
             end = middle
-    x, y, _, _ = _relative(one, other, begin)
+    x, y, _, _ = relative(one, other, begin)
     return math.hypot(x, y)
 
 
-def _relative(one: Stretch, other: Stretch, beat: float) -> tuple[float, float, float, float]:
+def relative(one: Stretch, other: Stretch, beat: float) -> tuple[float, float, float, float]:
     """Where another robot is, seen from one, and its velocity seen from there."""
     x0, y0, along_x0, along_y0 = moving_at(one, beat)
     x1, y1, along_x1, along_y1 = moving_at(other, beat)

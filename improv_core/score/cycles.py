@@ -1,4 +1,4 @@
-"""From when on a movement repeats itself, and when its robot is back where it was. Standard library only."""
+"""When a movement begins to repeat itself, and when its robot is back where it was. Standard library only."""
 
 from __future__ import annotations
 

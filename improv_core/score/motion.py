@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeVar
+
+Degrees = TypeVar("Degrees", float, Fraction)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,3 +101,8 @@ class Pose:
             self.z + other.z,
             self.heading + other.heading,
         )
+
+
+def wrapped(degrees: Degrees) -> Degrees:
+    """The same direction in degrees, above -180 and at most 180."""
+    return 180 - (180 - degrees) % 360

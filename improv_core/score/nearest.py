@@ -6,10 +6,10 @@ import math
 from itertools import combinations
 from typing import NamedTuple
 
-from improv_core.score.approach import TooMuchWorkError, Work, jump
+from improv_core.score.approach import TooMuchWorkError, Work, jump, relative
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
-from improv_core.score.trajectories import BLOCK, Beat, Stretch, Trajectory, moving_at
+from improv_core.score.trajectories import BLOCK, Beat, Stretch, Trajectory
 
 EXACT = 1e-4
 """Meters by which a distance may be off."""
@@ -69,14 +69,13 @@ def _along(one: Stretch, other: Stretch, now: float, end: float, best: Nearest, 
     bend = speeds[0] * abs(one.turn) + speeds[1] * abs(other.turn)
     while True:
         work.spend()
-        x0, y0, along_x0, along_y0 = moving_at(one, now)
-        x1, y1, along_x1, along_y1 = moving_at(other, now)
+        x, y, along_x, along_y = relative(one, other, now)
         z = other.z + other.along_z * (now - other.start) - one.z - one.along_z * (now - one.start)
-        x, y, rise = x1 - x0, y1 - y0, other.along_z - one.along_z
+        rise = other.along_z - one.along_z
         far = math.hypot(x, y, z)
         if far < best.distance:
             best = Nearest(far, now)
         if now >= end:
             return best
-        closing = -(x * (along_x1 - along_x0) + y * (along_y1 - along_y0) + z * rise) / (far or 1.0)
+        closing = -(x * along_x + y * along_y + z * rise) / (far or 1.0)
         now = min(now + jump(max(far - best.distance, 0.0) + EXACT, closing, sum(speeds), bend), end)

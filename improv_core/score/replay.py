@@ -103,7 +103,7 @@ class Replay:
 
 
 class _OpenPart:
-    """A part of a scene that senses decide. What has been performed for sure is `past`, and the rest is tried out."""
+    """A part of a scene that senses decide. `past` is what has certainly been performed; the rest is tried out."""
 
     def __init__(self, score: Score, part: Part, beat: Exact) -> None:
         self._score = score

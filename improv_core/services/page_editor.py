@@ -150,11 +150,12 @@ class PageEditor:
 
 def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:
     """Where the robots of a program without errors begin, in meters and degrees."""
-    poses = starts_of(analysis) if analysis.ok else {}
+    if not analysis.ok:
+        return {}
+    poses = starts_of(analysis)
     return {
         name: {"x": pose.x, "y": pose.y, "heading": math.degrees(pose.heading)}
-        for name, pose in poses.items()
-        if name in analysis.robots or name in analysis.opening.places
+        for name, pose in ((name, poses[name]) for name in analysis.all_robots)
     }
 
 

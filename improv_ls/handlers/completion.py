@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from improv_core.ide.completion import Item, complete
+from improv_core.ide.completion import complete
 from improv_core.ide.completion import document as documentation_of
+from improv_core.ide.completion_item import Item
 from improv_ls import to_lsp
 from improv_ls.handlers import robots_file
 from improv_ls.handlers.hover import shows_pictures

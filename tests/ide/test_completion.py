@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.ide.completion import Completion, Item, complete, document
+from improv_core.ide.completion import Completion, complete, document
+from improv_core.ide.completion_item import Item
 from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
 from improv_core.syntax.words import Kind

@@ -6,7 +6,8 @@ import pytest
 
 from improv_core.ide.code_action_play import deeds
 from improv_core.ide.code_lens import lenses, scene_ids
-from improv_core.ide.completion import Item, complete
+from improv_core.ide.completion import complete
+from improv_core.ide.completion_item import Item
 from improv_core.ide.folding_range import folds
 from improv_core.ide.hover import hover
 from improv_core.ide.inlay_hint import hints

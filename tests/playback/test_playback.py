@@ -243,7 +243,7 @@ async def test_a_stage_that_cannot_be_replaced_is_reported_and_the_next_play_tri
 
 
 @performed
-async def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_first(fakes: Fakes) -> None:
+async def test_only_a_parent_that_edits_lets_a_page_edit_and_a_stop_comes_first(fakes: Fakes) -> None:
     write: Editing = {
         "type": "editing",
         "page": 1,

@@ -120,7 +120,7 @@ def test_what_improv_new_writes_is_right() -> None:
     assert ask(PageEditor(read_robots("")), TEMPLATE)["problems"] == []
 
 
-def test_starts_of_a_program_without_errors_are_told() -> None:
+def test_the_page_is_told_where_robots_start_if_the_program_has_no_errors() -> None:
     editor = PageEditor(read_robots(""))
     starts = ask(editor, "bo at 1 2 facing 90\nada $ left\n")["starts"]
     assert starts == {"ada": {"x": 0, "y": 0, "heading": 0}, "bo": {"x": 1, "y": 2, "heading": 90}}

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 
-from improv_core.ide.completion import Completion, Item
+from improv_core.ide.completion import Completion
+from improv_core.ide.completion_item import Item
 from improv_core.robots.schema import Key, find
 from improv_core.robots.sources import SOURCES
 from improv_core.robots.toml_positions import KeyAndValue, Keys, Positions, beginning

@@ -5,6 +5,7 @@ import { TimelineSheet } from "./timesheet.js"
 
 import { words } from "./clock.js"
 import { find, findA } from "./elements.js"
+import { Silence } from "./silence.js"
 
 /** @import { Robot } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
@@ -41,6 +42,7 @@ export class Timeline {
   /** @type {Meeting[]} */
   #meetings = []
   #clock
+  #silenced = new Silence()
   #measured
   /** @type {number | null} */
   #pointed = null // the beat under a pointer that presses nothing
@@ -132,9 +134,10 @@ export class Timeline {
     this.resize()
   }
 
-  /** Shows which robots are muted or soloed. */
+  /** Shows which robots are muted or soloed, as the latest message says. */
   showSilence() {
     const { muted, soloed } = this.#clock.transport
+    this.#silenced.take({ muted, soloed })
     for (const row of this.#list.querySelectorAll("li")) {
       const { robot = "" } = row.dataset
       row.dataset.silent = String(this.#clock.isSilent(robot))
@@ -259,11 +262,8 @@ export class Timeline {
     button.title = kind === "mute" ? `Mute: ${name} stands still while the others play` : `Solo: only ${name} and other soloed robots play`
     button.setAttribute("aria-label", `${word} ${name}`)
     button.addEventListener("click", () => {
-      const { muted, soloed } = this.#clock.transport
-      const flip = (/** @type {string[]} */ names) =>
-        names.includes(name) ? names.filter((each) => each !== name) : [...names, name]
-      if (kind === "mute") this.#silence(flip(muted), soloed)
-      else this.#silence(muted, flip(soloed))
+      const { muted, soloed } = this.#silenced.flip(kind === "mute" ? "muted" : "soloed", name)
+      this.#silence(muted, soloed)
     })
     return button
   }

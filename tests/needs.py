@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
+
+EXTENSION = Path(__file__).parents[1] / "editors" / "vscode"
 
 
 def need(program: str) -> str:
@@ -15,6 +18,14 @@ def need(program: str) -> str:
     if path is None:
         lacking(f"{program} is not installed")
     return path
+
+
+def need_extension() -> Path:
+    """The folder of VS Code's extension, with the modules from npm, or skip the test."""
+    need("node")
+    if not (EXTENSION / "node_modules" / ".package-lock.json").exists():  # what npm writes last
+        lacking("VS Code's extension has no modules: npm ci --prefix editors/vscode")
+    return EXTENSION
 
 
 def lacking(reason: str) -> NoReturn:

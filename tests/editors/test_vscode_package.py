@@ -72,7 +72,6 @@ def test_the_lock_file_names_no_place_to_get_packages_from() -> None:
     assert '"resolved"' not in (FOLDER / "package-lock.json").read_text(encoding="utf-8")
 
 
-@pytest.mark.slow("installs esbuild, if no test has yet")
 def test_parts_without_a_window(tmp_path: Path) -> None:
     scripts = sorted((Path(__file__).parent / "vscode").glob("*.test.mjs"))
     bundle(tmp_path, *scripts)

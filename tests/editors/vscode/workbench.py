@@ -22,9 +22,10 @@ from urllib.request import urlopen
 from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwright
 
 from tests.editors.editors import LIMIT, ROOT, find
-from tests.needs import need
+from tests.needs import EXTENSION as FOLDER
+from tests.needs import need, need_extension
 
-HERE, FOLDER = Path(__file__).parent, ROOT / "editors" / "vscode"
+HERE = Path(__file__).parent
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
 QUIET = {
@@ -41,9 +42,9 @@ PATIENCE = 60.0
 @cache
 def packaged() -> Path:
     """The extension as a .vsix, made anew if what goes into it has changed. No two processes make it at once."""
+    need_extension()
     package, made_of = FOLDER / "improv.vsix", FOLDER / "dist" / "made-of"
     with _alone():
-        _bring_modules()
         if not (package.exists() and made_of.exists() and made_of.read_text() == _hash_of_sources()):
             env = {**os.environ, "PYTHON": sys.executable}
             made = subprocess.run([need("npm"), "run", "package"], cwd=FOLDER, env=env, capture_output=True, text=True)
@@ -54,8 +55,7 @@ def packaged() -> Path:
 
 def bundle(folder: Path, *scripts: Path) -> None:
     """Bundle scripts that import parts of the extension, each into a file in this folder that node runs."""
-    with _alone():
-        _bring_modules()
+    need_extension()
     options = ["--bundle", "--platform=node", "--format=esm", "--out-extension:.js=.mjs", f"--outdir={folder}"]
     command = ["node_modules/.bin/esbuild", *map(str, scripts), *options, f"--alias:vscode={HERE / 'vscode.mjs'}"]
     subprocess.run(command, cwd=FOLDER, check=True, capture_output=True)
@@ -67,11 +67,6 @@ def _alone() -> Iterator[None]:
     with (FOLDER / "package.json").open() as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
-
-
-def _bring_modules() -> None:
-    if not (FOLDER / "node_modules" / ".package-lock.json").exists():  # what npm writes last
-        subprocess.run([need("npm"), "ci"], cwd=FOLDER, check=True, capture_output=True)
 
 
 def _hash_of_sources() -> str:

@@ -166,6 +166,8 @@ class Chromium:
 def chromium() -> Iterator[Chromium]:
     """One browser and window for all tests of a worker: each server has a port of its own, so pages share nothing.
 
+    One page stays open, because with the last one the window closes: to open it for each test takes half a second.
+
     That loop is running as long as the browser does. While no test uses the browser, it is hidden: `asyncio.run` of
     another test would refuse to run beside it.
     """
@@ -173,6 +175,7 @@ def chromium() -> Iterator[Chromium]:
     with sync_playwright() as playwright:
         browser, loop = playwright.chromium.launch(executable_path=path, args=FLAGS), asyncio.get_running_loop()
         window = browser.new_context(viewport={"width": 1280, "height": 800})
+        window.new_page()
         asyncio._set_running_loop(None)
         yield Chromium(browser, window, loop)
         asyncio._set_running_loop(loop)
@@ -189,7 +192,12 @@ def browser(chromium: Chromium) -> Iterator[Browser]:
 
 
 @pytest.fixture
-def page(browser: Browser, chromium: Chromium) -> Iterator[Page]:
+def window(browser: Browser, chromium: Chromium) -> BrowserContext:
+    return chromium.window
+
+
+@pytest.fixture
+def page(window: BrowserContext) -> Iterator[Page]:
     """A page on which no error goes unnoticed."""
     wrong: list[str] = []
 
@@ -198,7 +206,7 @@ def page(browser: Browser, chromium: Chromium) -> Iterator[Page]:
         if message.type in ("error", "warning") and "net::ERR_CONNECTION" not in message.text:
             wrong.append(message.text)
 
-    page = chromium.window.new_page()
+    page = window.new_page()
     page.set_default_timeout(LIMIT * 1000)
     page.on("console", listen)
     page.on("pageerror", lambda error: wrong.append(f"{error} {error.stack}"))

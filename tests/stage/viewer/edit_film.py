@@ -25,9 +25,8 @@ LINE = ("bo ", "$ ", "rep", "eat ", "4 ", "(fow", "rard ", "|| ", "left)")
 def main() -> None:
     with TemporaryDirectory() as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
-        edited = Edit(Path(folder, "dance.improv"), browser)
+        edited = Edit(Path(folder, "dance.improv"), browser.new_context(viewport=SIZE))  # type: ignore[arg-type]
         page = edited.page()
-        page.set_viewport_size(SIZE)  # type: ignore[arg-type]
         looks = list(_session(page))
         edited.close()
         browser.close()

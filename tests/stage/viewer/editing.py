@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from playwright.sync_api import Browser, ConsoleMessage, Page
+from playwright.sync_api import BrowserContext, ConsoleMessage, Page
 
 from improv_core.stage.tickets import issue
 from tests.commands.command_line import Running
@@ -16,20 +16,22 @@ PLAYING = "improv.transport.state === 'playing'"
 
 
 class Edit:
-    """`improv edit` on one file, on a thread, and pages of it in one browser."""
+    """`improv edit` on one file, on a thread, and pages of it in one window."""
 
-    def __init__(self, file: Path, browser: Browser) -> None:
+    def __init__(self, file: Path, window: BrowserContext) -> None:
         self.file = file
         self._running = Running("edit", file, "--backend", "sim", "--no-browser")
         self.wait = self._running.wait
         url = self.wait("watch it at").split()[-1]
         self._token, self._address = token_behind(url), url.partition("?")[0]
-        self._context = browser.new_context(viewport={"width": 1280, "height": 800})
+        self._window = window
+        self._pages: list[Page] = []
         self._wrong: list[str] = []
 
     def page(self) -> Page:
         """Another page of the program."""
-        page = self._context.new_page()
+        page = self._window.new_page()
+        self._pages.append(page)
         page.set_default_timeout(LIMIT * 1000)
         page.on("console", self._listen)
         page.on("pageerror", lambda error: self._wrong.append(f"{error} {error.stack}"))
@@ -38,7 +40,8 @@ class Edit:
         return page
 
     def close(self) -> None:
-        self._context.close()
+        for page in self._pages:
+            page.close()
         self._running.close()
         assert self._wrong == []
 

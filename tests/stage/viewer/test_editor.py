@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.stage.fields import LONGEST_TEXT
 from tests.commands.command_line import IMPROV
@@ -36,13 +36,13 @@ ALIGNED = """() => {
 
 
 @pytest.fixture
-def edit(tmp_path: Path, browser: Browser) -> Iterator[Callable[[str], Edit]]:
+def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[[str], Edit]]:
     opened: list[Edit] = []
 
     def begin(program: str) -> Edit:
         file = tmp_path / "dance.improv"
         file.write_bytes(program.encode())
-        opened.append(Edit(file, browser))
+        opened.append(Edit(file, window))
         return opened[-1]
 
     yield begin

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled
@@ -22,12 +22,12 @@ TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow("plays the whole tutorial")
-def test_each_step_does_what_the_tutorial_says(tmp_path: Path, browser: Browser) -> None:
+def test_each_step_does_what_the_tutorial_says(tmp_path: Path, window: BrowserContext) -> None:
     blocks = re.findall(r"^```(\w+)\n(.*?)^```(.*?)(?=^```|\Z)", TUTORIAL, re.M | re.S)
     (_, installing, _), (_, editing, _), (_, template, _), *steps = blocks
     assert installing.strip() in (ROOT / "README.md").read_text(encoding="utf-8")
     assert editing == ".venv/bin/improv edit\n"
-    edited = Edit(tmp_path / "dance.improv", browser)
+    edited = Edit(tmp_path / "dance.improv", window)
     page = edited.page()
     expect(page.locator("#text")).to_have_value(template)
     latest = template

@@ -9,9 +9,9 @@ from itertools import groupby, islice
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.meaning import Meaning
-from improv_core.program.substitutes import substitutes
+from improv_core.program.substitutes import curve, substitutes
 from improv_core.robots.config import Robots
-from improv_core.robots.limits import Excess, excess, unsupported
+from improv_core.robots.limits import Excess, excess, too_tight, unsupported
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import FASTEST_EASE
@@ -76,12 +76,27 @@ def check_names(
 
 def impossible(part: Movement, profile: Profile) -> str | None:
     """What a movement asks for that a robot with this profile can't do, such as `move sideways`; None if nothing."""
-    if not unsupported(part.peak, profile):  # only bounds
+    if not _may_be_impossible(part.peak, profile):
         return None
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
-        if lacking := unsupported(moment.velocity, profile):
-            return _DOING[lacking[0]]
+        if lacking := _lacking(moment.velocity, profile):
+            return lacking
     return None
+
+
+def _may_be_impossible(peak: Peak, profile: Profile) -> bool:
+    """A quick check of the bounds."""
+    return bool(unsupported(peak, profile)) or bool(profile.turning_radius and peak.yaw)
+
+
+def _lacking(velocity: Velocity, profile: Profile) -> str | None:
+    """What a velocity asks for that a robot with this profile can't do, such as `move sideways`; None if nothing."""
+    if motions := unsupported(velocity, profile):
+        return _DOING[motions[0]]
+    radius = too_tight(velocity, profile)
+    if radius is None:
+        return None
+    return f"drive a curve with a radius of {radius:.2g} m" if radius else "turn on the spot"
 
 
 def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
@@ -101,7 +116,7 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
         (profile.max_linear is not None and linear * SLACK > profile.max_linear)
         or (profile.max_angular is not None and angular * SLACK > profile.max_angular)
         or peak.shortest / per_second < SLACK / profile.command_rate
-        or bool(unsupported(peak, profile))
+        or _may_be_impossible(peak, profile)
     )
 
 
@@ -166,13 +181,17 @@ def _about(
     brief: bool,
 ) -> Iterator[Diagnostic]:
     span = moment.sources[0].span  # the word in this statement; the others are in definitions
-    lacking = () if "unsupported-direction" in told else unsupported(moment.velocity, profile)
+    lacking = None if "unsupported-direction" in told else _lacking(moment.velocity, profile)
     if lacking and brief:
         yield Diagnostic("unsupported-direction", span, "")
     elif lacking:
-        message = f"`{robot}` can't {_DOING[lacking[0]]}: use another motion, or a profile other than {profile.name}"
         word = _word_that_asks(moment, body, profile) if body else None
         fixes = tuple(substitutes(body, word, moment.velocity, profile, tempo)) if body and word else ()
+        if unsupported(moment.velocity, profile):
+            advice = f"use another motion, or a profile other than {profile.name}"
+        else:
+            advice = f"it needs a radius of {profile.turning_radius:g} m, as in `{curve('left', profile)}`"
+        message = f"`{robot}` can't {lacking}: {advice}"
         yield Diagnostic("unsupported-direction", word.span if word else span, message, fixes)
     lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
     if lasts * SLACK < period:
@@ -184,7 +203,9 @@ def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primi
     """The word in this statement, of all that play at a moment, whose motion a robot can't make."""
     spans = {source.span for source in moment.sources if source.statement == moment.sources[0].statement}
     words = (node for node in nodes.nodes(body) if isinstance(node, nodes.Primitive) and node.span in spans)
-    return next((node for node in words if unsupported(node.word.velocity, profile)), None)
+    if unsupported(moment.velocity, profile):
+        return next((node for node in words if unsupported(node.word.velocity, profile)), None)
+    return next((node for node in words if node.word.velocity.yaw), None)
 
 
 def _fitting(over: Excess) -> str:

@@ -108,6 +108,18 @@ def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:
     return tuple(motion for motion, value in asked if value and motion not in profile.motions)
 
 
+def too_tight(velocity: Velocity, profile: Profile) -> float | None:
+    """The radius in meters of a curve that is tighter than a car with this profile can drive; None if it can."""
+    if profile.turning_radius is None or not velocity.yaw:
+        return None
+    radius = abs(float(velocity.x)) * profile.step / (abs(float(velocity.yaw)) * profile.quarter_turn)
+    return radius if radius * _SLACK < profile.turning_radius else None
+
+
+_SLACK = 1 + 1e-9
+"""A quarter turn is no exact number of radians: rounding must not make a curve too tight."""
+
+
 def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fraction, Fraction]:
     """The squares of both speeds. Unlike the length of a vector, they are exact."""
     step = _as_written(profile.step) * _as_written(profile.linear_scale) * tempo / 60

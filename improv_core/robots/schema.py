@@ -155,6 +155,13 @@ _PROFILE = {
         "the acceleration of simulated motors; real robots limit theirs themselves", "m/s²", 0.001, 1000, "no limit"
     ),
     "max_angular_acceleration": _number("the same for turning", "rad/s²", 0.001, 1000, "no limit"),
+    "turning_radius": _number(
+        "the radius of the tightest curve that a car can drive; it never turns on the spot",
+        "meters",
+        0.001,
+        100,
+        "none: it turns on the spot",
+    ),
     "motions": Key(
         'some of `"forward"`, `"turn"`, `"strafe"`, `"climb"`',
         "array",

@@ -26,10 +26,12 @@ SAFE_DELAY = math.pi / 4 / GAIN
 """Seconds of delay that the feedback may have: half of those with which e' = -k e would begin to swing without end."""
 
 
-def correction(ideal: Pose, twist: Twist, measured: Pose, limits: tuple[float, float]) -> Twist:
+def correction(
+    ideal: Pose, twist: Twist, measured: Pose, limits: tuple[float, float], turning_radius: float | None = None
+) -> Twist:
     """What to add to the ideal `twist` of a robot that is not where it ideally is, within its limits in m/s and rad/s.
 
-    A robot that should stand still is not moved.
+    A robot that should stand still is not moved. The sum is no tighter curve than a car's `turning_radius`, in meters.
     """
     if twist == STILL:
         return STILL
@@ -38,7 +40,11 @@ def correction(ideal: Pose, twist: Twist, measured: Pose, limits: tuple[float, f
     turn = math.remainder(error.heading, math.tau)
     steer = (GAIN / 2 / linear) ** 2 * twist.x * error.y * (math.sin(turn) / turn if turn else 1.0)
     ahead = twist.x * (math.cos(turn) - 1) + GAIN * error.x
-    return Twist(_clamped(ahead, SHARE * linear), yaw=_clamped(steer + GAIN * turn, SHARE * angular))
+    added = Twist(_clamped(ahead, SHARE * linear), yaw=_clamped(steer + GAIN * turn, SHARE * angular))
+    if turning_radius is None:
+        return added
+    tightest = abs(twist.x + added.x) / turning_radius
+    return Twist(added.x, yaw=_clamped(twist.yaw + added.yaw, tightest) - twist.yaw)
 
 
 def refusal(profile: Profile) -> str | None:

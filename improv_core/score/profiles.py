@@ -27,7 +27,8 @@ class Profile:
     `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `linear_scale` and `angular_scale`:
     how many meters and radians the real robot is told to move for each one that it should. `left_right`: how far its
     left wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the accelerations
-    (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can make, in both directions.
+    (m/s², rad/s²): None if there is no limit. `turning_radius`: meters, of the tightest curve that a car can drive;
+    None for a robot that turns on the spot. `motions`: those of `MOTIONS` that it can make, in both directions.
     `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in the simulator. `message`:
     one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as the score says, or as
     motors would. With motors, `wheel_error` holds how far its left and right wheels really roll for each meter that
@@ -46,6 +47,7 @@ class Profile:
     max_angular: float | None = None
     max_linear_acceleration: float | None = None
     max_angular_acceleration: float | None = None
+    turning_radius: float | None = None
     motions: tuple[str, ...] = MOTIONS
     # turtlesim stops a turtle 1 s after its last command, diff_drive_controller and Create 3 (release H.2.5) after
     # 0.5 s; 20 Hz leaves room.

@@ -206,7 +206,7 @@ class _Track:
         if not self.limits or not self.error or at - self.error[2] > OLDEST:
             return STILL
         expected, measured, _ = self.error
-        return correction(expected, self.profile.limited(twist), measured, self.limits)
+        return correction(expected, self.profile.limited(twist), measured, self.limits, self.profile.turning_radius)
 
     def _speed(self, leg: _Leg, at: float) -> Twist:
         """How fast its motors are at a time of a leg."""

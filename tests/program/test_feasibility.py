@@ -26,6 +26,12 @@ smooth = true
 near = 0.2
 [robots.tower]
 profile = "tall"
+[profiles.ackermann]
+step = 0.5
+motions = ["forward", "turn"]
+turning_radius = 0.6
+[robots.car]
+profile = "ackermann"
 """)
 
 
@@ -157,6 +163,26 @@ def test_robots_must_be_listed_and_able() -> None:
         omni $ strafeleft up
                           ^^ unsupported-direction: `omni` can't move up or down: use another motion, or a profile other than holonomic
     """)
+
+
+def test_a_car_turns_only_as_it_drives_and_on_no_tighter_curve_than_it_can() -> None:
+    wide = "it needs a radius of 0.6 m, as in `repeat 2 forward || slow 2 left`"
+    check(f"""
+        car $ forward left
+                      ^^^^ unsupported-direction: `car` can't turn on the spot: {wide}
+        car $ backward (forward || left)
+                                   ^^^^ unsupported-direction: `car` can't drive a curve with a radius of 0.32 m: {wide}
+        car $ until cue repeat ease left
+                                    ^^^^ unsupported-direction: `car` can't turn on the spot: {wide}
+        car $ (forward || halfleft) fast 2 (backward || halfright) reverse (repeat 2 forward || slow 2 left) rest
+    """)
+
+
+def test_a_curve_of_exactly_the_turning_radius_is_allowed() -> None:
+    profile = f'motions = ["forward", "turn"]\nturning_radius = 0.6\nstep = {math.pi / 2 * 0.6!r}\n'
+    robots = read_robots(f'[robots.car]\nprofile = "car"\n[profiles.car]\n{profile}')
+    assert analyze("car $ forward || left", robots).ok
+    assert not analyze("car $ forward || scale 1001/1000 left", robots).ok
 
 
 def test_too_short_for_the_commands_of_the_robot() -> None:

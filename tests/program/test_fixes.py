@@ -137,6 +137,24 @@ def test_a_direction_is_taken_by_turning_where_that_leads_to_the_same_place(befo
     assert texts[-1] == fixed(analysis, Fix("", (Edit(problem.span, "rest"),)))
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("left", ["(repeat 2 forward || slow 2 left)", "(forward || halfleft)", "rest"]),
+        ("[halfright]", ["[(forward || halfright)]", "[rest]"]),
+        ("forward || left", ["forward || halfleft", "forward || rest"]),
+        ("backward || right", ["backward || halfright", "backward || rest"]),
+        ("scale 2 left", ["scale 2 rest"]),
+        ("halfleft || scale 1/2 forward", ["rest || scale 1/2 forward"]),
+    ],
+)
+def test_a_car_makes_a_turn_that_is_too_tight_as_a_curve(before: str, after: list[str]) -> None:
+    car = read_robots('[robots.car]\nprofile = "c"\n[profiles.c]\nstep = 0.5\nturning_radius = 0.6\n')
+    analysis = analyze(f"car $ {before}", car)
+    [problem] = (each for each in analysis.diagnostics if each.code == "unsupported-direction")
+    assert sorted(fixed(analysis, fix) for fix in problem.fixes) == sorted(f"car $ {text}" for text in after)
+
+
 def test_a_motion_in_a_definition_is_left_to_the_other_robots_that_play_it() -> None:
     analysis = analyze("x = up left\nanna $ x", read_robots(ANNA))
     assert [(each.code, each.fixes) for each in analysis.diagnostics] == [("unsupported-direction", ())]

@@ -34,6 +34,17 @@ def test_it_never_exceeds_a_tenth_of_the_limits(
     assert (added.y, added.z) == (0, 0)
 
 
+@given(poses, st.builds(Twist, speeds, yaw=speeds), poses, limits, limits, st.floats(0.001, 100))
+def test_it_steers_no_car_on_a_tighter_curve_than_it_can_drive(
+    ideal: Pose, twist: Twist, measured: Pose, linear: float, angular: float, radius: float
+) -> None:
+    added = correction(ideal, twist, measured, (linear, angular), radius)
+    if twist != STILL:
+        assert abs(twist.yaw + added.yaw) * radius == pytest.approx(
+            min(abs(twist.yaw + added.yaw) * radius, abs(twist.x + added.x)), rel=1e-9, abs=1e-9
+        )
+
+
 @given(poses, poses)
 def test_a_robot_that_is_to_stand_is_not_moved(ideal: Pose, measured: Pose) -> None:
     assert correction(ideal, STILL, measured, LIMITS) == STILL

@@ -54,6 +54,7 @@ def score_of(analysis: Analysis) -> Score:
             _senses(cast, name, scenes),
             frame=robot.frame,
             follow=robot.follow,
+            odom_frame=robot.odom_frame,
         )
     score = Score(
         analysis.tempo,

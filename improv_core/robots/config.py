@@ -23,7 +23,7 @@ from improv_core.robots.world import read_world
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
-from improv_core.score.score import BASE_FRAME, Deadman, Rejoin, Safety
+from improv_core.score.score import BASE_FRAME, Deadman, OdomFrame, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -39,7 +39,8 @@ class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
-    `frame` is the frame of its velocities. With `follow`, it is pulled back to its ideal path.
+    `odom_frame` is the frame of these. `frame` is the frame of its velocities. With `follow`, it is pulled back to its
+    ideal path.
     """
 
     profile: Profile
@@ -50,6 +51,7 @@ class Robot:
     odom: str | None = None
     frame: str = BASE_FRAME
     follow: bool = False
+    odom_frame: OdomFrame = "own"
 
     @property
     def has_profile(self) -> bool:
@@ -143,8 +145,9 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     safety = reading.safety(ros, namespace)
     node = node_name(reading, ("ros", "node"), ros)
     publish = reading.flag(("ros", "publish"), ros)
+    odom_frame = cast(OdomFrame, reading.one_of(("ros", "odom_frame"), ros) or "own")
     world = read_world(reading, sections.get("world", {}))
-    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
+    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world, odom_frame)
     free = {name: robot.profile for name, robot in robots.items() if not robot.start}
     formation = None
     if isinstance(toml.readable.get("formation"), dict):
@@ -207,11 +210,16 @@ class _RobotsReading(TomlReading):
     """Reads robots and profiles."""
 
     def robots(
-        self, tables: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str, world: World
+        self,
+        tables: Mapping[str, Any],
+        profiles: Mapping[str, Profile],
+        namespace: str,
+        world: World,
+        odom_frame: OdomFrame,
     ) -> dict[str, Robot]:
         made = {}
         for name, value in tables.items():
-            robot = self.robot(name, self.table(("robots", name), value), profiles, namespace)
+            robot = self.robot(name, self.table(("robots", name), value), profiles, namespace, odom_frame)
             if not _NAME.fullmatch(name):
                 message = f"`{name}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
                 self.at_key(("robots", name), message)
@@ -232,7 +240,14 @@ class _RobotsReading(TomlReading):
                     )
         return made
 
-    def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> Robot:
+    def robot(
+        self,
+        name: str,
+        table: Mapping[str, Any],
+        profiles: Mapping[str, Profile],
+        namespace: str,
+        odom_frame: OdomFrame,
+    ) -> Robot:
         keys = ("robots", name)
         kind = self.one_of((*keys, "profile"), table, profiles, given=(PROFILES,))
         profile = profiles[kind] if kind else DEFAULT
@@ -249,7 +264,10 @@ class _RobotsReading(TomlReading):
             )
         elif follow and (why := refusal(profile)):
             self.at_key((*keys, "follow"), f"`follow` {why}", given=(keys, PROFILES))
-        return Robot(profile, start, topic, message, reset, odom, frame, follow)
+        own_frame = cast(OdomFrame | None, self.one_of((*keys, "odom_frame"), table))
+        if own_frame and not odom:
+            self.at_key((*keys, "odom_frame"), "`odom_frame` is about the poses on `odom`: add `odom`", given=(keys,))
+        return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin

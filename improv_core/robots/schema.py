@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 from improv_core.robots.toml_positions import Keys
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
-from improv_core.score.score import Rejoin
+from improv_core.score.score import OdomFrame, Rejoin
 from improv_core.score.senses import Message
 
 MOST_BUTTON = 99
@@ -120,6 +120,11 @@ _ROBOT = {
         default="none",
         example='"odom"',
     ),
+    "odom_frame": Key(
+        'the frame of these poses: `"own"`, which Improv aligns with the world at beat 0, or `"world"`',
+        default="that of `[ros]`",
+        choices=get_args(OdomFrame),
+    ),
     "follow": Key(
         "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
         "boolean",
@@ -215,6 +220,11 @@ _ROS = {
     ),
     "use_sim_time": Key(
         "stamp messages with the time on `/clock`, for simulated robots", "boolean", default="false", example="true"
+    ),
+    "odom_frame": Key(
+        'the frame of the poses of all robots: `"own"`, or `"world"`, which has the coordinates of `start`',
+        default='`"own"`',
+        choices=get_args(OdomFrame),
     ),
     "stop": Key(
         "a topic of type `std_msgs/msg/Bool` that stops all robots while it is true",

@@ -19,6 +19,8 @@ from improv_core.score.world import World
 
 BASE_FRAME = "base_link"
 """The frame of a robot's velocities by default, as in REP 105."""
+OdomFrame = Literal["own", "world"]
+"""The frame that poses are in: one of the source's own, or the world of the score, which all robots share."""
 UNNUMBERED = 0
 """The edition of a part that has not been compared with others."""
 
@@ -28,10 +30,10 @@ class Part:
     """One robot's part: its scenes, its profile, its start pose, and its topic.
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
-    that moves it to its start pose, and `odom` the topic of its poses, if there are any. With `follow`, these pull it
-    back to its ideal path. With `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame
-    of its velocities. `senses` are those that its movements read. `editions` has a number for each scene: two parts of
-    a robot with the same number move it alike.
+    that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame
+    that they are in. With `follow`, they pull it back to its ideal path. With `use_sim_time`, its messages are stamped
+    with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read.
+    `editions` has a number for each scene: two parts of a robot with the same number move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -55,6 +57,7 @@ class Part:
     scene_begins: tuple[Exact, ...] = field(default=(), compare=False)
     frame: str = BASE_FRAME
     follow: bool = False
+    odom_frame: OdomFrame = "own"
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:

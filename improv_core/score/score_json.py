@@ -32,7 +32,7 @@ from improv_core.score.movement import (
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
-from improv_core.score.score import Deadman, Part, Rejoin, Safety, Score
+from improv_core.score.score import Deadman, OdomFrame, Part, Rejoin, Safety, Score
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
@@ -72,8 +72,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow)
-            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow)
+            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow, one.odom_frame)
+            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow, two.odom_frame)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -138,6 +138,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "frame": part.frame,
         "odom": part.odom,
         "follow": part.follow,
+        "odom_frame": part.odom_frame,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -153,6 +154,7 @@ class _PartJson(TypedDict):
     frame: str
     odom: str | None
     follow: bool
+    odom_frame: OdomFrame
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -225,6 +227,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         tuple(data["editions"]),
         frame=data["frame"],
         follow=data["follow"],
+        odom_frame=data["odom_frame"],
     )
 
 

@@ -50,8 +50,8 @@ class Comparison(NamedTuple):
 class Odometry:
     """Aligns the frames of measured poses with the world of the score, and knows where robots ideally are.
 
-    Ideally, a robot obeys every velocity at once and exactly. Its frame is aligned at beat 0 and after a seek, so that
-    it is then where the score has it.
+    Ideally, a robot obeys every velocity at once and exactly. A frame of its own is aligned at beat 0 and after a seek,
+    so that it is then where the score has it. Poses in the world of the score are taken as they are.
     """
 
     def __init__(self) -> None:
@@ -133,6 +133,7 @@ class _Leg(NamedTuple):
 class _Track:
     """One robot: its ideal path since the latest pose, and how its frame lies in the world (None: not known yet).
 
+    A robot that is `in_world` has no frame of its own, so it need not begin where the score has it.
     If it follows that path, `limits` are its own, and `error` is where it should have been and was at a time.
     """
 
@@ -140,6 +141,7 @@ class _Track:
     start: Pose
     legs: deque[_Leg] = field(init=False)
     frame: Pose | None = None
+    in_world: bool = False
     aligned: int = 1
     latest: RawPose | None = None
     jumped: float = -math.inf  # when it jumped last
@@ -159,6 +161,8 @@ class _Track:
         self.accelerations = (motors.linear_acceleration, motors.angular_acceleration) if motors else (math.inf,) * 2
         linear, angular = profile.max_linear, profile.max_angular
         self.limits = (linear, angular) if part.follow and linear and angular else None
+        if (in_world := part.odom_frame == "world") != self.in_world:
+            self.in_world, self.frame, self.aligned = in_world, None, self.aligned + 1
 
     def place(self, pose: Pose, at: float) -> None:
         self.since, self.frame, self.aligned, self.error = at, None, self.aligned + 1, None
@@ -176,7 +180,7 @@ class _Track:
     def jump(self, raw: RawPose) -> str:
         """How far a frame jumped that never does, in words; empty if it didn't."""
         before = self.latest
-        if raw.source != CONTINUOUS or not before or raw.at <= before.at:
+        if self.in_world or raw.source != CONTINUOUS or not before or raw.at <= before.at:
             return ""
         passed, (far, turn) = raw.at - before.at, raw.pose.apart(before.pose)
         if far < JUMP + self.fastest * passed and turn < JUMP_TURN + self.fastest_turn * passed:
@@ -187,7 +191,9 @@ class _Track:
         before, self.latest = self.latest, raw
         if raw.at < self.since or (before and raw.at <= before.at):
             return None
-        if jumped and before and self.frame:
+        if self.in_world:
+            self.frame = Pose()
+        elif jumped and before and self.frame:
             self.frame = self.frame.then(before.pose).then(raw.pose.inverse())
         elif self.frame is None:
             stood = before if before and not jumped and raw.at - before.at <= RECENT else raw

@@ -140,5 +140,5 @@ def _edge(edge: Edge) -> FromReader:
 
 
 def _pose(measured: RawPose) -> MeasuredPose:
-    robot, source, pose, at, frame = measured
-    return {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame}
+    robot, source, pose, at, frame, stamp = measured
+    return {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame, "stamp": stamp}

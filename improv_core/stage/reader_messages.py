@@ -44,13 +44,17 @@ class Unread(TypedDict):
 
 
 class MeasuredPose(TypedDict):
-    """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock."""
+    """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock.
+
+    `stamp` is the time in the message, on that clock if the clocks agree; null if it has none.
+    """
 
     robot: str
     source: str
     frame: str
     pose: PoseJson
     at: float
+    stamp: float | None
 
 
 class MeasuredPoses(TypedDict):

@@ -407,7 +407,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`, `follow`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`, `odom_frame`, `follow`
     """)
     assert found.robots == {}
 
@@ -462,6 +462,35 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
     assert found.robot("unlisted").topic == "/lab/east/unlisted/cmd_vel"
     assert found.use_sim_time
     assert found.publish
+
+
+def test_the_frame_of_poses_is_set_for_all_robots_or_for_one() -> None:
+    found = check("""
+        [ros]
+        odom_frame = "world"
+        [robots.ada]
+        odom = "pose"
+        [robots.ben]
+        odom = "odom"
+        odom_frame = "own"
+        [robots.cleo]
+    """)
+    assert {name: robot.odom_frame for name, robot in found.robots.items()} == {
+        "ada": "world",
+        "ben": "own",
+        "cleo": "world",
+    }
+    found = check("""
+        [ros]
+        odom_frame = "map"
+                     ^^^^^ robots: `map` is not valid here: write one of `own`, `world`
+        [robots.ada]
+        odom = "pose"
+        [robots.ben]
+        odom_frame = "world"
+        ^^^^^^^^^^ robots: `odom_frame` is about the poses on `odom`: add `odom`
+    """)
+    assert found.robots["ada"].odom_frame == "own"
 
 
 def test_stop_and_deadman_settings() -> None:
@@ -533,7 +562,7 @@ def test_wrong_keys_and_values_of_ros() -> None:
         publish = 1
                   ^ robots: write `publish` as `true` or `false`
         qos = 3
-        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `publish`, `use_sim_time`, `stop`, `deadman`, `rejoin`
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `publish`, `use_sim_time`, `odom_frame`, `stop`, `deadman`, `rejoin`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
@@ -804,7 +833,7 @@ def test_the_examples_in_the_docs_are_right() -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = "profile start topic message frame reset odom namespace node publish use_sim_time base commanded_step"
+    ours = "profile start topic message frame reset odom odom_frame namespace node publish use_sim_time base commanded_step"
     inner = {"name", "linear_scale", "angular_scale"}
     for key in {*ours.split(), "commanded_quarter_turn", *Profile.__slots__} - inner:
         assert f"| `{key}` |" in PAGE

@@ -18,7 +18,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
-from improv_core.score.score import Part
+from improv_core.score.score import OdomFrame, Part
 from improv_core.stage.doing import REST
 from improv_core.stage.odometry import CONTINUOUS, QUIET, RECENT, Odometry
 from improv_core.stage.player import Player
@@ -36,10 +36,10 @@ PROGRAM = "beat 60\nr $ forward left forward\n"
 class Robot:
     """A stage with real robots of which `r` is measured every 50 ms: it is where `off` puts it in the world."""
 
-    def __init__(self, source: str = ODOMETRY, frame: Pose = FRAME) -> None:
+    def __init__(self, source: str = ODOMETRY, frame: Pose = FRAME, odom_frame: OdomFrame = "own") -> None:
         self.stage = Stage()
         self.stage.sink.real = True
-        self.source, self.frame = source, frame
+        self.source, self.frame, self.odom_frame = source, frame, odom_frame
 
     @property
     def player(self) -> Player:
@@ -47,7 +47,9 @@ class Robot:
 
     def play(self, program: str = PROGRAM, when: Any = "restart") -> None:
         read = score(program)
-        parts = {name: replace(part, odom=f"/{name}/odom") for name, part in read.parts.items()}
+        parts = {
+            name: replace(part, odom=f"/{name}/odom", odom_frame=self.odom_frame) for name, part in read.parts.items()
+        }
         self.player.load(replace(read, parts=parts), len(self.stage.told) + 1, when, self.stage.now)
 
     def run(self, seconds: float) -> None:
@@ -139,6 +141,34 @@ def test_after_a_seek_a_robot_counts_as_being_where_the_score_puts_it() -> None:
     assert error(sought["pose"], {"x": 2, "y": 0, "z": 0, "heading": math.pi / 2}) == pytest.approx((0, 0))
     robot.run(0.45)
     assert robot.off(Pose(2, 0.3)) == (0, 0)
+
+
+def test_a_pose_in_the_world_is_taken_as_it_is() -> None:
+    robot = Robot(frame=Pose(), odom_frame="world")
+    robot.play()
+    assert robot.off(Pose(0.36)) == (0.36, 0)
+    robot.run(1)
+    assert robot.off(Pose(2.36)) == (0.36, 0)
+    robot.player.seek(2, robot.stage.now)
+    robot.run(0.05)
+    sought = robot.pose(Pose(2.36))
+    assert sought
+    assert error(sought["pose"], {"x": 2.36, "y": 0, "z": 0, "heading": 0}) == pytest.approx((0, 0))
+    robot.run(0.05)
+    assert robot.off(Pose(9))[0] > 6.9
+    assert robot.lines == []
+
+
+def test_a_save_may_say_that_poses_are_in_the_world() -> None:
+    robot = Robot()
+    robot.play()
+    first = robot.pose(Pose(0.36))
+    robot.frame, robot.odom_frame = Pose(), "world"
+    robot.play(when="now")
+    robot.run(0.1)
+    assert robot.off(Pose(0.56)) == (0.36, 0)
+    assert first
+    assert robot.measured[-1]["robots"]["r"]["aligned"] == first["aligned"] + 1
 
 
 def test_a_save_continues_from_where_the_robot_ideally_is() -> None:

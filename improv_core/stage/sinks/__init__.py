@@ -38,14 +38,18 @@ class Alarm:
 
 
 class RawPose(NamedTuple):
-    """Where a robot is in the frame of its source: the type of the message, or the simulator. `at` is when it came, in
-    monotonic seconds, and `frame` the name of that frame."""
+    """Where a robot is in the frame of its source: the type of the message, or the simulator.
+
+    `at` is when it came, in monotonic seconds, and `frame` the name of that frame. `stamp` is the time in the message,
+    in monotonic seconds if its source's clock agrees with this machine's; None if it has none.
+    """
 
     robot: str
     source: str
     pose: Pose
     at: float
     frame: str = ""
+    stamp: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

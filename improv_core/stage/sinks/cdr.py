@@ -59,6 +59,12 @@ def odometry_message(pose: Pose, time: int) -> bytes:
     return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + numbers + bytes(8 * (36 + 6 + 36))
 
 
+def stamp_in(message: bytes) -> int:
+    """The time in a message that begins with a header, in nanoseconds. It is 0 if nobody set it."""
+    seconds, nanoseconds = struct.unpack_from(f"{'<' if message[1] & 1 else '>'}iI", message, len(_HEADER))
+    return int(seconds * SECOND + nanoseconds)
+
+
 def frame_in(message: bytes) -> str:
     """The frame in a message that begins with a header. Anything that is not text becomes replacement characters."""
     order = "<" if message[1] & 1 else ">"

@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from improv_core.stage.sinks import RawPose
-from improv_core.stage.sinks.cdr import SECOND, frame_in, pose_in
+from improv_core.stage.sinks.cdr import SECOND, frame_in, pose_in, stamp_in
 from improv_core.stage.sinks.ros_nodes import subscribe
 
 TEXTS = {
@@ -61,8 +61,8 @@ class RosPoses:
                 taken = subscription.handle.take_message(subscription.msg_type, True)
             if taken and (pose := pose_in(taken[0], TEXTS[kind])):
                 at = _arrived(taken[1])
-                frame = frame_in(taken[0])
-                found += [RawPose(robot, kind, pose, at, frame) for robot in self._robots[topic]]
+                frame, stamp = frame_in(taken[0]), _stamped(stamp_in(taken[0]))
+                found += [RawPose(robot, kind, pose, at, frame, stamp) for robot in self._robots[topic]]
         return found
 
     def close(self) -> None:
@@ -103,3 +103,8 @@ def _arrived(about: Mapping[str, Any]) -> float:
     """When a message came, on the monotonic clock. What it is stamped with may be the time of another machine."""
     waited = time.time_ns() - (about.get("received_timestamp") or 0)
     return time.monotonic() - (waited / SECOND if 0 <= waited <= LONGEST_WAIT else 0.0)
+
+
+def _stamped(stamp: int) -> float | None:
+    """A message's time in nanoseconds, on the monotonic clock as if the sender's clock were ours. None if it is 0."""
+    return time.monotonic() + (stamp - time.time_ns()) / SECOND if stamp else None

@@ -164,10 +164,10 @@ class RosReader:
 
     def _measure(self, message: MeasuredPoses) -> None:
         poses = [
-            RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"], each["frame"])
+            RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"], each["frame"], each["stamp"])
             for each in message["poses"]
         ]
-        for robot, _, _, at, _ in poses:
+        for robot, _, _, at, *_ in poses:
             if robot in self._odometry:
                 before, usual = self._posed.get(robot, (at, 0.0))
                 self._posed[robot] = at, min(max(at - before, 0.9 * usual), LONGEST_USUAL)

@@ -39,7 +39,7 @@ def test_sections_that_are_not_there() -> None:
     check("[ro|]", "robots", "profiles", "formation", "ros", "world", "senses")
     check(
         "[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
-        "reset = 'a'\nodom = 'a'\nfollow = false\n|",
+        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nfollow = false\n|",
         *SECTIONS,
     )
 
@@ -50,7 +50,8 @@ def test_robots_of_programs_and_built_in_senses() -> None:
 
 
 def test_keys_that_are_not_there() -> None:
-    check('[robots.anna]\ntopic = "/a"\npro|', "profile", "start", "message", "frame", "reset", "odom", "follow")
+    rest = ("profile", "start", "message", "frame", "reset", "odom", "odom_frame", "follow")
+    check('[robots.anna]\ntopic = "/a"\npro|', *rest)
     check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
     check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")
     check("[ros]\ndeadman = { |", "topic", "button")

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from improv_core.score.motion import Pose
-from improv_core.stage.sinks.cdr import pose_in
+from improv_core.stage.sinks.cdr import SECOND, pose_in, stamp_in
 from improv_core.stage.sinks.ros_poses import TEXTS
 from tests.recordings import ROS
 
@@ -55,6 +55,11 @@ def test_the_pose_in_each_message(kind: str, frame: str, child: str, heading: fl
     assert pose
     assert (pose.x, pose.y, pose.z) == (x, -2, 0.5)
     assert pose.heading == pytest.approx(heading)
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_the_stamp_in_each_message(kind: str) -> None:
+    assert stamp_in(message(kind, Pose())) == 3 * SECOND + 5
 
 
 @pytest.mark.parametrize("kind", TEXTS)

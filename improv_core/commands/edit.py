@@ -11,10 +11,11 @@ from zlib import crc32
 
 import click
 
-from improv_core.commands import parameters
+from improv_core.commands import parameters, scenes
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
+from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
@@ -40,12 +41,23 @@ NEVER = -1
 @parameters.port
 @parameters.no_browser
 @parameters.continues
-def command(file: Path | None, backend: str, port: int, no_browser: bool, when: When) -> None:
+@scenes.options
+def command(
+    file: Path | None,
+    backend: str,
+    port: int,
+    no_browser: bool,
+    when: When,
+    first: str | None,
+    last: str | None,
+    only: str | None,
+) -> None:
     """Write a program on the page in the browser. Ctrl+Enter there saves and plays it.
 
     Without FILE, this opens the dance*.improv of this folder that was saved last, or makes a new one. Ctrl-C stops
     the robots.
     """
+    wanted = scenes.wanted(first, last, only)
     if backend == "ros":
         raise CommandError("the page belongs to the simulator: use --backend both")
     if file == STANDARD_INPUT:
@@ -58,15 +70,19 @@ def command(file: Path | None, backend: str, port: int, no_browser: bool, when: 
         file = make(file)
     version = read_version(file)
     options = parameters.options(file, backend, port or _usual_port(file))
-    sys.exit(run(edit(file, version, options, when, browser=not no_browser)))
+    sys.exit(run(edit(file, version, options, when, wanted, browser=not no_browser)))
 
 
-async def edit(path: Path, version: Version, options: Options, when: When, *, browser: bool) -> int:
-    """Let pages edit a program until interrupted; the exit code. Raises StageError."""
+async def edit(
+    path: Path, version: Version, options: Options, when: When, wanted: WantedScenes, *, browser: bool
+) -> int:
+    """Let pages edit a program until interrupted, and play the wanted scenes of it; the exit code. Raises
+    StageError."""
     asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
     async with performance(
         options,
         browser=False,
+        scenes=wanted,
         edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
     ) as performing:
         desk = _Desk(performing, path, version, when)

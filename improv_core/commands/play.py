@@ -11,11 +11,12 @@ from pathlib import Path
 
 import click
 
-from improv_core.commands import parameters
+from improv_core.commands import parameters, scenes
 from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
+from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis
@@ -35,6 +36,7 @@ from improv_core.stage.typed_lines import ProtocolError
 @parameters.backend
 @parameters.port
 @parameters.no_browser
+@scenes.options
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
@@ -45,6 +47,9 @@ def command(
     backend: str,
     port: int,
     no_browser: bool,
+    first: str | None,
+    last: str | None,
+    only: str | None,
     fast: bool,
     seconds: float | None,
     recording: Path | None,
@@ -56,19 +61,28 @@ def command(
     FILE is a program, or - for standard input. In a terminal, the page can play it again after it has ended, until
     Ctrl-C.
     """
+    wanted = scenes.wanted(first, last, only)
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
     if fast:
-        sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording)))
+        sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording), wanted=wanted))
     options = parameters.options(file, backend, port)
     senses = senses_of(recording)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
+    scenes.chosen(analysis, wanted)  # before robots are looked for
     stays = sys.stdout.isatty() and not once and not report
     playing = play(
-        analysis, file, options, browser=not no_browser, report=report is not None, stays=stays, senses=senses
+        analysis,
+        file,
+        options,
+        browser=not no_browser,
+        report=report is not None,
+        stays=stays,
+        senses=senses,
+        wanted=wanted,
     )
     sys.exit(run(playing))
 
@@ -95,12 +109,13 @@ async def play(
     stays: bool = False,
     recorder: Recorder | None = None,
     senses: Sequence[Sensed] | None = None,
+    wanted: WantedScenes | None = None,
 ) -> int:
     """Play a program without errors once; the exit code. If it `stays`, its page can play it again until an interrupt.
 
     Raises StageError; OSError and ValueError if unrecorded.
     """
-    async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
+    async with performance(options, browser=browser, quiet=report, recorder=recorder, scenes=wanted) as performing:
         await performing.play(analysis, path, senses=senses)
         await first(performing.finished.wait(), performing.interrupted.wait())
         stopped = performing.interrupted.is_set() or performing.stops.count > 0
@@ -114,7 +129,14 @@ async def play(
     return INTERRUPTED if stopped else FAILED if performing.broken.is_set() else 0
 
 
-def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequence[Sensed] | None = None) -> int:
+def play_fast(
+    path: Path,
+    seconds: float | None,
+    *,
+    report: bool,
+    senses: Sequence[Sensed] | None = None,
+    wanted: WantedScenes | None = None,
+) -> int:
     """Play a program in the simulator without the page, faster than real time; the exit code.
 
     Raises ReadError and CommandError.
@@ -123,7 +145,8 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS
-    score = score_of(analysis)
+    chosen = scenes.chosen(analysis, wanted or WantedScenes())
+    analysis, score = chosen.analysis, score_of(chosen.analysis)
     if score.beats == ENDLESS and seconds is None:
         raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
     last: TransportMessage | None = None
@@ -150,7 +173,8 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
         echo_json(ended)
     else:
         took = time.perf_counter() - began
-        echo(f"{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
-        for line in errors.lines():
+        named = f"{chosen.name}: " if chosen.name else ""
+        echo(f"{named}{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
+        for line in [*([chosen.note] if chosen.note else []), *errors.lines()]:
             echo(line)
     return 0

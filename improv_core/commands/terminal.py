@@ -14,9 +14,11 @@ from typing import Any
 
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.keys import pressed
+from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.screen import Screen
+from improv_core.ide.selection import UnplayableError
 from improv_core.playback.acts import News
-from improv_core.playback.playback import Edit, Mistake, Playback
+from improv_core.playback.playback import Edit, Playback
 from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
@@ -25,7 +27,7 @@ from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
-from improv_core.program.report import as_lines, mistakes, outcome, summary
+from improv_core.program.report import Mistake, as_lines, mistakes, outcome, summary
 from improv_core.robots.config import absolute
 from improv_core.score.motion import Pose, Twist
 from improv_core.services.browser import has_browser
@@ -74,9 +76,10 @@ async def performance(
     recorder: Recorder | None = None,
     hears_keys: bool = True,
     edit: Edit | None = None,
+    scenes: WantedScenes | None = None,
 ) -> AsyncIterator[TerminalSession]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = TerminalSession(options, quiet, recorder, edit)
+    performing = TerminalSession(options, quiet, recorder, edit, scenes)
     reached = performing.listen()
     loop, ours = asyncio.get_running_loop(), threading.get_ident()
     interrupts: list[int] = []
@@ -119,7 +122,9 @@ class TerminalSession:
         quiet: bool,
         recorder: Recorder | None,
         edit: Edit | None,
+        scenes: WantedScenes | None = None,
     ) -> None:
+        self._scenes = scenes or WantedScenes()
         self.stops = Stops()
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
         self._recorder = recorder
@@ -197,20 +202,25 @@ class TerminalSession:
         when: When = "restart",
         senses: Sequence[Sensed] | None = None,
     ) -> bool:
-        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording.
+        """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`;
+        `senses` are of a recording.
 
-        Returns whether it begins.
+        Returns whether it begins. Raises UnplayableError if it lacks these scenes.
         """
         if self.interrupted.is_set():
             return False
+        only = self._scenes.of(analysis)
         self.present(path)
         self.finished.clear()
-        score = score_of(analysis)
+        score = score_of(only.analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
         if await self.playback.play(PlayScore(score, path.name, asked, when, senses=senses)):
             self._keep(path, analysis.text)
-            self.screen.say(f"▶ {summary(analysis)}, {self.playback.show.status}")
+            named = f"{only.name}: " if only.name else ""
+            self.screen.say(f"▶ {named}{summary(only.analysis)}, {self.playback.show.status}")
+            if only.note:
+                self.screen.say(only.note)
             return True
         self.screen.say(f"■ {path.name} was stopped before it began")
         self.finished.set()
@@ -220,10 +230,14 @@ class TerminalSession:
         """Play what was saved, as `play` does, or say why it can't be played."""
         for line in as_lines(path, analysis):
             self.screen.complain(line)
-        if analysis.ok:
-            await self.play(analysis, path, asked, when)
-        else:
+        if not analysis.ok:
             self.refuse(path, mistakes(path, analysis))
+            return
+        try:
+            await self.play(analysis, path, asked, when)
+        except UnplayableError as error:
+            self.screen.complain(f"improv: {error}")
+            self.refuse(path, [Mistake(path.name, 0, 0, "", str(error))])
 
     def refuse(self, path: Path, mistakes: Iterable[Mistake]) -> None:
         """Say that what was saved can't be played, and have the page show why."""

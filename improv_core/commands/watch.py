@@ -7,8 +7,9 @@ from pathlib import Path
 
 import click
 
-from improv_core.commands import parameters
+from improv_core.commands import parameters, scenes
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
+from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
@@ -32,20 +33,32 @@ ANSWERS = {
 @parameters.port
 @parameters.no_browser
 @parameters.continues
-def command(file: Path, backend: str, port: int, no_browser: bool, when: When) -> None:
+@scenes.options
+def command(
+    file: Path,
+    backend: str,
+    port: int,
+    no_browser: bool,
+    when: When,
+    first: str | None,
+    last: str | None,
+    only: str | None,
+) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
-    sys.exit(run(watch(file, parameters.options(file, backend, port), when, browser=not no_browser)))
+    wanted = scenes.wanted(first, last, only)
+    sys.exit(run(watch(file, parameters.options(file, backend, port), when, wanted, browser=not no_browser)))
 
 
-async def watch(path: Path, options: Options, when: When, *, browser: bool) -> int:
-    """Play a program, and again at every save, until interrupted; the exit code. Raises ReadError and StageError.
+async def watch(path: Path, options: Options, when: When, wanted: WantedScenes, *, browser: bool) -> int:
+    """Play a program, or the wanted scenes of it, and again at every save, until interrupted; the exit code. Raises
+    ReadError and StageError.
 
     A save takes effect as `when` says. A program that does not exist yet is waited for, if its folder exists.
     """
     saved = saved_or_awaited(path)
-    async with performance(options, browser=browser) as performing:
+    async with performance(options, browser=browser, scenes=wanted) as performing:
         await first(_follow(performing, path, saved, when), performing.interrupted.wait())
     return INTERRUPTED
 

@@ -40,12 +40,15 @@ class UnplayableError(Exception):
 class Selection:
     """Some of a program: its name for people, and an analysis by which nothing else plays.
 
-    With a `ghost`, a robot dances that nobody named: all of it may be played in the simulator only.
+    With a `ghost`, a robot dances that nobody named: all of it may be played in the simulator only. `note` is what
+    people should know about it, in one line. If robots are `moved`, they don't begin where the program places them.
     """
 
     name: str
     analysis: Analysis
     ghost: str | None = None
+    note: str = ""
+    moved: bool = False
 
 
 def select(analysis: Analysis, wanted: Span | str) -> Selection:
@@ -57,7 +60,7 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     chosen, part = _named(analysis, wanted) if isinstance(wanted, str) else _touched(analysis, wanted)
     lines = [each for each in chosen if _sign(each) == "DOLLAR"]
     if lines and not part:
-        _require_no_errors(analysis, [each.index for each in lines])
+        require_no_errors(analysis, [each.index for each in lines])
         played = [analysis.played[each.index] for each in lines]
         return Selection(_lines(analysis, lines), replace(analysis, selected=played))
     found = [each for each in chosen if part or _sign(each) in ("EQUAL", "")]
@@ -138,7 +141,7 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
         raise UnplayableError(f"nothing below uses `{_head(placed)}`: write a line that gives it its arguments")
     if part and not fragment:
         raise UnplayableError(f"there is nothing to play in this selection: {_PLAYS_NOTHING}")
-    _require_no_errors(analysis, [placed.index, *using], fragment)
+    require_no_errors(analysis, [placed.index, *using], fragment)
     voices = len(robots) if placed.statement.by_robot else 1
     found = [_movement(analysis, [placed.index, *using], fragment, robot) for robot in range(voices)]
     parts = list(zip(robots, found * (len(robots) // voices), strict=True))
@@ -191,7 +194,7 @@ def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:
     free = analysis.with_robots(replace(analysis.cast, robots={}))  # that the ghost is not among them is no error
     text = f"{GHOST} $ ({analysis.text[slice(*span)]}\n)"
     alone = free.edited(placed.start, placed.span.end, text)
-    _require_no_errors(alone, [placed.index])
+    require_no_errors(alone, [placed.index])
     return alone.meanings[placed.index].movement
 
 
@@ -209,7 +212,7 @@ def _able(analysis: Analysis, placed: Placed, line: Line, playing: int | None) -
     return line
 
 
-def _require_no_errors(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None = None) -> None:
+def require_no_errors(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None = None) -> None:
     """Raise UnplayableError if statements have errors, or the definitions that they use, the tempo, or the opening.
 
     Of the first statement, only the `fragment` counts, if there is one.

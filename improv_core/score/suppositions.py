@@ -24,6 +24,13 @@ def as_pictured(movement: Movement) -> Movement:
     return _supposed(movement, _ending)
 
 
+def as_passed(movement: Movement) -> Movement:
+    """The movement as it is pictured, except that robots that would wait forever go on: all that follows begins."""
+    return _supposed(
+        movement, lambda reaction, items: items[0] if _waits_forever(reaction) else _ending(reaction, items)
+    )
+
+
 def with_all_sides(movement: Movement) -> Movement:
     """The movement with all that senses may make of it: each `until` to its end, both sides of each `if`."""
     return _supposed(movement, lambda reaction, items: series([_cut(item, CHECKED_BEATS) for item in items]))
@@ -45,6 +52,11 @@ def _ending(reaction: Reaction, items: Sequence[Movement]) -> Movement:
     if assumed is None:
         return reaction.assumed  # it stands still
     return _cut(assumed, PICTURED_BEATS) if isinstance(reaction, Until) else assumed
+
+
+def _waits_forever(reaction: Reaction) -> bool:
+    """Whether what is pictured is that the robot stands still, and nothing ever ends that."""
+    return reaction.assumed.duration == ENDLESS and all(own is not reaction.assumed for own in reaction.items)
 
 
 def _cut(movement: Movement, beats: int) -> Movement:

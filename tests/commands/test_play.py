@@ -190,3 +190,50 @@ def test_the_report_says_how_near_measured_robots_came(tmp_path: Path) -> None:
     assert near["ideal"]["distance"] == pytest.approx(0.8, abs=1e-3)
     assert 0.6 < near["measured"]["distance"] < 1
     assert 0.5 < near["measured"]["beat"] < 2
+
+
+SCENES = """beat 600
+anna bert at line 2
+--- walk
+anna $ forward left
+--- bow
+bert $ forward
+--- home
+anna $ forward
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "start", "end", "seconds"),
+    [
+        ([], (0, 1), (2, 3), 0.4),
+        (["--from", "home"], (2, 1), (2, 3), 0.1),
+        (["--only", "walk"], (0, 1), (2, 1), 0.2),
+        (["--from", "bow", "--to", "home"], (2, 1), (2, 3), 0.2),
+        (["--to", "bow"], (0, 1), (2, 1), 0.3),
+    ],
+)
+def test_scenes_play_alone_from_where_robots_are_when_they_begin(
+    tmp_path: Path, options: list[str], start: tuple[float, float], end: tuple[float, float], seconds: float
+) -> None:
+    (tmp_path / "dance.improv").write_text(SCENES)
+    for way in (["--backend", "sim", "--no-browser"], ["--fast"]):
+        done = run("play", tmp_path / "dance.improv", *way, "--report", "json", *options)
+        assert done.returncode == 0, done.stderr
+        report = json.loads(done.stdout.splitlines()[-1])
+        places = [(report[when]["anna"]["x"], report[when]["anna"]["y"]) for when in ("start", "robots")]
+        assert places == [pytest.approx(start), pytest.approx(end)]
+        assert report["seconds"] == pytest.approx(seconds)
+
+
+def test_a_scene_that_is_not_there_is_named_with_the_nearest_one(tmp_path: Path) -> None:
+    (tmp_path / "dance.improv").write_text(SCENES)
+    for command in (["play", "--fast"], ["play", "--backend", "sim", "--no-browser"]):
+        done = run(*command, tmp_path / "dance.improv", "--from", "hom")
+        assert (done.returncode, done.stdout, done.stderr) == (
+            2,
+            "",
+            "improv: no scene is called `hom`: did you mean `home`?\n",
+        )
+    done = run("play", tmp_path / "dance.improv", "--only", "bow", "--to", "home")
+    assert (done.returncode, done.stderr) == (2, "improv: --only plays one scene: leave out --from and --to\n")

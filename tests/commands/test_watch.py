@@ -174,3 +174,13 @@ async def transport(address: str, generation: int) -> dict[str, Any]:
             if told["type"] == "transport" and told["generation"] == generation:
                 return told
     raise AssertionError("the page was closed")
+
+
+def test_only_the_wanted_scenes_play_at_each_save(program: Path) -> None:
+    program.write_text("r at 0 0\nr $ forward\n--- on\nr $ repeat left\n")
+    with watching(program, "--from", "on") as watch:
+        watch.wait("▶ scene on: r ∞")
+        program.write_text("r at 0 0\nr $ forward\n--- one\nr $ left\n")
+        watch.wait("✗ the previous dance keeps playing")
+        program.write_text("r at 0 0\nr $ forward\n--- on\nr $ left\n")
+        watch.wait("▶ scene on: r 1 beat")

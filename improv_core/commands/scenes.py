@@ -1,0 +1,57 @@
+"""Options that have only some scenes of a program play."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import click
+
+from improv_core.commands.exit_codes import CommandError
+from improv_core.ide.rehearsal import rehearse, scenes_named
+from improv_core.ide.selection import Selection, UnplayableError
+from improv_core.program.analysis import Analysis
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True)
+class WantedScenes:
+    """The scenes from one to another, by name or by number, counted from 1. None stands for the first or the last
+    one."""
+
+    first: str | int | None = None
+    last: str | int | None = None
+
+    def of(self, analysis: Analysis) -> Selection:
+        """These scenes of a program; all of it if nothing is said. Raises UnplayableError."""
+        if self.first is None and self.last is None:
+            return Selection("", analysis)
+        return rehearse(analysis, scenes_named(analysis, self.first, self.last))
+
+
+def options(command: _Command) -> _Command:
+    """Adds `--from`, `--to`, and `--only` to a command."""
+    for name, parameter, about in (
+        ("--only", "only", "Play only the scene with this name."),
+        ("--to", "last", "End after the scene with this name."),
+        ("--from", "first", "Begin with the scene of this name, with robots where they are then."),
+    ):
+        command = click.option(name, parameter, metavar="NAME", help=about)(command)
+    return command
+
+
+def wanted(first: str | None, last: str | None, only: str | None) -> WantedScenes:
+    """What the options say. Raises CommandError."""
+    if only is not None and (first is not None or last is not None):
+        raise CommandError("--only plays one scene: leave out --from and --to")
+    return WantedScenes(only, only) if only is not None else WantedScenes(first, last)
+
+
+def chosen(analysis: Analysis, scenes: WantedScenes) -> Selection:
+    """These scenes of a program. Raises CommandError if it hasn't got them."""
+    try:
+        return scenes.of(analysis)
+    except UnplayableError as error:
+        raise CommandError(str(error)) from None

@@ -24,6 +24,7 @@ from improv_core.score.score import Score
 from improv_core.services.history import Played
 from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.stage.messages import TransportMessage, When
+from improv_core.stage.robot_messages import FaultMessage
 from improv_core.text import Span
 from improv_ls.documents import Document, name_of, opened, path_of
 from improv_ls.editor import Editor
@@ -302,6 +303,9 @@ class Performance:
         elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
             if asked := _in_program(message, self._only):
                 self._editor.soon(self._placing.offer(self.playing.latest.uri, asked))
+        elif message["type"] == "fault":
+            if leads:
+                self._tell_fault(message)
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
@@ -310,6 +314,15 @@ class Performance:
                 self.playing.gone()
                 self._hinting.clear()
             self._editor.report(message["message"])
+
+    def _tell_fault(self, message: FaultMessage) -> None:
+        """Show a person what is wrong with a robot, or that it no longer is."""
+        if message["over"]:
+            self._editor.say(message["message"])
+        elif message["response"] == "stop":
+            self._editor.report(message["message"])
+        else:
+            self._editor.warn(message["message"])
 
     def _follow(self, message: TransportMessage) -> None:
         """Tell everything that follows what plays."""

@@ -58,6 +58,7 @@ LIBRARIES = {
             f"stage/sinks/{name}.py"
             for name in (
                 "ros",
+                "ros_batteries",
                 "ros_listening",
                 "ros_nodes",
                 "ros_poses",

@@ -303,6 +303,11 @@ class TerminalSession:
                 for robot, each in message["robots"].items():
                     self.measured[robot] = self.measured.get(robot, (each, each))[0], each
             self._record(message)
+        elif message["type"] == "fault":
+            if leads:
+                self._errors.note(message)
+                if not self.interrupted.is_set():
+                    self.screen.complain(f"improv: {message['message']}")
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
                 self.screen.complain(f"improv: {message['message']}")

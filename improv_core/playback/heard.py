@@ -38,11 +38,14 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
     acts: list[Act] = []
     if message["type"] == "transport":
         show, acts = _followed(show, name, message)
-    elif message["type"] == "sensed" or message["type"] == "decided" or message["type"] == "measured":
-        if leads:
-            acts = _to(show.twin, message)
-        elif message["type"] != "measured":
+    elif message["type"] == "sensed" or message["type"] == "decided":
+        if not leads:
             return show, []
+        acts = _to(show.twin, message)
+    elif leads and (message["type"] == "measured" or message["type"] == "fault" or message["type"] == "vitals"):
+        acts = _to(show.twin, message)
+        if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
+            show = show.with_muted(message["robot"])
     return show, [*acts, Announce(message, leads)]
 
 

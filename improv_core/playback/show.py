@@ -108,6 +108,12 @@ class Show:
             return frozenset(), frozenset()
         return frozenset(silence["muted"]), frozenset(silence["soloed"])
 
+    def with_muted(self, robot: str) -> Show:
+        """With a robot that stands because of a fault: it is muted until somebody unmutes it."""
+        muted, soloed = self.silenced
+        silence: Silence = {"type": "silence", "muted": sorted({*muted, robot}), "soloed": sorted(soloed)}
+        return replace(self, kept={**self.kept, "silence": silence})
+
     def leads(self, name: SinkName) -> bool:
         """Whether what this stage says counts for all."""
         return name == self.leader and name not in self.gone

@@ -55,6 +55,7 @@ def score_of(analysis: Analysis) -> Score:
             frame=robot.frame,
             follow=robot.follow,
             odom_frame=robot.odom_frame,
+            battery=robot.battery,
         )
     score = Score(
         analysis.tempo,

@@ -28,6 +28,16 @@ class Nearness(NamedTuple):
     seconds: float
 
 
+class SeenFault(NamedTuple):
+    """A fault of a robot: the beats from and to which it was seen (None: to the end), and how bad it was at most."""
+
+    robot: str
+    fault: str
+    begins: float
+    ends: float | None
+    worst: Mapping[str, float]
+
+
 SAME_TIME = 0.1
 """Seconds between measurements of two robots that are compared."""
 
@@ -40,6 +50,8 @@ class Errors:
         """The largest distance and turn, and the last error."""
         self.nearest: dict[tuple[str, str], Nearness] = {}
         """The least distance of each pair that was measured at about the same time."""
+        self.faults: list[SeenFault] = []
+        """The faults that were seen, in the order in which they began."""
         self._latest: dict[str, tuple[float, Pose]] = {}
 
     def take(self, message: Mapping[str, Any]) -> None:
@@ -50,6 +62,24 @@ class Errors:
             last = error(each["pose"], each["ideal"])
             largest, _ = self.robots.get(robot, (last, last))
             self.robots[robot] = Deviation(*map(max, largest, last)), last
+
+    def note(self, message: Mapping[str, Any]) -> None:
+        """Take a message `fault`."""
+        robot, fault, beat = message["robot"], message["fault"], message["beat"]
+        if not message["over"]:
+            self.faults.append(SeenFault(robot, fault, beat, None, message["worst"]))
+            return
+        for place, seen in enumerate(self.faults):
+            if (seen.robot, seen.fault, seen.ends) == (robot, fault, None):
+                self.faults[place] = seen._replace(ends=beat, worst=message["worst"])
+
+    def faults_as_json(self) -> list[dict[str, Any]]:
+        """JSON values: each fault with its robot, its kind, the beats from and to which it was seen, and its worst, in
+        meters, radians, and seconds."""
+        return [
+            {"robot": robot, "kind": fault, "from": begins, "to": ends, "worst": dict(worst)}
+            for robot, fault, begins, ends, worst in self.faults
+        ]
 
     def _compare(self, robot: str, measured: Mapping[str, Any]) -> None:
         """Note how near a robot was to each other one."""

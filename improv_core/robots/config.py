@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.formation import Formation, read_formation
@@ -20,6 +20,7 @@ from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import PROFILES, WORLD, TomlReading, listed
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
+from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
@@ -39,8 +40,8 @@ class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
-    `odom_frame` is the frame of these. `frame` is the frame of its velocities. With `follow`, it is pulled back to its
-    ideal path.
+    `odom_frame` is the frame of these. `battery` is the topic that says how full its battery is. `frame` is the frame
+    of its velocities. With `follow`, it is pulled back to its ideal path.
     """
 
     profile: Profile
@@ -52,6 +53,7 @@ class Robot:
     frame: str = BASE_FRAME
     follow: bool = False
     odom_frame: OdomFrame = "own"
+    battery: str | None = None
 
     @property
     def has_profile(self) -> bool:
@@ -142,7 +144,7 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     ros = reading.table(("ros",), sections.get("ros", {}))
     namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
-    safety = reading.safety(ros, namespace)
+    safety = replace(reading.safety(ros, namespace), faults=reading.faults(sections.get("on", {})))
     node = node_name(reading, ("ros", "node"), ros)
     publish = reading.flag(("ros", "publish"), ros)
     odom_frame = cast(OdomFrame, reading.one_of(("ros", "odom_frame"), ros) or "own")
@@ -256,6 +258,8 @@ class _RobotsReading(TomlReading):
         topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
         reset = ros_name(self, (*keys, "reset"), table, namespace)
         odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
+        by_default = full_name("battery_state", f"{namespace}/{name}") if odom else None
+        battery = ros_name(self, (*keys, "battery"), table, f"{namespace}/{name}") or by_default
         frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
         follow = self.flag((*keys, "follow"), table)
         if follow and not odom and profile.dynamics != "motors":
@@ -267,7 +271,7 @@ class _RobotsReading(TomlReading):
         own_frame = cast(OdomFrame | None, self.one_of((*keys, "odom_frame"), table))
         if own_frame and not odom:
             self.at_key((*keys, "odom_frame"), "`odom_frame` is about the poses on `odom`: add `odom`", given=(keys,))
-        return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame)
+        return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame, battery)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin
@@ -277,6 +281,17 @@ class _RobotsReading(TomlReading):
             message = "the deadman button is on this topic: the emergency stop needs one of its own"
             self.at_value(("ros", "stop"), message)
         return Safety(stop, deadman, cast(Rejoin, rejoin))
+
+    def faults(self, value: Any) -> FaultRules:
+        table = self.table(("on",), value)
+        numbers, default = self.numbers(("on",), table), FaultRules()
+        responses = {fault: self.one_of(("on", fault), table) for fault in get_args(Fault)}
+        angle = numbers.get("angle")
+        return FaultRules(
+            {fault: cast(Response, response) for fault, response in responses.items() if response},
+            numbers.get("distance", default.distance),
+            default.angle if angle is None else math.radians(angle),
+        )
 
     def deadman(self, value: Any, namespace: str) -> Deadman | None:
         keys = ("ros", "deadman")

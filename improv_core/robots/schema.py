@@ -1,15 +1,16 @@
 """All keys of an `improv.toml`: what they set, in which unit and range, and their defaults.
 
-Reading the file, the editor's help, the tables in docs/robots.md and docs/ros.md, and the JSON schema go by it.
+Reading the file, the editor's help, and what `schema_tables.py` makes go by it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import get_args
 
 from improv_core.robots.toml_positions import Keys
+from improv_core.score.faults import Fault, Response
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
 from improv_core.score.score import OdomFrame, Rejoin
 from improv_core.score.senses import Message
@@ -124,6 +125,11 @@ _ROBOT = {
         'the frame of these poses: `"own"`, which Improv aligns with the world at beat 0, or `"world"`',
         default="that of `[ros]`",
         choices=get_args(OdomFrame),
+    ),
+    "battery": Key(
+        "a topic of type `sensor_msgs/msg/BatteryState`; names are as for `odom`",
+        default="`battery_state` with `odom`, otherwise none",
+        example='"battery_state"',
     ),
     "follow": Key(
         "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
@@ -246,6 +252,22 @@ _ROS = {
         choices=get_args(Rejoin),
     ),
 }
+_FAULTS: Mapping[Fault, str] = {
+    "off_path": "a robot is farther off its path than `distance` or `angle`",
+    "silent": "no pose of a robot has come for a second",
+    "jumped": "the poses of a robot jump farther than it can move",
+    "stuck": "a robot doesn't move although it is told to",
+    "gone": "nothing listens on a robot's topic anymore",
+    "late": "commands leave more than 20 ms late",
+}
+_ON: Mapping[str, Key] = {
+    **{
+        fault: Key(f"what follows if {about}", default='`"tell"`', choices=get_args(Response))
+        for fault, about in _FAULTS.items()
+    },
+    "distance": _number("how far off its path a robot may be", "meters", 0.01, 100, "0.25"),
+    "angle": _number("how far it may be turned away from it", "degrees", 1, 180, "15"),
+}
 _CIRCLE = {"x": _place("the center along x"), "y": _place("the center along y"), "radius": _length("its radius")}
 _BOX = {
     "x": _place("the center along x"),
@@ -356,43 +378,8 @@ SCHEMA = _table(
         "profiles": Key("your own kinds of robots, by name", "object", named=_table("a kind of robot", _PROFILE)),
         "formation": _table("where robots without a `start` start", _FORMATION, required=("shape",)),
         "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
+        "on": _table("what follows from the faults of real robots", _ON),
         "world": _table("the simulator's walls and obstacles", _WORLD),
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
     },
 )
-
-
-def rows(keys: Mapping[str, Key]) -> list[str]:
-    """The keys of a table as lines of a table in Markdown, without columns that would be empty."""
-    cells = [[f"`{name}`", key.about, key.unit, key.range, key.default] for name, key in keys.items()]
-    heads = ["key", "what it sets", "unit", "min, max", "default"]
-    used = [column for column in range(len(heads)) if any(row[column] for row in cells)]
-    lines = [[heads[column] for column in used], *([row[column] for column in used] for row in cells)]
-    made = [f"| {' | '.join(line)} |".replace("  ", " ") for line in lines]
-    return [made[0], "|" + "---|" * len(used), *made[1:]]
-
-
-def json_schema() -> Mapping[str, Any]:
-    """The table as a JSON schema, for TOML tools such as Taplo."""
-    return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "improv.toml", **_json(SCHEMA)}
-
-
-def _json(key: Key) -> dict[str, Any]:
-    about = f"{key.about}; in {key.unit}" if key.unit else key.about
-    made: dict[str, Any] = {"type": key.type, "description": about}
-    if key.choices:
-        made["enum"] = list(key.choices)
-    if key.least < key.most and key.type != "array":
-        made |= {"minimum": key.least, "maximum": key.most}
-        if key.least > 0 and key.unit == "seconds":  # 0 means something else there
-            made["minimum"] = 0
-    if key.type == "object":
-        made["properties"] = {name: _json(inner) for name, inner in key.keys.items()}
-        made["additionalProperties"] = _json(key.named) if key.named else False
-    if key.required:
-        made["required"] = list(key.required)
-    if key.items:
-        made["items"] = _json(key.items)
-    if key.count:
-        made |= {"minItems": key.count, "maxItems": key.count}
-    return made

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Literal
 
 from improv_core.score import world as worlds
+from improv_core.score.faults import FaultRules
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
@@ -31,9 +32,10 @@ class Part:
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame
-    that they are in. With `follow`, they pull it back to its ideal path. With `use_sim_time`, its messages are stamped
-    with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read.
-    `editions` has a number for each scene: two parts of a robot with the same number move it alike.
+    that they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic that says how full its
+    battery is. With `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame of its
+    velocities. `senses` are those that its movements read. `editions` has a number for each scene: two parts of a robot
+    with the same number move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -58,6 +60,7 @@ class Part:
     frame: str = BASE_FRAME
     follow: bool = False
     odom_frame: OdomFrame = "own"
+    battery: str | None = None
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -102,11 +105,15 @@ class Deadman:
 
 @dataclass(frozen=True, slots=True)
 class Safety:
-    """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency."""
+    """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency.
+
+    `faults` says what follows from what is wrong with a robot.
+    """
 
     stop: str | None = None
     deadman: Deadman | None = None
     rejoin: Rejoin = "continue"
+    faults: FaultRules = field(default_factory=FaultRules)
 
 
 @dataclass(frozen=True)

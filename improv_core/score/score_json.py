@@ -13,6 +13,7 @@ from improv_core.score import world as worlds
 from improv_core.score.algebra import Gain, Hold, Pace, Parallel, Repeat, Reverse, Series, Use
 from improv_core.score.bounds import is_too_fast
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing
+from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.fields import above_zero
 from improv_core.score.fits import checked, fits
 from improv_core.score.inner_first import inner_first
@@ -74,6 +75,7 @@ class _Written(NamedTuple):
             self.scenes == other.scenes
             and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow, one.odom_frame)
             == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow, two.odom_frame)
+            and one.battery == two.battery
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -139,6 +141,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "odom": part.odom,
         "follow": part.follow,
         "odom_frame": part.odom_frame,
+        "battery": part.battery,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -155,6 +158,7 @@ class _PartJson(TypedDict):
     odom: str | None
     follow: bool
     odom_frame: OdomFrame
+    battery: str | None
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -164,10 +168,17 @@ class _DeadmanJson(TypedDict):
     button: int
 
 
+class _FaultRulesJson(TypedDict):
+    responses: Mapping[Fault, Response]
+    distance: float
+    angle: float
+
+
 class _SafetyJson(TypedDict):
     stop: str | None
     deadman: _DeadmanJson | None
     rejoin: Rejoin
+    faults: _FaultRulesJson
 
 
 class _ScoreJson(TypedDict):
@@ -228,6 +239,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         frame=data["frame"],
         follow=data["follow"],
         odom_frame=data["odom_frame"],
+        battery=data["battery"],
     )
 
 
@@ -246,7 +258,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
         raise ValueError("the tempo is out of range")
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
-    rules = Safety(safety["stop"], deadman, safety["rejoin"])
+    rules = Safety(safety["stop"], deadman, safety["rejoin"], FaultRules(**safety["faults"]))
     bar, names = data["bar"], tuple(data["scene_names"])
     if bar is not None and bar < 1:
         raise ValueError("a bar needs a beat")

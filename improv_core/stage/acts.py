@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from improv_core.score.faults import Response
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 from improv_core.stage.events import Event, Load
 from improv_core.stage.messages import ErrorLine, Pressed, WarningLine
+from improv_core.stage.watches import RobotNews
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +18,14 @@ class Tell:
     """Send a message."""
 
     message: WarningLine | ErrorLine | Pressed
+
+
+@dataclass(frozen=True, slots=True)
+class TellFault:
+    """Report what is new about a fault of a robot, and what follows from it."""
+
+    found: RobotNews
+    response: Response
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +171,7 @@ class Then:
 
 
 Act = (
-    Tell | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop | SendUntil
+    Tell
+    | TellFault | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop | SendUntil
     | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then
 )  # fmt: skip

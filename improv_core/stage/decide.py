@@ -38,17 +38,21 @@ from improv_core.stage.acts import (
     StartMeasuring,
     Still,
     Tell,
+    TellFault,
     Then,
     Zero,
 )
 from improv_core.stage.agenda import Due, Rank
 from improv_core.stage.events import Event, Facts
+from improv_core.stage.faults import FaultBegan
 from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.stage.interlocks import waits_for
 from improv_core.stage.messages import refused_by
 from improv_core.stage.run import EMPTY, Mode, Run, Silenced
 from improv_core.stage.swap import Before, Swap, edited, entering, joined
 
+SEEN = 0.5
+"""Seconds: whoever unmutes a robot this soon after a fault made it stand can't have known that it stands."""
 LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
@@ -174,7 +178,9 @@ def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
 
 
 def _silence(run: Run, event: events.Silence, facts: Facts) -> Decided:
-    then = replace(run, silenced=Silenced(frozenset(event.muted), frozenset(event.soloed)))
+    muted = frozenset(event.muted)
+    stood = {robot: at for robot, at in run.stood.items() if robot in muted or facts.now < at + SEEN}
+    then = replace(run, silenced=Silenced(muted, frozenset(event.soloed)), stood=stood)
     changed = [
         robot
         for robot in (run.score.parts if run.mode == "playing" else ())
@@ -217,6 +223,27 @@ def _overloaded(run: Run, event: events.Overloaded, facts: Facts) -> Decided:
         *acts,
         _error(f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"),
     ]
+
+
+def _faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
+    rules = run.score.safety.faults
+    began = [(each.robot, rules.response(each.news.fault)) for each in event.found if isinstance(each.news, FaultBegan)]
+    acts: list[Act] = []
+    if any(response == "stop" for _, response in began):
+        run, acts = _stop(run, events.Stop(), facts)
+    for robot in [robot for robot, response in began if response == "stand"]:
+        run, more = _stand(run, events.Stand(robot), facts)
+        acts += more
+    acts += [TellFault(each, rules.response(each.news.fault)) for each in event.found]
+    return run, acts
+
+
+def _stand(run: Run, event: events.Stand, facts: Facts) -> Decided:
+    robot = event.robot
+    if robot in run.stood or robot not in run.score.parts:
+        return run, []
+    resent: list[Act] = [Resend([robot])] if run.mode == "playing" and not run.is_silent(robot, facts.standing) else []
+    return replace(run, stood={**run.stood, robot: facts.now}), [*resent, Report()]
 
 
 def _due(run: Run, due: Due, facts: Facts) -> Decided:
@@ -336,5 +363,7 @@ _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
     events.Changed: _changed,
     events.Stalled: _stalled,
     events.Overloaded: _overloaded,
+    events.Faults: _faults,
+    events.Stand: _stand,
     Due: _due,
 }

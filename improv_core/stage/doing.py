@@ -31,6 +31,10 @@ def _report(act: acts.Report, tracks: Tracks, now: float) -> None:
     tracks.report(now, now if act.at is None else act.at)
 
 
+def _tell_fault(act: acts.TellFault, tracks: Tracks, now: float) -> None:
+    tracks.tell_fault(act.found, act.response, now)
+
+
 def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
     for what in tracks.cast.asked:
         tracks.tell_known(what, act.beat, act.at, now)
@@ -82,6 +86,7 @@ def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:
     tracks.odometry.begin(tracks.run.score.parts, now)
+    tracks.watches.restart()
 
 
 def _drop(act: acts.Drop, tracks: Tracks, now: float) -> None:
@@ -157,6 +162,7 @@ def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> No
 
 _HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.Tell: _tell,
+    acts.TellFault: _tell_fault,
     acts.Report: _report,
     acts.ReportSenses: _report_senses,
     acts.Zero: _zero,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from improv_core.score.motion import Pose
@@ -12,6 +12,7 @@ from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.agenda import Due
 from improv_core.stage.messages import Takeover, When
 from improv_core.stage.sensing import Foreseen
+from improv_core.stage.watches import RobotNews
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +126,23 @@ class Overloaded:
     """This machine can't keep up, even at the lowest rate."""
 
 
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """What is new about the faults of real robots."""
+
+    found: Sequence[RobotNews]
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """A real robot stands because of a fault, so the simulated one that shows it stands too."""
+
+    robot: str
+
+
 Event = (
     Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
-    | EmergencyStop | Changed | Stalled | Overloaded | Due
+    | EmergencyStop | Changed | Stalled | Overloaded | Faults | Stand | Due
 )  # fmt: skip
 """`Due` is something that the agenda says is due: a scene, a takeover, or the end."""
 

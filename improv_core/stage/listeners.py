@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator
 
-from improv_core.score.score import Rejoin, Score
+from improv_core.score.score import Score
 from improv_core.stage.sinks import Sink
 
 PATIENCE = 5.0
@@ -19,11 +19,6 @@ LOOK_AT = 20
 """How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 
 _TOPIC = "\0"  # stands for a robot's topic in a line about several robots
-_BACK: Mapping[Rejoin, str] = {
-    "continue": f"a robot listens on {_TOPIC} again, and continues in the middle of the program",
-    "next": f"a robot listens on {_TOPIC} again, and stands until the next play",
-    "pause": f"a robot listens on {_TOPIC} again",
-}
 
 
 class Listeners:
@@ -41,6 +36,8 @@ class Listeners:
         """Robots that were away, and stand until the next play."""
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
+        self.gone: set[str] = set()
+        """Those of them that have not listened again since, even if their parts have begun anew."""
         self._looked_at = 0
         self._robots: list[str] = []  # of the score
         self._others: set[str] = set()  # what else lines are about
@@ -67,7 +64,7 @@ class Listeners:
 
     def forget(self) -> None:
         """Repeat all warnings from now on, since somebody has restarted everything."""
-        self._warned, self._news = {}, {}
+        self._warned, self._news, self.gone = {}, {}, set()
 
     def wait(self, now: float) -> None:
         """Look around after a whole period, or earlier if that is already planned, so that repeated calls don't put it
@@ -90,16 +87,17 @@ class Listeners:
         missing = self._sink.missing(robots)
         lines = {**self._sink.warnings(robots), **missing}
         others = {name for name in lines if name not in score.parts}
+        must_stand = {robot for robot in robots if self._must_stand(score, robot, missing.get(robot))}
         for name in [*robots, *(others | self._others)]:
             line = lines.get(name)
-            if line == "":
+            if line == "" or name in self.gone:  # that is a fault
                 continue
             if line and self._warned.get(name) != line:
                 topic = score.parts[name].topic if name in score.parts else line
                 self._news.setdefault(line.replace(topic, _TOPIC, 1), []).append(topic)
             self._warned[name] = line
         self._others = others
-        return {robot for robot in robots if self._must_stand(score, robot, missing.get(robot))}
+        return must_stand
 
     def news(self) -> Iterator[str]:
         """The lines that have come up since the last call. Lines that differ only in their topic are one."""
@@ -116,11 +114,11 @@ class Listeners:
         rejoin = score.safety.rejoin
         if problem is None:
             self._heard.add(robot)
-            if robot in self.away:
-                self.away.discard(robot)
-                self._news.setdefault(_BACK[rejoin], []).append(score.parts[robot].topic)
+            self.away.discard(robot)
+            self.gone.discard(robot)
         elif problem and robot in self._heard - self.away:
             self.away.add(robot)
+            self.gone.add(robot)
             if rejoin == "next":
                 self.standing.add(robot)
                 return True

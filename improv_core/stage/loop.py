@@ -270,7 +270,11 @@ class _Loop:
             or message["type"] == "source"
             or message["type"] == "answer"
             or message["type"] == "measured"
+            or message["type"] == "fault"
+            or message["type"] == "vitals"
         ):
+            if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
+                self.player.stand(message["robot"], now)
             self._opened.present(message)
             return
         if message["type"] == "sensed" or message["type"] == "decided":

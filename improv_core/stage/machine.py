@@ -101,9 +101,13 @@ class Machine:
         return self._look_around(now)
 
     def _look_around(self, now: float) -> Event | None:
-        """Check a few robots if that is due."""
+        """Check a few robots: for faults, and if that is due, whether they listen."""
         tracks = self._tracks
-        if now < tracks.listeners.next_look or not (self.run.mode == "playing" or self._looks_while_paused):
+        if not (self.run.mode == "playing" or self._looks_while_paused):
+            return None
+        if found := tracks.find_faults(now):
+            return events.Faults(found)
+        if now < tracks.listeners.next_look:
             return None
         standing, done = tracks.listeners.look_around(self.run.score, now)
         tracks.queue.silence(standing)

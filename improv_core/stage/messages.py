@@ -15,6 +15,7 @@ from typing import Any, Literal, TypedDict, cast
 from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.fields import PoseJson
+from improv_core.stage.robot_messages import FaultMessage, Instant, RobotInstant, Vitals
 from improv_core.stage.typed_lines import ProtocolError, read_as
 
 VERSION = 2
@@ -45,21 +46,6 @@ State = Literal["waiting", "playing", "paused", "ended", "stopped"]
 """`waiting` means waiting for listeners, before beat 0."""
 
 
-class _Instant(TypedDict):
-    """A beat, the seconds since beat 0 (`performed`), and the Unix time in nanoseconds (`wall`)."""
-
-    beat: float
-    performed: float
-    wall: int
-
-
-class RobotInstant(_Instant):
-    """When a robot sensed or decided something in the score of this generation."""
-
-    generation: int
-    robot: str
-
-
 class Sensed(RobotInstant):
     """A sense of a robot has become true or false, or silent (null)."""
 
@@ -68,7 +54,7 @@ class Sensed(RobotInstant):
     value: bool | None
 
 
-class MeasuredRobot(_Instant):
+class MeasuredRobot(Instant):
     """Where a robot was (`pose`) and where it ideally would have been (`ideal`).
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
@@ -183,7 +169,7 @@ class Ping(TypedDict):
     number: int
 
 
-ToPages = ProgramMessage | ProgramSource | Answer | Measured
+ToPages = ProgramMessage | ProgramSource | Answer | Measured | FaultMessage | Vitals
 """From the parent to the pages, through their stage."""
 ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | Ping
 
@@ -294,6 +280,8 @@ FromStage = (
     | Sensed
     | Decided
     | Measured
+    | FaultMessage
+    | Vitals
     | Sent
     | Pressed
     | WarningLine

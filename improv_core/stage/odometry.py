@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -26,9 +26,15 @@ LEGS_KEPT = 1000
 JUMP, JUMP_TURN = 0.1, 0.3
 """Meters and radians that a robot can't move between two poses, beyond what its fastest velocity explains."""
 LEAST_SPEED, LEAST_TURN = 1.0, 3.0
-"""m/s and rad/s: moving this fast is never a jump, since somebody else may be driving the robot."""
-QUIET = 10.0
-"""Seconds without a jump after which the next one is news. Two nodes that publish on one topic make twenty a second."""
+"""m/s and rad/s: if a robot's limits aren't known, moving this fast is never a jump, since somebody else may be driving
+it."""
+BEYOND = 1.5
+"""How many times as fast as its limits a robot may move: wheels roll farther than they should, and slopes help."""
+UNEVEN = 0.1
+"""Seconds by which the time between two poses may seem too short, because the first of them came late."""
+LAGS = (0.08, 0.16, 0.25)
+"""Seconds by which a robot may be behind: its poses come late, and its motors need time. At 0.9 m/s² and 7.7 rad/s², a
+TurtleBot3 that starts at its limits lags by 0.12 s and 0.18 s, and poses came 80 ms late."""
 CONTINUOUS = "nav_msgs/Odometry"
 """The source whose frame never jumps (REP 105): if it does, it has started over. Others may correct themselves."""
 
@@ -37,7 +43,9 @@ class Comparison(NamedTuple):
     """Where a robot was at a time, and where it ideally was, both in the world of the score.
 
     `aligned` counts how often its frame was aligned with that world in this performance. Each time, its path begins
-    again. `follows` tells whether it is pulled back to its ideal path.
+    again. `follows` tells whether it is pulled back to its ideal path. `recent` is where it ideally was a moment
+    before, by each of the `LAGS`. `jump` is how far this pose is from the one before, in meters and radians, if it
+    can't have moved so far.
     """
 
     raw: RawPose
@@ -45,6 +53,8 @@ class Comparison(NamedTuple):
     ideal: Pose
     aligned: int
     follows: bool
+    recent: tuple[Pose, ...] = ()
+    jump: tuple[float, float] | None = None
 
 
 class Odometry:
@@ -56,7 +66,6 @@ class Odometry:
 
     def __init__(self) -> None:
         self._tracks: dict[str, _Track] = {}
-        self._lines: list[str] = []
 
     def begin(self, parts: Mapping[str, Part], at: float) -> None:
         """A performance begins with its robots at their starts."""
@@ -97,19 +106,7 @@ class Odometry:
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one; None if it can't be compared."""
         track = self._tracks.get(raw.robot)
-        if not track:
-            return None
-        jump = track.jump(raw)
-        again, track.jumped = raw.at < track.jumped + QUIET, raw.at if jump else track.jumped
-        if jump and track.frame and not again:
-            what = f"the odometry of {raw.robot} jumped by {jump}"
-            self._lines.append(f"{what}: Improv assumes that it started over, and that {raw.robot} did not move")
-        return track.take(raw, bool(jump))
-
-    def news(self) -> Iterable[str]:
-        """The warnings since the last call."""
-        lines, self._lines = self._lines, []
-        return lines
+        return track.take(raw) if track else None
 
     @property
     def robots(self) -> Collection[str]:
@@ -144,7 +141,6 @@ class _Track:
     in_world: bool = False
     aligned: int = 1
     latest: RawPose | None = None
-    jumped: float = -math.inf  # when it jumped last
     fastest: float = LEAST_SPEED
     fastest_turn: float = LEAST_TURN
     profile: Profile = DEFAULT
@@ -177,17 +173,20 @@ class _Track:
         self.fastest = max(self.fastest, 2 * math.hypot(twist.x, twist.y, twist.z))
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
 
-    def jump(self, raw: RawPose) -> str:
-        """How far a frame jumped that never does, in words; empty if it didn't."""
-        before = self.latest
-        if self.in_world or raw.source != CONTINUOUS or not before or raw.at <= before.at:
-            return ""
-        passed, (far, turn) = raw.at - before.at, raw.pose.apart(before.pose)
-        if far < JUMP + self.fastest * passed and turn < JUMP_TURN + self.fastest_turn * passed:
-            return ""
-        return f"{far:.2f} m and {math.degrees(turn):.0f} degrees"
+    def jump(self, raw: RawPose) -> tuple[float, float] | None:
+        """How far a pose is from the one before, if the robot can't have moved so far."""
+        before, profile = self.latest, self.profile
+        if raw.source == SIMULATED or not before or raw.at <= before.at:
+            return None
+        passed, (far, turn) = raw.at - before.at + UNEVEN, raw.pose.apart(before.pose)
+        fastest = BEYOND * profile.max_linear if profile.max_linear else self.fastest
+        fastest_turn = BEYOND * profile.max_angular if profile.max_angular else self.fastest_turn
+        is_near = far < JUMP + fastest * passed and turn < JUMP_TURN + fastest_turn * passed
+        return None if is_near else (far, turn)
 
-    def take(self, raw: RawPose, jumped: bool) -> Comparison | None:
+    def take(self, raw: RawPose) -> Comparison | None:
+        jump = self.jump(raw)
+        jumped = jump and raw.source == CONTINUOUS and not self.in_world
         before, self.latest = self.latest, raw
         if raw.at < self.since or (before and raw.at <= before.at):
             return None
@@ -198,14 +197,16 @@ class _Track:
         elif self.frame is None:
             stood = before if before and not jumped and raw.at - before.at <= RECENT else raw
             self.frame = self._ideal(max(stood.at, self.since)).then(stood.pose.inverse())
-        pose, ideal = (Pose() if raw.source == SIMULATED else self.frame).then(raw.pose), self._ideal(raw.at)
+        pose = (Pose() if raw.source == SIMULATED else self.frame).then(raw.pose)
+        recent = tuple(self._ideal(max(raw.at - lag, self.since)) for lag in reversed(LAGS))
+        ideal = self._ideal(raw.at)
         turned = math.remainder(pose.heading - ideal.heading, math.tau)
         pose = Pose(pose.x, pose.y, pose.z, ideal.heading + turned)
         if self.limits and (raw.source != SIMULATED or self.profile.dynamics == "motors"):
-            speed = self._speed(self.legs[0], raw.at)
+            speed = self._speed(self._leg(raw.at), raw.at)
             self.error = before_stopping(ideal, speed, self.accelerations), pose, raw.at
         follows = self.correction(self.legs[-1].twist, raw.at) != STILL
-        return Comparison(raw, pose, ideal, self.aligned, follows)
+        return Comparison(raw, pose, ideal, self.aligned, follows, recent, jump)
 
     def correction(self, twist: Twist, at: float) -> Twist:
         """What to add to a velocity, if the latest pose is not too old."""
@@ -219,7 +220,12 @@ class _Track:
         return accelerated(leg.speed, self.profile.limited(leg.twist), at - leg.at, self.accelerations)
 
     def _ideal(self, at: float) -> Pose:
-        """Where the robot ideally is. What is from before the leg of that time is forgotten: times only increase."""
-        while len(self.legs) > 1 and self.legs[1].at <= at:
+        """Where the robot ideally is. What is from long before the leg of that time is forgotten: times only increase,
+        except by the `LAGS`."""
+        while len(self.legs) > 1 and self.legs[1].at <= at - LAGS[-1]:
             self.legs.popleft()
-        return self.legs[0].pose_at(at)
+        return self._leg(at).pose_at(at)
+
+    def _leg(self, at: float) -> _Leg:
+        """The leg of a time."""
+        return next((leg for leg in reversed(self.legs) if leg.at <= at), self.legs[0])

@@ -115,6 +115,11 @@ class Player(Machine):
         self._catch_up(now)
         self._take(events.Speed(factor), now)
 
+    def stand(self, robot: str, now: float) -> None:
+        """Have a simulated robot stand because the real one does, until somebody unmutes it."""
+        self._catch_up(now)
+        self._take(events.Stand(robot), now)
+
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
         """Have muted robots, or all except soloed ones, stand still while others play. Applies to later scores too."""
         self._catch_up(now)

@@ -64,6 +64,8 @@ def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
                 outlook.take(message)
             elif message["type"] == "health":
                 health = message
+            elif message["type"] == "fault":
+                publications.log("error" if message["response"] == "stop" else "warning", message["message"])
             else:
                 publications.log(message["type"], message["message"])
         now = time.monotonic()

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
 from improv_core.stage.messages import ErrorLine, Measured, Sensed, TransportMessage, WarningLine
+from improv_core.stage.robot_messages import FaultMessage
 
 
 class Plays(TypedDict):
@@ -26,7 +27,7 @@ class Health(TypedDict):
     clipped: Sequence[str]
 
 
-ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | Health
+ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | FaultMessage | Health
 """From the stage to the process that publishes what plays, over a pipe."""
 FromPublisher = ErrorLine
 """From that process to the stage: why it ends."""

@@ -55,9 +55,12 @@ def main() -> int:
             tell_edges(senses.read(_sources(message), time.monotonic()))
             subscriptions.keep(senses.topics)
             subscriptions.poses.keep(message["odometry"])
+            subscriptions.batteries.keep(message["batteries"])
         subscriptions.spin(LOOK)
         if poses := subscriptions.poses.take():
             tell({"type": "poses", "poses": [*map(_pose, poses)]})
+        if batteries := subscriptions.batteries.take():
+            tell({"type": "batteries", "batteries": batteries})
         tell({"type": "alive"})
         tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()

@@ -18,11 +18,12 @@ class SenseToRead(TypedDict):
 
 
 class Read(TypedDict):
-    """Read these senses and the poses of these robots (robot: topic), and no others."""
+    """Read these senses, and the poses and batteries of these robots (robot: topic), and no others."""
 
     type: Literal["read"]
     senses: Sequence[SenseToRead]
     odometry: Mapping[str, str]
+    batteries: Mapping[str, str]
 
 
 class EdgeMessage(TypedDict):
@@ -64,6 +65,13 @@ class MeasuredPoses(TypedDict):
     poses: Sequence[MeasuredPose]
 
 
+class Batteries(TypedDict):
+    """How full the batteries of robots are, from 0 to 1."""
+
+    type: Literal["batteries"]
+    batteries: Mapping[str, float]
+
+
 ToReader = Read
 """From the stage to the reader of sensors, over a pipe."""
-FromReader = EdgeMessage | MeasuredPoses | Alive | Unread
+FromReader = EdgeMessage | MeasuredPoses | Batteries | Alive | Unread

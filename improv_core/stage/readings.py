@@ -29,6 +29,17 @@ def holds(topic: Topic, message: Any) -> bool | None:
     return None if number is None or math.isnan(number) else topic.compare(number)
 
 
+def battery(message: Any) -> float | None:
+    """How full a battery is by a sensor_msgs/BatteryState, from 0 to 1; None if it doesn't say.
+
+    The message wants a share from 0 to 1, but some drivers send percent.
+    """
+    share = float(message.percentage)
+    if not 0 <= share <= 100:  # NaN if it isn't measured
+        return None
+    return share if share <= 1 else share / 100
+
+
 def _pressed(buttons: Sequence[int], button: int | None) -> bool | None:
     if button is None:
         return any(buttons)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
+from improv_core.score.faults import Response
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
+from improv_core.stage.fault_lines import as_line
+from improv_core.stage.faults import FaultBegan, Worst
 from improv_core.stage.fields import PoseJson, to_pose_json
 from improv_core.stage.messages import (
     Bar,
@@ -18,16 +22,17 @@ from improv_core.stage.messages import (
     MeasuredRobot,
     Poses,
     Pressed,
-    RobotInstant,
     Sensed,
     TransportMessage,
     Waiting,
     WarningLine,
 )
 from improv_core.stage.odometry import Comparison
+from improv_core.stage.robot_messages import FaultMessage, RobotInstant, Vitals, VitalsRobot, WorstJson
 from improv_core.stage.run import Run
+from improv_core.stage.watches import RobotNews
 
-Told = TransportMessage | Sensed | Decided | Measured | Pressed | WarningLine | ErrorLine
+Told = TransportMessage | Sensed | Decided | Measured | FaultMessage | Vitals | Pressed | WarningLine | ErrorLine
 """What a player reports."""
 
 
@@ -51,7 +56,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         "beats": None if beats == ENDLESS else float(beats),
         "beat": float(run.beat(at, over)),
         "performed": run.transport.performed(at),
-        "muted": sorted(run.silenced.muted),
+        "muted": sorted({*run.silenced.muted, *run.stood}),
         "soloed": sorted(run.silenced.soloed),
         "monotonic": at,
         "wall": wall,
@@ -78,7 +83,7 @@ def decided(run: Run, robot: str, decision: Decision, performed: float, wall: fl
 
 def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> MeasuredRobot:
     """Where a robot was, and where it ideally would have been."""
-    raw, pose, ideal, aligned, follows = comparison
+    raw, pose, ideal, aligned, follows, *_ = comparison
     return {
         "source": raw.source,
         "frame": raw.frame,
@@ -91,6 +96,53 @@ def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> M
         "performed": run.transport.performed(raw.at),
         "wall": _nanoseconds(wall),
     }
+
+
+def fault(run: Run, over: Duration, found: RobotNews, response: Response, now: float, wall: float) -> Told:
+    """What is new about a fault of a robot, with a line for people."""
+    robot, news = found
+    beat = run.beat(now, over)
+    begins = isinstance(news, FaultBegan)
+    line = as_line(
+        run.score.parts[robot], news, beat_in_words(run, beat), response, robot in run.stood, run.score.safety.rejoin
+    )
+    return {
+        "type": "fault",
+        "fault": news.fault,
+        "over": not begins,
+        "response": response,
+        "worst": worst_json(news.worst),
+        "message": line,
+        **_moment(run, robot, beat, run.transport.performed(now), wall),
+    }
+
+
+def vitals(run: Run, posed: Mapping[str, float], batteries: Mapping[str, float]) -> Told:
+    """How the real robots of a score are."""
+    robots: dict[str, VitalsRobot] = {
+        robot: {"odom": bool(part.odom), "posed": posed.get(robot), "battery": batteries.get(robot)}
+        for robot, part in run.score.parts.items()
+    }
+    return {"type": "vitals", "generation": run.generation, "robots": robots}
+
+
+def beat_in_words(run: Run, beat: Exact) -> str:
+    """`beat 12`, or `bar 3, beat 4` if the program says how long bars are. They count from 1."""
+    passed = math.floor(beat)
+    if not run.score.bar:
+        return f"beat {passed + 1}"
+    bar, rest = divmod(passed, run.score.bar)
+    return f"bar {bar + 1}, beat {rest + 1}"
+
+
+def worst_json(worst: Worst) -> WorstJson:
+    """How bad a fault is, as far as it has such a number."""
+    found: WorstJson = {}
+    if worst.distance or worst.turn:
+        found["distance"], found["turn"] = worst.distance, worst.turn
+    if worst.seconds:
+        found["seconds"] = worst.seconds
+    return found
 
 
 def as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -35,6 +35,7 @@ class Run:
     `score` plays, or played last, with the beats at which its parts began; `begun` is the same as it took over, before
     scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
     number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
+    `stood` are the robots that stand because of a fault, each since a time on the clock.
     A pause that `continues` ends by itself once nothing is waited for.
 
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
@@ -50,6 +51,7 @@ class Run:
     next: Swap | None = None
     speed: Fraction = Fraction(1)
     silenced: Silenced = Silenced()
+    stood: Mapping[str, float] = field(default_factory=dict)
     stops: EmergencyStops = field(default_factory=EmergencyStops)
     continues: bool = False
 
@@ -98,7 +100,7 @@ class Run:
 
     def is_silent(self, robot: str, standing: Collection[str]) -> bool:
         """Whether a robot stands although its part moves it; `standing` are those that wait for the next play."""
-        return robot in standing or is_silent(robot, self.silenced.muted, self.silenced.soloed)
+        return robot in standing or robot in self.stood or is_silent(robot, self.silenced.muted, self.silenced.soloed)
 
     def at_scene_of(self, score: Score, beat: Exact) -> Run:
         """With this score, at the scene that plays at a beat if no sense ever holds."""

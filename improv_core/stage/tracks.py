@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable
 
+from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.score import twist
@@ -28,7 +29,10 @@ from improv_core.stage.sensing import Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
 from improv_core.stage.setpoints import zeros
 from improv_core.stage.sinks import RawPose, Sink
+from improv_core.stage.watches import RobotNews, Watches
 
+VITALS_PERIOD = 1.0
+"""Seconds between two reports of how real robots are."""
 MEASURE_PERIOD = 0.05
 """Seconds between two measurements of a simulated robot."""
 
@@ -48,6 +52,7 @@ class Tracks:
         self.cast = Cast(self._value)
         self.listeners = Listeners(sink)
         self.odometry = Odometry()
+        self.watches = Watches()
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self.advanced = 0.0
@@ -62,6 +67,7 @@ class Tracks:
         """Robots to check once everything that is due has been sent."""
         self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and what has to be decided next in it
         self._wall = wall
+        self._vitals_due = -math.inf
 
     # What is due
 
@@ -216,6 +222,7 @@ class Tracks:
         correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
         self.sink.send(robot, twist if correction == STILL else twist.plus(correction), performed)
         self.odometry.tell(robot, twist, at)
+        self.watches.tell(robot, twist, at)
 
     def _is_silent(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)
@@ -263,14 +270,29 @@ class Tracks:
         """Take measured poses, and report where robots were and where they ideally would have been."""
         run = self.run
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
+        for comparison in found if self.sink.real else ():
+            self.watches.take(comparison)
         if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
             robots = {
                 each.raw.robot: reports.compared(run, self.cast.over, each, self._wall() - (now - each.raw.at))
                 for each in found
             }
             self.tell({"type": "measured", "generation": run.generation, "robots": robots})
-        for line in self.odometry.news():
-            self.tell({"type": "warning", "message": line})
+
+    def find_faults(self, now: float) -> list[RobotNews]:
+        """What is new about the faults of real robots. Once a second, it is reported how they are."""
+        if not self.sink.real:
+            return []
+        noticed = self.sink.noticed()
+        if now >= self._vitals_due:
+            self._vitals_due = now + VITALS_PERIOD
+            posed = {robot: self.run.transport.performed(at) for robot, at in self.watches.posed.items()}
+            self.tell(reports.vitals(self.run, posed, noticed.batteries))
+        return list(self.watches.look_around(self.run.score, self.listeners.gone, noticed, now))
+
+    def tell_fault(self, found: RobotNews, response: Response, now: float) -> None:
+        """Report what is new about a fault of a robot."""
+        self.tell(reports.fault(self.run, self.cast.over, found, response, now, self._wall()))
 
     def look(self, robots: Collection[str]) -> None:
         """Check robots at once, and report what was found."""

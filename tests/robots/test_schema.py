@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.robots.schema import SCHEMA, Key, find, known, rows
+from improv_core.robots.schema import SCHEMA, Key, find, known
+from improv_core.robots.schema_tables import rows
 from improv_core.robots.toml_positions import Keys
 from tests.needs import need
 from tests.robots.test_config import BLOCKS, PAGE
@@ -24,6 +25,7 @@ TABLES: dict[str, Keys] = {
     "The simulator's world": ("world",),
     "Senses": ("senses", "near"),
     "Names and time": ("ros",),
+    "What follows from faults": ("on",),
 }
 EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]
 

@@ -11,6 +11,7 @@ from typing import get_args
 
 import pytest
 
+from improv_core.score.faults import FaultRules, Response
 from improv_core.score.movement import Duration
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.transport import Switch, Transport
@@ -37,16 +38,19 @@ from improv_core.stage.acts import (
     StartMeasuring,
     Still,
     Tell,
+    TellFault,
     Then,
     Zero,
 )
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
-from improv_core.stage.decide import _RULES, decide, trouble
+from improv_core.stage.decide import _RULES, SEEN, decide, trouble
 from improv_core.stage.events import Event, Facts
+from improv_core.stage.faults import FaultBegan, FaultOver, Worst
 from improv_core.stage.interlocks import GAMEPAD, OLDER, EmergencyStops
 from improv_core.stage.messages import Takeover, When
 from improv_core.stage.run import Mode, Run, Silenced
 from improv_core.stage.swap import Swap
+from improv_core.stage.watches import RobotNews
 from tests.stage.test_player import score
 
 ZERO = 1000.0
@@ -396,6 +400,75 @@ def test_there_is_no_beat_to_seek_before_anything_is_loaded() -> None:
 def test_a_seek_before_beat_0_does_not_skip_the_first_scene() -> None:
     before = run("waiting", dance=SCENES)
     assert decide(before, events.Seek(3.0), at(3)) == (before, [])
+
+
+SILENT, HEARD = RobotNews("a", FaultBegan("silent", Worst())), RobotNews("a", FaultOver("silent", Worst()))
+
+
+def with_response(response: Response) -> Score:
+    return replace(DANCE, safety=Safety(faults=FaultRules({"silent": response})))
+
+
+@pytest.mark.parametrize(
+    ("mode", "response", "then", "stood", "done"),
+    [
+        ("playing", "tell", "playing", [], [TellFault(SILENT, "tell")]),
+        ("playing", "stand", "playing", ["a"], [Resend(["a"]), Report(), TellFault(SILENT, "stand")]),
+        ("playing", "stop", "stopped", [], [Zero(), Report(), TellFault(SILENT, "stop")]),
+        ("paused", "stand", "paused", ["a"], [Report(), TellFault(SILENT, "stand")]),
+        ("paused", "stop", "stopped", [], [Zero(), Report(), TellFault(SILENT, "stop")]),
+    ],
+)
+def test_what_a_fault_does(mode: Mode, response: Response, then: Mode, stood: list[str], done: list[Act]) -> None:
+    after, todo = decide(run(mode, 3, with_response(response)), events.Faults([SILENT]), real(3))
+    assert (after.mode, [*after.stood], todo) == (then, stood, done)
+
+
+def test_a_fault_that_is_over_moves_nobody() -> None:
+    stands = run("playing", dance=with_response("stand"), stood={"a": ZERO})
+    assert decide(stands, events.Faults([HEARD]), real(3)) == (stands, [TellFault(HEARD, "stand")])
+
+
+def test_one_fault_that_stops_all_stops_them_first() -> None:
+    rules = FaultRules({"silent": "stand", "late": "stop"})
+    before = run("playing", dance=replace(DANCE, safety=Safety(faults=rules)))
+    both = [SILENT, RobotNews("b", FaultBegan("late", Worst()))]
+    after, todo = decide(before, events.Faults(both), real(3))
+    assert (after.mode, names(todo)[0]) == ("stopped", "Zero")
+
+
+@pytest.mark.parametrize(
+    ("muted", "soloed", "beat", "stands"),
+    [
+        ([], [], 3, False),  # somebody unmutes it
+        (["a"], [], 3, True),
+        (["a", "b"], [], 3, True),
+        (["a"], ["a"], 3, True),  # a solo of a muted robot is no unmuting
+        ([], [], SEEN / 2, True),  # too early: whoever asked can't know that it stands
+    ],
+)
+def test_only_a_person_who_unmutes_a_robot_ends_that_it_stands(
+    muted: list[str], soloed: list[str], beat: float, stands: bool
+) -> None:
+    stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
+    after, _ = decide(stood, events.Silence(muted, soloed), real(beat))
+    assert after.is_silent("a", ()) == stands
+
+
+@pytest.mark.parametrize("event", [events.Pause(), events.Stop(), events.Seek(1.0), events.Speed(2.0)])
+def test_nothing_else_ends_that_a_robot_stands(event: Event) -> None:
+    stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
+    assert decide(stood, event, real(3))[0].is_silent("a", ())
+    stopped, _ = decide(stood, events.Stop(), real(3))
+    again = decide(stopped, events.Restarted(events.Load(DANCE, 2, "restart")), real(4))
+    assert again[0].is_silent("a", ())
+
+
+def test_the_simulated_robot_stands_with_the_real_one() -> None:
+    after, todo = decide(run("playing"), events.Stand("a"), at(3))
+    assert ([*after.stood], todo) == (["a"], [Resend(["a"]), Report()])
+    assert decide(after, events.Stand("a"), at(4)) == (after, [])
+    assert decide(after, events.Stand("nobody"), at(4)) == (after, [])
 
 
 @pytest.mark.parametrize(("asked", "got"), [(0.0, "0.1"), (0.1, "0.1"), (3.7, "3.7"), (100.0, "4")])

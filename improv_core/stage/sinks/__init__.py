@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 from improv_core.score.motion import Pose, Twist
@@ -57,6 +58,17 @@ class RawPoses:
     """The latest poses of robots that have moved or may have; at most twenty of each robot come in a second."""
 
     poses: Sequence[RawPose]
+
+
+@dataclass(frozen=True, slots=True)
+class Noticed:
+    """What a sink of real robots has noticed: all poses that were sent by `heard`, in monotonic seconds, have come. The
+    commands since the last time left `late` by so many seconds at most, by robot, if they did. `batteries` are how full
+    they are, from 0 to 1."""
+
+    heard: float = math.inf
+    late: Mapping[str, float] = field(default_factory=dict)
+    batteries: Mapping[str, float] = field(default_factory=dict)
 
 
 class Sink(Protocol):
@@ -119,6 +131,9 @@ class Sink(Protocol):
 
     def poses(self) -> dict[str, Pose]:
         """The poses of the robots if the sink knows them, otherwise empty."""
+
+    def noticed(self) -> Noticed:
+        """What it has noticed about real robots since the last call."""
 
     def close(self) -> None:
         """Release all resources. The robots have already been stopped."""

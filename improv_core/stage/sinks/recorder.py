@@ -13,7 +13,7 @@ from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.stage.messages import Decided, Measured, Sensed, read_from_stage
-from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks import Edge, Noticed
 from improv_core.stage.sinks.cdr import (
     SECOND,
     frame_field,
@@ -186,6 +186,9 @@ class Recorder:
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
         self.advance(to)
         return []
+
+    def noticed(self) -> Noticed:
+        return Noticed()
 
     def coasting(self) -> bool:
         return False

@@ -19,7 +19,7 @@ from improv_core.stage.discovery import described, limited
 from improv_core.stage.loop import one_line
 from improv_core.stage.messages import FromStage
 from improv_core.stage.setpoints import LINGER
-from improv_core.stage.sinks import Alarm, Edge, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, Noticed, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
@@ -89,6 +89,7 @@ class Ros:
         self._topics: dict[str, RosTopic] = {}
         self._met: set[str] = set()  # topics of which no robot has been prepared
         self._cast: list[str] = []
+        self._late: dict[str, float] = {}
         self._uses_sim_time = False
         self._standby.wait()
         self._standby_until = 0.0  # when beat 0 no longer waits for it
@@ -130,7 +131,9 @@ class Ros:
         self._publishing.health.keep(parts.keys())
         if restart:
             self._publishing.health.zero = None  # performance time starts over
-        self._reader.read(_read_from_topics(parts), {name: part.odom for name, part in parts.items() if part.odom})
+        odometry = {name: part.odom for name, part in parts.items() if part.odom}
+        batteries = {name: part.battery for name, part in parts.items() if part.battery}
+        self._reader.read(_read_from_topics(parts), odometry, batteries)
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
         for robot, part in parts.items():
@@ -218,7 +221,8 @@ class Ros:
         if stands:
             self._standby.stands(known.topic.name)
             self.owed.stands(robot, known.topic, known.part.frame)
-        self._publishing.sent(robot, at, known.is_clipped)
+        if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
+            self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""
@@ -237,6 +241,10 @@ class Ros:
 
     def poses(self) -> dict[str, Pose]:
         return {}
+
+    def noticed(self) -> Noticed:
+        late, self._late = self._late, {}
+        return Noticed(self._reader.alive, late, self._reader.batteries)
 
     def close(self) -> None:
         self._standby.close()

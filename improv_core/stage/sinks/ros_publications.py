@@ -10,13 +10,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from improv_core.score.motion import Pose
+from improv_core.stage.faults import LATE
 from improv_core.stage.messages import TransportMessage, counted, is_silent
 from improv_core.stage.outlook import Outlook
 from improv_core.stage.publisher_messages import Health
 from improv_core.stage.sinks.ros_nodes import Nodes
 
-LATE = 0.05
-"""Seconds of delay from which commands cause a warning: by then, the next one is due at the default rate."""
 TEXT_HEIGHT, ABOVE = 0.15, 0.4
 """Meters: the size of a marker's text, and how high it is above its robot."""
 LONGEST_NAME = 200

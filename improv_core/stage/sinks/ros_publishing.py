@@ -72,13 +72,9 @@ class Publishing:
             or message["type"] == "sensed"
             or message["type"] == "warning"
             or message["type"] == "error"
+            or message["type"] == "fault"
         ):
             self._process.put(message)
-
-    def sent(self, robot: str, at: float, clipped: bool) -> None:
-        """A velocity that was due at a performance time has been sent."""
-        if self._process:
-            self.health.sent(robot, at, self._clock(), clipped)
 
     def report(self) -> None:
         """Report how well robots are served if that is due."""
@@ -105,12 +101,13 @@ class _Noticed:
     _missing: dict[str, str] = field(default_factory=dict)
     _clipped: set[str] = field(default_factory=set)
 
-    def sent(self, robot: str, at: float, now: float, clipped: bool) -> None:
-        """A velocity that was due at a performance time has been sent."""
-        if self.zero is not None:
-            self._late = max(self._late, now - self.zero - at)
+    def sent(self, robot: str, at: float, now: float, clipped: bool) -> float:
+        """A velocity that was due at a performance time has been sent. Returns by how many seconds it was late."""
         if clipped:
             self._clipped.add(robot)
+        late = 0.0 if self.zero is None else now - self.zero - at
+        self._late = max(self._late, late)
+        return late
 
     def asked(self, robots: Collection[str], missing: dict[str, str]) -> None:
         """Some robots have been looked at, and these of them can't hear; the line is empty for one that soon will."""

@@ -31,12 +31,8 @@ AGAIN = 1.0
 WAIT = 0.1
 """Seconds to wait at a time. Seconds without a sign of life are counted in these."""
 POLICY = Policy(2.0, waits=False)
-POSE_LIMIT = 0.4
-"""Seconds without a pose after which a robot's poses count as gone, if they usually come often."""
-USUAL = 3
-"""How many times as long as usual between two poses that may be."""
-LONGEST_USUAL = 1.0
-"""Seconds between two poses: localization that sends one only after a robot has moved counts as no rarer."""
+POSE_LIMIT = 1.0
+"""Seconds for which a robot may move until its first pose."""
 
 
 class RosReader:
@@ -60,34 +56,37 @@ class RosReader:
         self._values: dict[RobotSense, bool | None] = {}  # that count
         self._doubts = 0  # how many signs of life are missing until what it says counts again
         self._odometry: Mapping[str, str] = {}
-        self._alive = -math.inf  # when the process last showed signs of life
-        self._posed: dict[str, tuple[float, float]] = {}  # when each robot's latest pose came, and how often they do
+        self._batteries: Mapping[str, str] = {}
+        self.alive = -math.inf
+        """When the process last showed signs of life: all that came by then has been heard."""
+        self.batteries: dict[str, float] = {}
+        """How full the batteries of robots are, from 0 to 1."""
+        self._posed: set[str] = set()  # robots of which a pose has come
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def read(self, sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str]) -> None:
-        """From now on, read these senses and the poses of these robots (robot: topic), and no others."""
+    def read(
+        self, sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str], batteries: Mapping[str, str]
+    ) -> None:
+        """From now on, read these senses, and the poses and batteries of these robots (robot: topic), and no others."""
         if sources.items() - self._sources.items() or odometry.items() - self._odometry.items():
             self._asked = self._clock()
-        for robot in self._posed.keys() - odometry.keys():
-            del self._posed[robot]
-        self._sources, self._odometry = dict(sources), dict(odometry)
-        if (sources or odometry) and not self._thread.ident:
+        self._posed &= odometry.keys()
+        self._sources, self._odometry, self._batteries = dict(sources), dict(odometry), dict(batteries)
+        self.batteries = {robot: share for robot, share in self.batteries.items() if robot in batteries}
+        if (sources or odometry or batteries) and not self._thread.ident:
             self._thread.start()
 
     def under_way(self) -> bool:
         """Whether a sense or a robot's pose that was asked for lately is still missing."""
         if self._clock() >= self._asked + FIND_LIMIT:
             return False
-        return any(map(self.is_silent, self._sources)) or not self._odometry.keys() <= self._posed.keys()
+        return any(map(self.is_silent, self._sources)) or not self._odometry.keys() <= self._posed
 
     def lacks_poses(self, robot: str, since: float) -> bool:
-        """Whether no pose of a robot has come for too long, although it has been told to move since a time."""
-        if robot not in self._odometry:
-            return False
-        at, usual = self._posed.get(robot, (-math.inf, 0.0))
-        # By when the process last showed signs of life: while it stands still, it can't have heard anything.
-        return self._alive > max(at, since) + max(POSE_LIMIT, USUAL * usual)
+        """Whether no pose of a robot has ever come, although it has been told to move since a time. Poses that no
+        longer come are a fault of the robot (stage/faults.py)."""
+        return robot in self._odometry and robot not in self._posed and self.alive > since + POSE_LIMIT
 
     def is_silent(self, sense: RobotSense) -> bool:
         """Whether nothing is known of a sense."""
@@ -121,7 +120,7 @@ class RosReader:
         asked: object = None
         waited, limit = 0.0, START_LIMIT
         while not self._closing.is_set():
-            if asked != (wanted := (self._sources, self._odometry)):
+            if asked != (wanted := (self._sources, self._odometry, self._batteries)):
                 asked, self.unread = wanted, {}
                 child.write(_request(*wanted))
             try:
@@ -151,14 +150,16 @@ class RosReader:
             if not self._doubts:
                 self._turn(sense, message["value"], message["at"])
         elif message["type"] == "alive":
-            self._alive = self._clock()
+            self.alive = self._clock()
             if self._doubts:
                 self._doubts -= 1
                 if not self._doubts:
                     for sense, value in self._said.items():
-                        self._turn(sense, value, self._alive)
+                        self._turn(sense, value, self.alive)
         elif message["type"] == "poses":
             self._measure(message)
+        elif message["type"] == "batteries":
+            self.batteries = {**self.batteries, **message["batteries"]}
         elif message["type"] == "unread":
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
@@ -167,10 +168,7 @@ class RosReader:
             RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"], each["frame"], each["stamp"])
             for each in message["poses"]
         ]
-        for robot, _, _, at, *_ in poses:
-            if robot in self._odometry:
-                before, usual = self._posed.get(robot, (at, 0.0))
-                self._posed[robot] = at, min(max(at - before, 0.9 * usual), LONGEST_USUAL)
+        self._posed |= {robot for robot, *_ in poses if robot in self._odometry}
         self._hear(RawPoses(poses))
 
     def _turn(self, sense: RobotSense, value: bool | None, at: float) -> None:
@@ -184,9 +182,9 @@ class RosReader:
             self._turn(sense, None, now)
 
 
-def _request(sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str]) -> bytes:
+def _request(sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str], batteries: Mapping[str, str]) -> bytes:
     senses: list[SenseToRead] = [
         {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in sources.items()
     ]
-    request: ToReader = {"type": "read", "senses": senses, "odometry": odometry}
+    request: ToReader = {"type": "read", "senses": senses, "odometry": odometry, "batteries": batteries}
     return json.dumps(request).encode() + b"\n"

@@ -10,6 +10,7 @@ from typing import Any
 
 from improv_core.score.senses import Message, Topic
 from improv_core.stage.readings import holds
+from improv_core.stage.sinks.ros_batteries import RosBatteries
 from improv_core.stage.sinks.ros_nodes import Nodes, subscribe
 from improv_core.stage.sinks.ros_poses import RosPoses
 
@@ -31,6 +32,8 @@ class Subscriptions:
         self._executor.add_node(self._node)
         self.poses = RosPoses(self._node_without_executor, unread)
         """The poses of robots, which are taken, not passed on."""
+        self.batteries = RosBatteries(self._node, unread)
+        """How full the batteries of robots are, which is taken too."""
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 

@@ -13,7 +13,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.world import World
-from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks import Edge, Noticed
 from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
 from improv_core.stage.sinks.simulated_robot import SimulatedRobot
@@ -155,6 +155,9 @@ class Simulator:
 
     def coasting(self) -> bool:
         return any(robot.ahead(self._now).twist != STILL for robot in self._robots.values() if robot.motors)
+
+    def noticed(self) -> Noticed:
+        return Noticed()
 
     def poses(self) -> dict[str, Pose]:
         """The poses at the exact time of the latest `advance`."""

@@ -12,6 +12,7 @@ from improv_core.stage.commands import Conduct, Form, PlaceRobots, Restart
 from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
 from improv_core.stage.fields import Beat, Count
 from improv_core.stage.messages import Decided, ProgramMessage, Sensed, Stopped, TransportMessage
+from improv_core.stage.robot_messages import FaultMessage, Vitals
 
 
 class ServerTime(TypedDict):
@@ -205,6 +206,8 @@ ToPage = (
     | MeetingsMessage
     | Sensed
     | Decided
+    | FaultMessage
+    | Vitals
     | ProgramSource
     | EditorAnswer
 )

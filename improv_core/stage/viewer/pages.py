@@ -88,6 +88,7 @@ class Pages:
     def forget_measured(self) -> None:
         """Note that another performance begins."""
         self._measured = {}
+        self._latest = {kind: text for kind, text in self._latest.items() if not kind.startswith("fault ")}
 
     def answer(self, page: int, kind: str, text: str) -> None:
         """Send a message to one page, unless it has been closed."""

@@ -92,6 +92,8 @@ class Viewer:
         kind = [str(message["type"])]
         if message["type"] == "sensed":
             kind += message["robot"], message["sense"]
+        elif message["type"] == "fault":
+            kind += message["robot"], message["fault"]
         elif message["type"] == "decided":
             kind += [message["robot"]]
         self._soon(self._pages.put, " ".join(kind), json.dumps(message))

@@ -19,7 +19,7 @@ from improv_core.score.profiles import BUILT_IN
 from tests.robots.test_config import PAGE
 
 PROFILES = [f'"{name}"' for name in BUILT_IN]
-SECTIONS = ["[robots]", "[profiles]", "[formation]", "[ros]", "[world]", "[senses]"]
+SECTIONS = ["[robots]", "[profiles]", "[formation]", "[ros]", "[on]", "[world]", "[senses]"]
 
 
 def completed(marked: str, cast: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
@@ -35,11 +35,11 @@ def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
 
 
 def test_sections_that_are_not_there() -> None:
-    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "senses")
-    check("[ro|]", "robots", "profiles", "formation", "ros", "world", "senses")
+    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "on", "senses")
+    check("[ro|]", "robots", "profiles", "formation", "ros", "on", "world", "senses")
     check(
         "[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
-        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nfollow = false\n|",
+        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nfollow = false\n|",
         *SECTIONS,
     )
 
@@ -50,7 +50,7 @@ def test_robots_of_programs_and_built_in_senses() -> None:
 
 
 def test_keys_that_are_not_there() -> None:
-    rest = ("profile", "start", "message", "frame", "reset", "odom", "odom_frame", "follow")
+    rest = ("profile", "start", "message", "frame", "reset", "odom", "odom_frame", "battery", "follow")
     check('[robots.anna]\ntopic = "/a"\npro|', *rest)
     check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
     check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")

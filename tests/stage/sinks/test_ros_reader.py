@@ -31,7 +31,7 @@ def reading(
     before = descendants(os.getpid())
     monkeypatch.setattr(ros_reader, "helper", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
-    reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {})
+    reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {})
     try:
         yield reader, heard
     finally:

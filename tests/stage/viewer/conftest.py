@@ -28,7 +28,7 @@ from improv_core.score.movement import ENDLESS
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
 from improv_core.stage.commands import PageRequest, Watched
-from improv_core.stage.messages import State, TransportMessage, When
+from improv_core.stage.messages import State, ToStage, TransportMessage, When
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.tickets import issue
 from improv_core.stage.viewer.server import Viewer
@@ -112,6 +112,10 @@ class Show:
         analysis = analyze(program, read_robots(robots))
         assert analysis.ok
         self._run(lambda: self._playback.play(PlayScore(score_of(analysis), "dance", self._playback.stops.count, when)))
+
+    def tell(self, message: ToStage) -> None:
+        """Have the stage be told something, as if a stage of real robots led."""
+        self._playback._stages["simulator"].send(message)
 
     @property
     def url(self) -> str:

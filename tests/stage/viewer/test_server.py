@@ -27,7 +27,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
 from improv_core.stage.commands import PageRequest, Watched
-from improv_core.stage.messages import RobotInstant
+from improv_core.stage.robot_messages import RobotInstant
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.tickets import Tickets, issue

@@ -40,10 +40,15 @@ export class Clock {
     return ["stopped", "ended", "waiting"].includes(this.transport.state)
   }
 
+  /** The server's Unix time, in seconds. */
+  now() {
+    return Date.now() / 1000 + this.#ahead
+  }
+
   /** The position in beats at this moment. */
   beat() {
     const { beat, beats, wall, tempo } = this.transport
-    const gone = this.playing ? ((Date.now() / 1000 + this.#ahead - wall) * tempo) / 60 : 0
+    const gone = this.playing ? ((this.now() - wall) * tempo) / 60 : 0
     return Math.min(Math.max(beat + gone, 0), beats ?? Infinity)
   }
 

@@ -27,6 +27,7 @@ import { StartPoses } from "./start-poses.js"
 import { Timeline } from "./timeline.js"
 import { Trails } from "./trails.js"
 import { View } from "./view.js"
+import { Wall } from "./wall.js"
 
 /** @import { Message, Messages } from "./messages.js" */
 
@@ -58,6 +59,7 @@ const controls = new Controls(clock, (request) => {
 const meetings = new Meetings(find("meetings"), (beat) => controls.seek(beat), () => clock.beat())
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const wall = new Wall(clock, (name) => measured.off(name))
 const senses = new Senses(clock, send, () => view.touch())
 const formation = new Formation()
 const startPoses = new StartPoses(() => view.touch())
@@ -90,6 +92,8 @@ function take(message) {
   else if (message.type === "meetings") takeMeetings(message)
   else if (message.type === "sensed") takeSensed(message)
   else if (message.type === "decided") timeline.mark(message)
+  else if (message.type === "vitals") wall.takeVitals(message)
+  else if (message.type === "fault") notices.announce(wall.takeFault(message))
   else if (message.type === "source") takeSource(message)
   else if (message.type === "stopped") notices.end(message)
   else editor.takeAnswer(message)
@@ -179,6 +183,7 @@ function takeTransport(message) {
     measured.restart()
     timeline.showMeasured()
     senses.restart()
+    wall.restart()
     timeline.forgetMarks()
   }
   if (jumped && !begins) trails.seek(message.beat, message.poses)
@@ -251,6 +256,7 @@ function frame() {
   const beat = clock.atStart ? 0 : clock.beat()
   const open = notices.connection === "open"
   deadman.look(performance.now())
+  wall.show(performance.now())
   if (open) program.want(beat)
   if (clock.playing && open && controls.showBeat()) timeline.showPosition()
   program.place(motion.newest, now)

@@ -24,7 +24,7 @@ import { find, findA } from "./elements.js"
 
 const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
 /** @type {Record<string, string>} */
-const CARDS = { help: "show-help", save: "save-button", "start-poses": "start-poses-button" }
+const CARDS = { help: "show-help", save: "save-button", "start-poses": "start-poses-button", wall: "show-wall" }
 const PAN = 60 // pixels
 const ZOOM = 1.25
 const SHOWN = 2500 // milliseconds for which it is shown what a key did
@@ -164,6 +164,9 @@ export class Panels {
       l: unlessPresenting(() => this.#toggle("timeline")),
       s: () => (this.presenting ? this.#turnPart("program") : this.#toggle("score")),
       b: () => (this.presenting ? this.#turnPart("beat") : undefined),
+      w: unlessPresenting(() => {
+        if (!find("show-wall").hidden) this.#turn("wall")
+      }),
       "?": unlessPresenting(() => this.#turn("help")),
       ArrowLeft: () => controls.seekBy(-1),
       ArrowRight: () => controls.seekBy(1),

@@ -1,0 +1,60 @@
+"""The messages about the faults of real robots and about how they are (docs/protocol.md). Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, TypedDict
+
+from improv_core.score.faults import Fault, Response
+
+
+class Instant(TypedDict):
+    """A beat, the seconds since beat 0 (`performed`), and the Unix time in nanoseconds (`wall`)."""
+
+    beat: float
+    performed: float
+    wall: int
+
+
+class RobotInstant(Instant):
+    """When a robot sensed or decided something in the score of this generation."""
+
+    generation: int
+    robot: str
+
+
+class WorstJson(TypedDict, total=False):
+    """How bad a fault is or was: meters and radians off or jumped, seconds for which it lasts, or a command is late."""
+
+    distance: float
+    turn: float
+    seconds: float
+
+
+class FaultMessage(RobotInstant):
+    """A fault of a real robot has begun, or is over. `response` is what follows from it besides `message`, a line for
+    people: nothing, the robot stands, or all robots were stopped."""
+
+    type: Literal["fault"]
+    fault: Fault
+    over: bool
+    response: Response
+    worst: WorstJson
+    message: str
+
+
+class VitalsRobot(TypedDict):
+    """How a real robot is: whether it has a topic of poses (`odom`), when the latest pose came (`posed`, in seconds
+    since beat 0), and how full its battery is, from 0 to 1; null if that isn't known."""
+
+    odom: bool
+    posed: float | None
+    battery: float | None
+
+
+class Vitals(TypedDict):
+    """How all real robots of a score are."""
+
+    type: Literal["vitals"]
+    generation: int
+    robots: Mapping[str, VitalsRobot]

@@ -1,0 +1,177 @@
+// @ts-check
+// The wall of real robots: how each of them is, those in trouble first, and in one line whether all is well.
+
+import { find } from "./elements.js"
+
+/** @import { Clock } from "./clock.js" */
+/** @import { Messages } from "./messages.js" */
+/**
+ * @typedef {object} Brick one robot as the wall shows it
+ * @property {string} name
+ * @property {string} state what it does, or what is wrong with it
+ * @property {"fault" | "still" | "well"} kind
+ * @property {string} off how far it is off its path
+ * @property {string} age how old its latest pose is
+ * @property {string} battery
+ */
+
+/** @type {Record<string, string>} */
+const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off its path", jumped: "jumped", late: "late" }
+/** The faults, the worst first. */
+const ORDER = Object.keys(WORDS)
+const LOW = 0.2 // of a battery: less is trouble
+const NAMED = 3 // robots in trouble that the line names
+const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
+
+export class Wall {
+  /** @type {Map<string, Map<string, string>>} */
+  #faults = new Map() // the line of each fault that is not over, by robot and kind
+  /** @type {Messages["vitals"]["robots"]} */
+  #vitals = {}
+  /** @type {Map<string, HTMLTableRowElement>} */
+  #rows = new Map()
+  #looked = -Infinity
+  #clock
+  #off
+
+  /**
+   * `off` says how far off a robot is, in words.
+   * @param {Clock} clock
+   * @param {(name: string) => string} off
+   */
+  constructor(clock, off) {
+    this.#clock = clock
+    this.#off = off
+  }
+
+  /**
+   * Returns the line to announce.
+   * @param {Messages["fault"]} message
+   */
+  takeFault({ robot, fault, over, message }) {
+    const open = this.#faults.get(robot) ?? new Map()
+    if (over) open.delete(fault)
+    else open.set(fault, message)
+    this.#faults.set(robot, open)
+    this.#looked = -Infinity
+    return message
+  }
+
+  /** @param {Messages["vitals"]} message */
+  takeVitals({ robots }) {
+    this.#vitals = robots
+  }
+
+  /** Another performance begins. */
+  restart() {
+    this.#faults.clear()
+    this.#looked = -Infinity
+  }
+
+  /** All robots that are real, those in trouble first. @returns {Brick[]} */
+  get bricks() {
+    const found = Object.entries(this.#vitals).map(([name, { odom, posed, battery }]) => {
+      const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
+      const low = battery !== null && battery < LOW
+      const wrong = [...faults.map((fault) => WORDS[fault]), ...(low ? ["battery low"] : [])]
+      const silent = this.#clock.isSilent(name)
+      const { state } = this.#clock.transport
+      const does = silent ? "muted" : state
+      /** @type {Brick["kind"]} */
+      const kind = wrong.length ? "fault" : silent || !this.#clock.playing ? "still" : "well"
+      const age = posed === null ? "" : this.#age(posed)
+      const brick = {
+        name,
+        state: wrong.length ? `${wrong.join(", ")}${silent ? " (muted)" : ""}` : does,
+        kind,
+        off: this.#off(name),
+        age: odom ? age || "none yet" : "not measured",
+        battery: battery === null ? "" : `${Math.round(battery * 100)}%`,
+      }
+      return { brick, worst: faults.length ? ORDER.indexOf(faults[0]) : low ? ORDER.length : ORDER.length + 1 }
+    })
+    return found.sort((a, b) => a.worst - b.worst || compare(a.brick.name, b.brick.name)).map(({ brick }) => brick)
+  }
+
+  /** Whether all is well, in a line; empty without real robots. */
+  get summary() {
+    const { bricks } = this
+    if (!bricks.length) return ""
+    const robots = bricks.length === 1 ? "1 robot" : `${bricks.length} robots`
+    const wrong = bricks.filter(({ kind }) => kind === "fault")
+    if (!wrong.length) return `${robots}, all well`
+    const named = wrong.slice(0, NAMED).map(({ name, state }) => `${name} ${state}`)
+    const more = wrong.length > NAMED ? `, and ${wrong.length - NAMED} more` : ""
+    return `${wrong.length} of ${robots} in trouble: ${named.join("; ")}${more}`
+  }
+
+  /**
+   * Shows it, if that is due.
+   * @param {number} now milliseconds
+   */
+  show(now) {
+    if (now < this.#looked + PERIOD) return
+    this.#looked = now
+    const { bricks, summary } = this
+    const button = find("show-wall")
+    button.hidden = !summary
+    write(button, summary)
+    button.classList.toggle("trouble", bricks[0]?.kind === "fault")
+    if (!find("wall").hasAttribute("open")) return
+    write(find("wall-summary"), summary)
+    for (const [name, row] of this.#rows) {
+      if (Object.hasOwn(this.#vitals, name)) continue
+      row.remove()
+      this.#rows.delete(name)
+    }
+    const body = find("wall-rows")
+    for (const [place, brick] of bricks.entries()) {
+      const row = this.#rows.get(brick.name) ?? this.#row(brick.name)
+      row.dataset.kind = brick.kind
+      const texts = [brick.name, brick.state, brick.off, brick.age, brick.battery]
+      texts.forEach((text, column) => write(row.cells[column], text))
+      row.title = [...(this.#faults.get(brick.name)?.values() ?? [])].join("\n")
+      if (body.children[place] !== row) body.insertBefore(row, body.children[place] ?? null)
+    }
+  }
+
+  /** How old a pose is that came at a time of the performance. @param {number} posed */
+  #age(posed) {
+    const { performed, wall } = this.#clock.transport
+    if (!this.#clock.playing) return "–"
+    const now = performed + Math.max(this.#clock.now() - wall, 0)
+    const seconds = Math.max(now - posed - AGED, 0)
+    return seconds < 1 ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
+  }
+
+  /** @param {string} name */
+  #row(name) {
+    const row = document.createElement("tr")
+    const head = document.createElement("th")
+    head.scope = "row"
+    row.append(head, ...COLUMNS.map(() => document.createElement("td")))
+    row.dataset.robot = name
+    COLUMNS.forEach((column, index) => (row.cells[index + 1].className = column))
+    this.#rows.set(name, row)
+    return row
+  }
+}
+
+const COLUMNS = ["state", "off", "age", "battery"]
+const AGED = 1 // seconds that what is known of a pose may be old: it is told once a second
+
+/**
+ * @param {string} one
+ * @param {string} other
+ */
+function compare(one, other) {
+  return one.localeCompare(other, "en", { numeric: true })
+}
+
+/**
+ * @param {HTMLElement} element
+ * @param {string} text
+ */
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text
+}

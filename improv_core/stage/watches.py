@@ -1,0 +1,87 @@
+"""All robots as they are watched for faults: what comes in between two looks, and when to look. `faults.py` decides.
+
+It never reads a clock; times are the clock's, in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple
+
+from improv_core.score.motion import STILL, Twist
+from improv_core.score.score import Part, Score
+from improv_core.stage.faults import News, RobotFacts, RobotWatch, look
+from improv_core.stage.odometry import Comparison
+from improv_core.stage.sinks import Noticed
+
+PERIOD = 0.1
+"""Seconds in which every robot is looked at once, a few at a time."""
+
+
+class RobotNews(NamedTuple):
+    """What is new about a robot's faults."""
+
+    robot: str
+    news: News
+
+
+class Watches:
+    """What is known of each robot since the last look at it."""
+
+    def __init__(self) -> None:
+        self._watches: dict[str, RobotWatch] = {}
+        self._poses: dict[str, list[Comparison]] = {}
+        self._moves: dict[str, float] = {}  # since when robots have been told to move
+        self._late: dict[str, float] = {}
+        self._looked = -math.inf
+        self._place = 0  # how many robots have been looked at in this round
+        self.posed: dict[str, float] = {}
+        """When the latest pose of each robot came."""
+
+    def restart(self) -> None:
+        """Another performance begins."""
+        self._watches, self._poses, self._late, self.posed = {}, {}, {}, {}
+
+    def take(self, pose: Comparison) -> None:
+        """A pose has been measured."""
+        self._poses.setdefault(pose.raw.robot, []).append(pose)
+        self.posed[pose.raw.robot] = pose.raw.at
+
+    def tell(self, robot: str, twist: Twist, at: float) -> None:
+        """A robot has been told to move, or to stand."""
+        if twist == STILL:
+            self._moves.pop(robot, None)
+        else:
+            self._moves.setdefault(robot, at)
+
+    def look_around(self, score: Score, gone: Collection[str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
+        """Look at as many robots as the time since the last call asks for, and find what is new."""
+        for robot, seconds in noticed.late.items():
+            self._late[robot] = max(self._late.get(robot, 0.0), seconds)
+        robots = list(score.parts)
+        due = len(robots) * min((now - self._looked) / PERIOD, 1.0)
+        for robot in robots[self._place : self._place + math.ceil(due)]:
+            news = self._look(robot, score.parts[robot], score, robot in gone, min(noticed.heard, now), now)
+            yield from (RobotNews(robot, each) for each in news)
+        self._looked = now
+        self._place += math.ceil(due)
+        if self._place >= len(robots):
+            self._place = 0
+            self._forget(score.parts)
+
+    def _look(self, robot: str, part: Part, score: Score, gone: bool, heard: float, now: float) -> list[News]:
+        poses, late = self._poses.pop(robot, ()), self._late.pop(robot, 0.0)
+        known = RobotFacts(now, poses, heard if part.odom else None, self._moves.get(robot), gone, late)
+        self._watches[robot], news = look(self._watches.get(robot, _UNWATCHED), known, score.safety.faults)
+        return news
+
+    def _forget(self, parts: Mapping[str, Part]) -> None:
+        """Forget robots that have left."""
+        for robot in self._watches.keys() - parts.keys():
+            del self._watches[robot]
+            self.posed.pop(robot, None)
+            self._moves.pop(robot, None)
+
+
+_UNWATCHED = RobotWatch()

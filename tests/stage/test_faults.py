@@ -1,0 +1,147 @@
+"""What is wrong with a robot: what is known of it at each look → when a fault begins, and when it is over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+import pytest
+
+from improv_core.score.faults import FaultRules
+from improv_core.score.motion import Pose
+from improv_core.stage.faults import QUIET, FaultBegan, FaultOver, RobotFacts, RobotWatch, look
+from improv_core.stage.odometry import CONTINUOUS, Comparison
+from improv_core.stage.sinks import RawPose
+
+RULES = FaultRules()
+LOOK = 0.1
+SPEED = 0.2
+
+
+def measured(at: float, pose: Pose, ideal: Pose, **different: object) -> Comparison:
+    raw = RawPose("r", CONTINUOUS, pose, at)
+    return Comparison(raw, pose, ideal, 1, False, (ideal,))._replace(**different)  # type: ignore[arg-type]
+
+
+def watched(known: Iterable[RobotFacts], rules: FaultRules = RULES) -> list[str]:
+    """When each fault begins and is over: `1.1 +stuck`, `3.0 -stuck`."""
+    watch, lines = RobotWatch(), []
+    for each in known:
+        watch, news = look(watch, each, rules)
+        for found in news:
+            assert isinstance(found, (FaultBegan, FaultOver))
+            lines.append(f"{each.now:.1f} {'+' if isinstance(found, FaultBegan) else '-'}{found.fault}")
+    return lines
+
+
+def driving(
+    where: Callable[[float], Pose | None],
+    seconds: float,
+    speed: float = SPEED,
+    late: float = 0.0,
+    moves: bool = True,
+    every: float = LOOK,
+) -> Iterable[RobotFacts]:
+    """A robot that is told to drive from time 0 on, at `speed`, and is at `where`; None: no pose comes. Poses come
+    `late`, one after each `every` seconds."""
+    taken = -1
+    for count in range(round(seconds / LOOK) + 1):
+        now = count * LOOK
+        poses = []
+        if math.floor(now / every + 1e-6) > taken:
+            taken = math.floor(now / every + 1e-6)
+            ideal = Pose(speed * now if moves else 0.0)
+            recent = (Pose(speed * max(now - 0.25, 0) if moves else 0.0),)
+            if pose := where(max(now - late, 0.0)):
+                poses.append(measured(now, pose, ideal, recent=recent))
+        yield RobotFacts(now, poses, now, 0.0 if moves else None)
+
+
+def on_path(at: float) -> Pose:
+    return Pose(SPEED * at)
+
+
+def halts(at: float) -> Pose:
+    return Pose(SPEED * min(at, 2.0))
+
+
+def rests(at: float) -> Pose:
+    return Pose(SPEED * (at if at < 2 else max(at - 2, 2)))
+
+
+@pytest.mark.parametrize(
+    ("known", "told"),
+    [
+        (driving(on_path, 5), []),
+        (driving(on_path, 5, late=0.2), []),
+        # Its last pose comes at 1.9 s.
+        (driving(lambda at: on_path(at) if at < 2 or at >= 5 else None, 6), ["2.9 +silent", "5.0 -silent"]),
+        (driving(lambda at: Pose() if at < 2 else None, 6, moves=False), ["2.9 +silent"]),
+        # A source that sends a pose every 0.8 s has three times as long.
+        (driving(lambda at: on_path(at) if at < 3 else None, 8, every=0.8), ["4.9 +silent"]),
+        # It is blocked at 2 s.
+        (driving(halts, 3.1), ["3.0 +stuck"]),
+        (driving(rests, 4.3), ["3.0 +stuck", "3.6 +off_path", "4.2 -stuck"]),
+        # Wheels 20% off: after 6.25 s it is 0.25 m behind, and after 7.5 s also behind where it was to be 0.25 s ago.
+        (driving(lambda at: Pose(0.8 * SPEED * at), 8), ["7.6 +off_path"]),
+        # It is turned by 16 degrees, which wasn't told.
+        (driving(lambda at: Pose(SPEED * at, heading=math.radians(16 if at >= 2 else 0)), 3), ["2.0 +off_path"]),
+        (driving(lambda at: Pose(SPEED * at, heading=math.radians(14)), 3), []),
+        (driving(lambda at: Pose(SPEED * at, 0.26 if 1 <= at < 2 else 0), 3), ["1.0 +off_path", "2.0 -off_path"]),
+        (driving(lambda at: Pose(SPEED * at, 0.26 if at < 1 else 0.24), 3), ["0.0 +off_path"]),
+        # It is slow, or trembles on the spot: that isn't stuck.
+        (driving(lambda at: Pose(0.03 * at), 5, speed=0.03), []),
+        (driving(lambda at: Pose(), 30, moves=False), []),
+    ],
+)
+def test_what_measured_poses_show(known: Iterable[RobotFacts], told: list[str]) -> None:
+    assert watched(known) == told
+
+
+def test_a_robot_that_nobody_measures_is_neither_silent_nor_stuck() -> None:
+    assert watched(RobotFacts(now, (), None, 0.0) for now in range(100)) == []
+
+
+def test_nobody_blames_a_robot_while_the_reader_of_its_poses_stalls() -> None:
+    poses = [measured(0.0, Pose(), Pose())]
+    assert watched([RobotFacts(0.0, poses, 0.0, 0.0), RobotFacts(9.0, (), 0.5, 0.0)]) == []
+    assert watched([RobotFacts(0.0, poses, 0.0, 0.0), RobotFacts(9.0, (), 1.5, 0.0)]) == ["9.0 +silent"]
+
+
+def test_a_jump_is_told_once_until_there_was_none_for_a_while() -> None:
+    def known(now: float) -> RobotFacts:
+        jump = (1.0, 0.0) if now in (1, 2, 3) else None
+        return RobotFacts(now, [measured(now, Pose(), Pose(), jump=jump)], now)
+
+    assert watched(known(now) for now in range(16)) == ["1.0 +jumped", f"{3 + QUIET:.1f} -jumped"]
+
+
+def test_late_commands_are_told_once_until_there_were_none_for_a_while() -> None:
+    late = {1: 0.021, 2: 0.019, 3: 0.3}
+    lines = watched(RobotFacts(now, late=late.get(now, 0.0)) for now in range(16))
+    assert lines == ["1.0 +late", f"{3 + QUIET:.1f} -late"]
+
+
+def test_a_listener_that_is_gone_and_comes_back() -> None:
+    assert watched(RobotFacts(now, gone=2 <= now < 5) for now in range(8)) == ["2.0 +gone", "5.0 -gone"]
+
+
+def test_how_bad_a_fault_was_is_its_maximum() -> None:
+    watch, _ = look(RobotWatch(), RobotFacts(0.0, late=0.03), RULES)
+    for late in (0.2, 0.1):
+        watch, news = look(watch, RobotFacts(1.0, late=late), RULES)
+        assert news == []
+    _, news = look(watch, RobotFacts(99.0), RULES)
+    assert [(each.fault, each.worst.seconds) for each in news] == [("late", 0.2)]
+
+
+def test_the_limits_of_a_path_can_be_set() -> None:
+    known = [RobotFacts(0.0, [measured(0.0, Pose(0.5), Pose())], 0.0)]
+    assert watched(known, FaultRules(distance=0.6)) == []
+    assert watched(known, FaultRules(distance=0.4)) == ["0.0 +off_path"]
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300, -1e300])
+def test_poses_that_are_no_places_end_nothing(bad: float) -> None:
+    poses = [measured(0.0, Pose(), Pose()), measured(0.05, Pose(bad, bad, 0, bad if math.isfinite(bad) else 0), Pose())]
+    watched([RobotFacts(0.1, poses, 0.1, 0.0), RobotFacts(0.2, (), 0.2, 0.0)])

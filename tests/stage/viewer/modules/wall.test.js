@@ -1,0 +1,73 @@
+// The wall of robots: who is in trouble, in which order, and what one line says about all.
+
+import assert from "node:assert/strict"
+import test from "node:test"
+
+import { Wall } from "../../../../improv_core/stage/viewer/page/wall.js"
+
+const clock = (/** @type {object} */ changes = {}) => ({
+  playing: true,
+  transport: { state: "playing", performed: 10, wall: 100 },
+  now: () => 102,
+  isSilent: () => false,
+  ...changes,
+})
+const well = { odom: true, posed: 11.5, battery: 0.8 }
+const fault = (robot, kind, over = false) => ({ robot, fault: kind, over, message: `${robot} ${kind}` })
+
+function wall(robots, ...faults) {
+  const made = new Wall(clock(), () => "")
+  made.takeVitals({ robots })
+  for (const each of faults) made.takeFault(each)
+  return made
+}
+
+test("without real robots there is no line, and one line says that all is well", () => {
+  assert.equal(wall({}).summary, "")
+  assert.equal(wall({ ada: well }).summary, "1 robot, all well")
+  assert.equal(wall({ ada: well, bo: well }).summary, "2 robots, all well")
+})
+
+test("robots in trouble come first, the worst trouble first, then all by their names", () => {
+  const robots = Object.fromEntries(["r1", "r2", "r10", "r3", "r4"].map((name) => [name, well]))
+  const made = wall({ ...robots, r4: { ...well, battery: 0.1 } }, fault("r10", "late"), fault("r3", "gone"))
+  assert.deepEqual(made.bricks.map(({ name }) => name), ["r3", "r10", "r4", "r1", "r2"])
+  assert.equal(made.summary, "3 of 5 robots in trouble: r3 gone; r10 late; r4 battery low")
+})
+
+test("a line names three robots, and counts the others", () => {
+  const names = ["a", "b", "c", "d", "e"]
+  const made = wall(Object.fromEntries(names.map((name) => [name, well])), ...names.map((name) => fault(name, "silent")))
+  assert.equal(made.summary, "5 of 5 robots in trouble: a silent; b silent; c silent, and 2 more")
+})
+
+test("a robot has several faults until each is over, and none after a restart", () => {
+  const made = wall({ ada: well }, fault("ada", "stuck"), fault("ada", "gone"))
+  assert.equal(made.bricks[0].state, "gone, stuck")
+  made.takeFault(fault("ada", "gone", true))
+  assert.equal(made.bricks[0].state, "stuck")
+  made.restart()
+  assert.equal(made.summary, "1 robot, all well")
+})
+
+test("how old a pose is, beyond the second for which what is known of it may be old", () => {
+  const ages = { 11.5: "now", 9.4: "1.6 s", "-20": "31 s" }
+  for (const [posed, age] of Object.entries(ages)) {
+    assert.equal(wall({ ada: { ...well, posed: Number(posed) } }).bricks[0].age, age)
+  }
+  assert.equal(wall({ ada: { ...well, posed: null } }).bricks[0].age, "none yet")
+  assert.equal(wall({ ada: { odom: false, posed: null, battery: null } }).bricks[0].age, "not measured")
+})
+
+test("a robot that is muted stands, and that is no trouble", () => {
+  const made = new Wall(clock({ isSilent: () => true }), () => "0.10 m, 3° off")
+  made.takeVitals({ robots: { ada: well } })
+  const [{ state, kind, off, battery }] = made.bricks
+  assert.deepEqual({ state, kind, off, battery }, { state: "muted", kind: "still", off: "0.10 m, 3° off", battery: "80%" })
+  assert.equal(made.summary, "1 robot, all well")
+})
+
+test("a hundred robots are a hundred bricks", () => {
+  const robots = Object.fromEntries([...Array(100).keys()].map((number) => [`r${number}`, well]))
+  assert.equal(wall(robots).bricks.length, 100)
+})

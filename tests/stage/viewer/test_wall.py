@@ -1,0 +1,80 @@
+"""The wall of robots: one line without a click, all robots by one click or key, and axe finds nothing."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.needs import lacking
+from tests.stage.viewer.conftest import Show, wait, watch
+from tests.stage.viewer.test_looks import AXE
+from tests.stage.viewer.wall_photo import SIZES, faults, open_wall, program, tell, vitals
+
+
+def see(page: Page, show: Show, count: int) -> None:
+    show.play(program(count))
+    watch(page, show)
+    wait(page, "improv.transport.state === 'playing'")
+    tell(show, vitals(count, 1.0))
+
+
+def test_without_real_robots_there_is_no_line(page: Page, show: Show) -> None:
+    show.play(program(2))
+    watch(page, show)
+    wait(page, "improv.transport.state === 'playing'")
+    expect(page.locator("#show-wall")).to_be_hidden()
+
+
+def test_one_line_says_that_all_is_well_and_later_who_is_in_trouble(page: Page, show: Show) -> None:
+    see(page, show, 12)
+    line = page.locator("#show-wall")
+    expect(line).to_have_text("12 robots, all well")
+    for message in faults(12):
+        tell(show, message)
+    expect(line).to_have_text("3 of 12 robots in trouble: tb11 gone; tb3 silent; tb6 stuck, off its path")
+    expect(page.locator("#news")).to_have_text("beat 3: tb11 is in trouble")
+    tell(show, {**next(faults(12)), "over": True})
+    expect(line).to_have_text("2 of 12 robots in trouble: tb11 gone; tb6 stuck, off its path")
+    page.reload()  # a page that opens later knows the same
+    expect(line).to_have_text("2 of 12 robots in trouble: tb11 gone; tb6 stuck, off its path")
+
+
+def test_the_wall_opens_by_a_key_and_its_first_robots_are_in_trouble(page: Page, show: Show) -> None:
+    see(page, show, 30)
+    for message in faults(30):
+        tell(show, message)
+    expect(page.locator("#show-wall")).to_be_visible()
+    page.locator("#stage").focus()
+    page.keyboard.press("w")
+    rows = page.locator("#wall tbody tr")
+    expect(rows).to_have_count(30)
+    expect(rows.first).to_have_attribute("title", "beat 3: tb11 is in trouble")
+    assert [rows.nth(place).locator("th").text_content() for place in range(4)] == ["tb11", "tb3", "tb6", "tb1"]
+    page.keyboard.press("Escape")
+    expect(page.locator("#wall")).to_be_hidden()
+
+
+@pytest.mark.slow("axe looks at the page in three sizes")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, scheme: Literal["light", "dark"]) -> None:
+    if not AXE.exists():
+        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
+    page.emulate_media(color_scheme=scheme)
+    see(page, show, 100)
+    for message in faults(100):
+        tell(show, message)
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    for place, (width, height) in enumerate(SIZES.values()):
+        page.set_viewport_size({"width": width, "height": height})
+        if not place:
+            open_wall(page)
+        for what in ("#show-wall", "#wall"):
+            box = page.locator(what).bounding_box()
+            assert box
+            assert box["x"] >= 0
+            assert box["x"] + box["width"] <= width
+        assert page.locator("#stop").is_visible()
+        found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
+        assert [(each["id"], [node["target"] for node in each["nodes"]]) for each in found] == []

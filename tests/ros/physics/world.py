@@ -1,0 +1,147 @@
+"""A floor with two-wheeled robots in MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+
+from tests.ros.physics.camera import Pose
+
+STEP = 0.004
+"""Seconds of one step of the physics."""
+WHEEL, SEPARATION, RADIUS = 0.033, 0.160, 0.09
+"""Meters: a wheel's radius, the distance of the wheels (both of a TurtleBot3 Burger), and the robot's radius."""
+ACCELERATION = 2.5
+"""m/s² of the rim of a wheel."""
+TIMEOUT = 0.5
+"""Seconds without a command after which a robot stops."""
+GRIP = 0.7
+"""The wheels' coefficient of friction."""
+HELD = 0.15
+"""Meters above the floor at which a robot is held that somebody lifts."""
+
+
+@dataclass(slots=True)
+class Robot:
+    """A robot's controller: it regulates what its encoders count, which is more than its wheels really roll."""
+
+    name: str
+    bias: tuple[float, float]
+    start: Pose
+    body: int
+    wanted: tuple[float, float] = (0.0, 0.0)
+    heard: float = -math.inf
+    rims: list[float] = field(default_factory=lambda: [0.0, 0.0])  # the speeds that it regulates, in m/s
+    counted: Pose = (0.0, 0.0, 0.0)
+    """Where it would be by its encoders alone, from where it began."""
+    linear: float = 0.0
+    angular: float = 0.0
+    held: tuple[float, ...] | None = None  # where somebody holds it
+
+
+class World:
+    """Robots at their starts; each wheel rolls by its bias less far than its encoder counts: (0.03, 0.05)."""
+
+    def __init__(self, starts: Mapping[str, Pose], bias: Mapping[str, tuple[float, float]]) -> None:
+        self._model = mujoco.MjModel.from_xml_string(_floor(starts))
+        self._data = mujoco.MjData(self._model)
+        self.robots = {
+            name: Robot(name, bias[name], start, self._model.body(name).id) for name, start in starts.items()
+        }
+        self._addresses = {name: int(self._model.body(name).jntadr[0]) for name in starts}
+        mujoco.mj_forward(self._model, self._data)
+
+    def tell(self, name: str, linear: float, angular: float, at: float) -> None:
+        """A robot hears a velocity at a time, in seconds."""
+        robot = self.robots[name]
+        robot.wanted, robot.heard = (linear, angular), at
+
+    def step(self, now: float, lifted: Sequence[str], stuck: Sequence[str]) -> None:
+        """Make one step, at a time in seconds."""
+        for number, robot in enumerate(self.robots.values()):
+            self._drive(robot, number, now, robot.name in stuck)
+            self._hold(robot, robot.name in lifted)
+        mujoco.mj_step(self._model, self._data)
+        for number, robot in enumerate(self.robots.values()):
+            self._count(robot, number)
+
+    def poses(self) -> dict[str, Pose]:
+        """Where robots really are."""
+        return {name: self._pose(robot) for name, robot in self.robots.items()}
+
+    def _drive(self, robot: Robot, number: int, now: float, stuck: bool) -> None:
+        linear, angular = robot.wanted if now < robot.heard + TIMEOUT and not stuck else (0.0, 0.0)
+        half = angular * SEPARATION / 2
+        for side, wanted in enumerate((linear - half, linear + half)):
+            most = math.inf if stuck else ACCELERATION * STEP
+            robot.rims[side] += max(-most, min(most, wanted - robot.rims[side]))
+            self._data.ctrl[2 * number + side] = robot.rims[side] / WHEEL * (1 - robot.bias[side])
+
+    def _count(self, robot: Robot, number: int) -> None:
+        rims = []
+        for side, bias in enumerate(robot.bias):
+            joint = self._model.actuator_trnid[2 * number + side, 0]
+            speed = self._data.qvel[self._model.jnt_dofadr[joint]]
+            rims.append(float(speed) * WHEEL / (1 - bias))
+        robot.linear, robot.angular = sum(rims) / 2, (rims[1] - rims[0]) / SEPARATION
+        x, y, heading = robot.counted
+        middle = heading + robot.angular * STEP / 2
+        x, y = x + robot.linear * STEP * math.cos(middle), y + robot.linear * STEP * math.sin(middle)
+        robot.counted = x, y, heading + robot.angular * STEP
+
+    def _hold(self, robot: Robot, held: bool) -> None:
+        joint = self._addresses[robot.name]
+        where, speed = int(self._model.jnt_qposadr[joint]), int(self._model.jnt_dofadr[joint])
+        if held:
+            robot.held = robot.held or tuple(self._data.qpos[where : where + 7])
+            x, y, z, *turned = robot.held
+            self._data.qpos[where : where + 7] = (x, y, z + HELD, *turned)
+            self._data.qvel[speed : speed + 6] = 0
+        elif robot.held:
+            self._data.qpos[where : where + 7] = robot.held
+            robot.held = None
+
+    def _pose(self, robot: Robot) -> Pose:
+        x, y, _ = self._data.xpos[robot.body]
+        ahead = self._data.xmat[robot.body]
+        return float(x), float(y), math.atan2(float(ahead[3]), float(ahead[0]))
+
+
+def _floor(starts: Mapping[str, Pose]) -> str:
+    bodies = "".join(_body(name, *start) for name, start in starts.items())
+    motors = "".join(
+        f'<velocity joint="{name}/{side}" kv="0.2" forcerange="-0.5 0.5"/>' for name in starts for side in SIDES
+    )
+    return f"""
+<mujoco>
+  <compiler angle="radian"/>
+  <option timestep="{STEP}" integrator="implicitfast" cone="elliptic"/>
+  <worldbody>
+    <geom type="plane" size="50 50 0.1" friction="1 0.005 0.0001"/>
+    {bodies}
+  </worldbody>
+  <actuator>{motors}</actuator>
+</mujoco>"""
+
+
+SIDES = {"left": 1, "right": -1}
+
+
+def _body(name: str, x: float, y: float, heading: float) -> str:
+    wheels = "".join(
+        f'<body pos="0 {side * SEPARATION / 2} 0"><joint name="{name}/{which}" axis="0 1 0" damping="0.001"/>'
+        f'<geom type="cylinder" size="{WHEEL} 0.009" euler="1.5707963 0 0" mass="0.05" priority="1"'
+        f' friction="{GRIP} 0.005 0.0001"/></body>'
+        for which, side in SIDES.items()
+    )
+    casters = "".join(
+        f'<geom type="sphere" size="0.016" pos="{end * 0.06} 0 {0.0165 - WHEEL}" mass="0.02" priority="1" condim="1"/>'
+        for end in (1, -1)
+    )
+    return (
+        f'<body name="{name}" pos="{x} {y} {WHEEL}" euler="0 0 {heading}"><freejoint/>'
+        f'<geom type="cylinder" size="{RADIUS} 0.03" pos="0 0 0.04" mass="1" condim="1"/>{casters}{wheels}</body>'
+    )

@@ -280,7 +280,8 @@ class _RobotsReading(TomlReading):
         if stop and deadman and stop == deadman.topic:
             message = "the deadman button is on this topic: the emergency stop needs one of its own"
             self.at_value(("ros", "stop"), message)
-        return Safety(stop, deadman, cast(Rejoin, rejoin))
+        start_without = "start_without" not in ros or self.flag(("ros", "start_without"), ros)
+        return Safety(stop, deadman, cast(Rejoin, rejoin), start_without=start_without)
 
     def faults(self, value: Any) -> FaultRules:
         table = self.table(("on",), value)

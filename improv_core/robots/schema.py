@@ -251,6 +251,12 @@ _ROS = {
         default='`"continue"`',
         choices=get_args(Rejoin),
     ),
+    "start_without": Key(
+        "begin although some robots don't listen, and name them; if false, nothing moves until all listen",
+        "boolean",
+        default="true",
+        example="false",
+    ),
 }
 _FAULTS: Mapping[Fault, str] = {
     "off_path": "a robot is farther off its path than `distance` or `angle`",

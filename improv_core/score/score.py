@@ -107,13 +107,15 @@ class Deadman:
 class Safety:
     """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency.
 
-    `faults` says what follows from what is wrong with a robot.
+    `faults` says what follows from what is wrong with a robot, and `start_without` whether to begin although some
+    don't listen.
     """
 
     stop: str | None = None
     deadman: Deadman | None = None
     rejoin: Rejoin = "continue"
     faults: FaultRules = field(default_factory=FaultRules)
+    start_without: bool = True
 
 
 @dataclass(frozen=True)

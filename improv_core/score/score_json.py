@@ -179,6 +179,7 @@ class _SafetyJson(TypedDict):
     deadman: _DeadmanJson | None
     rejoin: Rejoin
     faults: _FaultRulesJson
+    start_without: bool
 
 
 class _ScoreJson(TypedDict):
@@ -258,7 +259,8 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
         raise ValueError("the tempo is out of range")
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
-    rules = Safety(safety["stop"], deadman, safety["rejoin"], FaultRules(**safety["faults"]))
+    faults = FaultRules(**safety["faults"])
+    rules = Safety(safety["stop"], deadman, safety["rejoin"], faults, safety["start_without"])
     bar, names = data["bar"], tuple(data["scene_names"])
     if bar is not None and bar < 1:
         raise ValueError("a bar needs a beat")

@@ -57,6 +57,8 @@ LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
 
+WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
+
 Decided = tuple[Run, list[Act]]
 
 
@@ -129,6 +131,10 @@ def _listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
     if event.waits:
         if event.moving is not None:
             acts += [Still(event.moving), Report()]
+        return run, acts
+    if event.deaf and run.moves and not run.score.safety.start_without:
+        if event.overdue:
+            acts += [LookSoon(event.deaf), _warning(WAITS)]
         return run, acts
     run = replace(run, transport=replace(run.transport, zero=facts.now))
     run, more = _play_from(run, 0, 0.0, facts)

@@ -76,12 +76,13 @@ def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
     tracks.sensing.announce(senses or ())
     tracks.listeners.forget()
     tracks.listeners.begin(score, both, now)
-    tracks.listeners.expect(new)
+    tracks.listeners.expect(new, now)
 
 
 def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
-    found, awaits = tracks.listeners.find(now)
-    return Listened(found, tracks.sink.resetting() or awaits, act.moving)
+    found = tracks.listeners.find(now)
+    waits = tracks.sink.resetting() or found.waits
+    return Listened(found.listen, waits, act.moving, found.deaf, found.overdue)
 
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:

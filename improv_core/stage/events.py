@@ -43,11 +43,14 @@ class Awaited:
 @dataclass(frozen=True, slots=True)
 class Listened:
     """Robots `found` to listen now, and whether beat 0 still waits for others. `moving` are those that must not keep
-    moving meanwhile; None if they have been told already."""
+    moving meanwhile; None if they have been told already. `deaf` are those that don't listen; `overdue` says that they
+    should by now, once."""
 
     found: Collection[str]
     waits: bool
     moving: Collection[str] | None
+    deaf: Collection[str] = ()
+    overdue: bool = False
 
 
 @dataclass(frozen=True, slots=True)

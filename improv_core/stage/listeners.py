@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator
+from typing import NamedTuple
 
 from improv_core.score.score import Score
 from improv_core.stage.sinks import Sink
@@ -11,6 +12,9 @@ from improv_core.stage.sinks import Sink
 PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
 quiet machine, and more than 3 s on a busy one."""
+ANSWERS = 10.0
+"""Seconds to wait before beat 0 for robots that are there and have yet to confirm that they hear us: a sink names one
+earlier that doesn't."""
 LOOK_PERIOD = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
 MOST_LINES = 10
@@ -21,6 +25,16 @@ LOOK_AT = 20
 _TOPIC = "\0"  # stands for a robot's topic in a line about several robots
 
 
+class Found(NamedTuple):
+    """The expected robots that listen since the last look, whether beat 0 has to wait for others, which ones don't
+    listen, and whether the limit has just run out."""
+
+    listen: set[str]
+    waits: bool
+    deaf: frozenset[str]
+    overdue: bool
+
+
 class Listeners:
     """Asks the sink about robots, a few at a time, and collects warnings: each once, with one line for all robots that
     it applies to."""
@@ -29,6 +43,8 @@ class Listeners:
         self._sink = sink
         self._met: dict[str, float] = {}  # when each robot first had a part
         self._awaited: set[str] = set()  # robots that beat 0 waits for, because nothing listens for them yet
+        self._expected = 0.0  # since when
+        self._waits = False  # whether any of them may still be found
         self._heard: set[str] = set()  # robots that have listened since the score began
         self.away: set[str] = set()
         """Robots that once listened and no longer do."""
@@ -53,14 +69,20 @@ class Listeners:
         for robot in entering:
             self._met.setdefault(robot, now)
 
-    def expect(self, robots: Iterable[str]) -> None:
+    def expect(self, robots: Iterable[str], now: float) -> None:
         """Have beat 0 wait until these robots listen."""
-        self._awaited = set(robots)
+        self._awaited, self._expected, self._waits = set(robots), now, True
 
-    def find(self, now: float) -> tuple[set[str], bool]:
-        """The expected robots that listen since the last call, and whether beat 0 has to wait for others."""
-        before, self._awaited = self._awaited, set(self._sink.missing(self._awaited))
-        return before - self._awaited, any(now < self._met[robot] + PATIENCE for robot in self._awaited)
+    def find(self, now: float) -> Found:
+        """Look which of the expected robots hear us, and ask the others."""
+        before, missing = self._awaited, self._sink.missing(self._awaited)
+        self._sink.ask(missing)
+        self._awaited, waited = set(missing), self._waits
+        self._waits = any(
+            now < self._met[robot] + PATIENCE or (line == "" and now < self._expected + ANSWERS)
+            for robot, line in missing.items()
+        )
+        return Found(before - self._awaited, self._waits, frozenset(missing), waited and not self._waits)
 
     def forget(self) -> None:
         """Repeat all warnings from now on, since somebody has restarted everything."""
@@ -72,9 +94,15 @@ class Listeners:
         if abs(self.next_look - now) > LOOK_PERIOD:
             self.next_look = now + LOOK_PERIOD
 
-    def look_around(self, score: Score, now: float) -> tuple[set[str], bool]:
-        """Check the next few robots. Returns those that stand from now on, and whether all have been checked."""
-        standing = self.look(score, self._robots[self._looked_at : self._looked_at + LOOK_AT])
+    def look_around(self, score: Score, now: float, paused: bool) -> tuple[set[str], bool]:
+        """Check the next few robots. Returns those that stand from now on, and whether all have been checked.
+
+        If all are `paused` until some are back, these are asked whether they hear us.
+        """
+        robots = self._robots[self._looked_at : self._looked_at + LOOK_AT]
+        standing = self.look(score, robots)
+        if paused:
+            self._sink.ask(self.away.intersection(robots))
         self._looked_at += LOOK_AT
         done = self._looked_at >= len(self._robots)
         if done:

@@ -109,7 +109,7 @@ class Machine:
             return events.Faults(found)
         if now < tracks.listeners.next_look:
             return None
-        standing, done = tracks.listeners.look_around(self.run.score, now)
+        standing, done = tracks.listeners.look_around(self.run.score, now, self.run.mode == "paused")
         tracks.queue.silence(standing)
         if done:
             tracks.tell_news()

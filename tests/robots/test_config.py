@@ -562,7 +562,7 @@ def test_wrong_keys_and_values_of_ros() -> None:
         publish = 1
                   ^ robots: write `publish` as `true` or `false`
         qos = 3
-        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `publish`, `use_sim_time`, `odom_frame`, `stop`, `deadman`, `rejoin`
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `publish`, `use_sim_time`, `odom_frame`, `stop`, `deadman`, `rejoin`, `start_without`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes

@@ -74,6 +74,7 @@ def until(fits: Callable[[], Any]) -> None:
         if time.monotonic() > end:
             raise TimeoutError(f"missing: {sink.missing()}, warnings: {sink.warnings()}")
         sink.advance(0.0)
+        sink.ask(sink._cast)
         time.sleep(0.01)
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from itertools import dropwhile
 from typing import Any
 
 import pytest
 
-from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Others, Sink, Start
+from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Others, Sink, Start, with_limits
 from tests.ros.dance import at_speed
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
@@ -15,8 +18,13 @@ TURTLE = {"turtle1": "/turtle1/cmd_vel"}
 
 
 def heard(listener: Listener, topic: str = "/turtle1/cmd_vel") -> list[tuple[float, ...]]:
+    """Without the zeros before it first moves, which ask whether it hears."""
     messages = [message for message in listener.heard if message["topic"] == topic]
-    return [(message["x"], message["y"], message["z"], message["yaw"]) for message in messages]
+    return list(dropwhile(lambda twist: not any(twist), map(twist, messages)))
+
+
+def twist(message: dict[str, Any]) -> tuple[float, ...]:
+    return message["x"], message["y"], message["z"], message["yaw"]
 
 
 def last(message: dict[str, Any]) -> bool:
@@ -65,6 +73,32 @@ def test_a_killed_listener_affects_no_other_and_is_served_when_it_returns(
             sink("send", robot, speed, 0, 0, 0)
         here.wait(at_speed(speed))
     sink.repeat(listen("/turtle2/cmd_vel"), "turtle2", 0, 0, 0, 9)
+
+
+def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Start, fragile: Others) -> None:
+    """It is halted: so it has not found the publisher that has found it."""
+    listener = Listener(fragile, "/turtle1/cmd_vel", "/turtle2/cmd_vel")
+    sink = start(**with_limits(stage__hearing__ANSWER_LIMIT=1.0))
+    sink("prepare", {"turtle2": "/turtle2/cmd_vel"})
+    sink("wait")
+    os.kill(fragile.pid, signal.SIGSTOP)
+    try:
+        sink("prepare", TURTLE)
+        assert sink("missing") == {"turtle1": ""}
+        line = sink("find", "missing", "turtle1", "confirm")
+        assert line.startswith("a listener on /turtle1/cmd_vel doesn't confirm that it hears anything: look whether ")
+    finally:
+        os.kill(fragile.pid, signal.SIGCONT)
+    sink("wait")
+    sink("send", "turtle1", 0, 0, 0, 9)
+    listener.wait(last)
+
+
+def test_a_best_effort_listener_confirms_nothing_and_counts_after_a_while(sink: Sink, listen: Listen) -> None:
+    listener = listen("/turtle1/cmd_vel", best_effort=True)
+    sink("prepare", TURTLE)
+    sink("wait")
+    sink.repeat(listener, "turtle1", 0, 0, 0, 9)
 
 
 def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> None:

@@ -43,7 +43,7 @@ from improv_core.stage.acts import (
     Zero,
 )
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
-from improv_core.stage.decide import _RULES, SEEN, decide, trouble
+from improv_core.stage.decide import _RULES, SEEN, WAITS, decide, trouble
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.faults import FaultBegan, FaultOver, Worst
 from improv_core.stage.interlocks import GAMEPAD, OLDER, EmergencyStops
@@ -343,6 +343,32 @@ def test_beat_0_waits_for_listeners() -> None:
     assert (after.mode, after.transport.zero) == ("playing", ZERO + 5)
     begun = Begin(OTHER.parts, 0, 0.0)
     assert what == [StartMeasuring(), begun, Report(ZERO + 5), ReportSenses(0, 0.0), LookSoon(OTHER.parts)]
+
+
+@pytest.mark.parametrize(
+    ("heard", "without", "begins", "says"),
+    [
+        (events.Listened((), False, None, ["b"], True), True, True, False),
+        (events.Listened((), True, None, ["b"]), False, False, False),
+        (events.Listened((), False, None, ["b"], True), False, False, True),
+        (events.Listened((), False, None, ["b"]), False, False, False),
+        (events.Listened(["b"], False, None), False, True, False),
+    ],
+)
+def test_whether_beat_0_waits_for_robots_that_do_not_listen(
+    heard: events.Listened, without: bool, begins: bool, says: bool
+) -> None:
+    dance = replace(OTHER, safety=Safety(start_without=without))
+    after, done = decide(run("waiting", dance=dance), heard, at(5))
+    assert after.mode == ("playing" if begins else "waiting")
+    named: list[Act] = [LookSoon(["b"]), Tell({"type": "warning", "message": WAITS})]
+    assert (done == named) == says, "it is said once"
+
+
+def test_a_score_that_only_stops_robots_does_not_wait_for_those_that_do_not_listen() -> None:
+    before = run("waiting", dance=replace(NOTHING, safety=Safety(start_without=False)))
+    after, _ = decide(before, events.Listened((), False, None, ["b"], True), at(5))
+    assert after.mode == "playing"
 
 
 def test_a_robot_that_only_has_to_stop_does_so_while_others_keep_waiting() -> None:

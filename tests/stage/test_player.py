@@ -37,6 +37,7 @@ class Memory:
         self.noted = Noticed()
         self.sent: list[tuple[str, float, Twist]] = []
         self.deaf: dict[str, str] = {}
+        self.asked: list[set[str]] = []
         self.prepared: list[bool] = []
         self.met: set[str] = set()
         self.placed: Mapping[str, Pose] = {}
@@ -52,6 +53,9 @@ class Memory:
         for robot in self.refuses & score.parts.keys():
             raise OSError(f"{robot} can't be prepared")
         self.prepared.append(restart)
+
+    def ask(self, robots: Collection[str]) -> None:
+        self.asked.append(set(robots))
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {robot: line for robot, line in self.deaf.items() if robots is None or robot in robots}

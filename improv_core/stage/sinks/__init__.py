@@ -101,6 +101,12 @@ class Sink(Protocol):
         Call it repeatedly before beat 0, and not after.
         """
 
+    def ask(self, robots: Collection[str]) -> None:
+        """Have those who listen for these robots, which stand, confirm that they hear a zero, unless they have.
+
+        Call it repeatedly until they are no longer `missing`.
+        """
+
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """One line for each of these robots (default: all of the latest `prepare`) that would not hear a command.
 

@@ -137,6 +137,9 @@ class Recorder:
     def resetting(self) -> bool:
         return False
 
+    def ask(self, robots: Collection[str]) -> None:
+        """Does nothing: a file takes everything."""
+
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 

@@ -23,7 +23,7 @@ from improv_core.stage.sinks import Alarm, Edge, Noticed, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
-from improv_core.stage.sinks.ros_owed import OwedZeros
+from improv_core.stage.sinks.ros_owed import ZERO, OwedZeros
 from improv_core.stage.sinks.ros_publishing import Publishing
 from improv_core.stage.sinks.ros_reader import RosReader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
@@ -169,11 +169,15 @@ class Ros:
         self._standby.look()
         return not self._standby.is_ready({self._robots[robot].topic.name for robot in self._cast})
 
+    def ask(self, robots: Collection[str]) -> None:
+        for known in map(self._robots.__getitem__, robots):
+            known.topic.ask(ZERO, self._clock, known.frame)
+
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         found = {}
         for robot in self._cast if robots is None else robots:
             topic = self._topic(robot)
-            if (problem := topic.missing()) is not None:
+            if (problem := topic.missing(self._robots[robot].moves_since is not None)) is not None:
                 found[robot] = problem and f"{problem} ({self.description})"
             elif topic.is_stamped and self._clock.ros_time_is_active and not self._clock.now().nanoseconds:
                 found[robot] = (

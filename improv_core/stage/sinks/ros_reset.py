@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from improv_core.stage.sinks.ros_topic import SETTLE, Now, RosTopic
+from improv_core.stage.hearing import SETTLE
+from improv_core.stage.sinks.ros_topic import Now, RosTopic
 
 LIMIT = 0.5
 """Seconds that beat 0 waits until a service is found, and then for its response."""

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
+from improv_core.stage.hearing import (
+    Hearing,
+    answered,
+    counted,
+    is_overdue,
+    may_answer,
+    replaced,
+    zeros_to_send,
+)
 from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks.cdr import stamped
 
 TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """The message types Improv can send: their names in profiles and in ROS."""
-SETTLE = 0.2
-"""Seconds until a match counts. The listener matches after us; until then, commands arrived up to 0.16 s late."""
 FIND_LIMIT = 10.0
 """Seconds that a listener and a publisher may take to find each other on a busy machine."""
 
@@ -56,7 +64,7 @@ class RosTopic:
         self._finding = math.inf  # since when listeners of a type of ours are not matched
         self.was_heard = False
         """Whether it has ever had a listener."""
-        self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else now())
+        self._serve({message if message in TYPES else "Twist"}, Hearing(trusts=at_once))
 
     @property
     def is_stamped(self) -> bool:
@@ -66,17 +74,22 @@ class RosTopic:
         """From now on, send `message`: a type, or "auto"."""
         self._message = message
         if message in TYPES:
-            self._serve({message}, self._now())
+            self._serve({message}, Hearing())
 
     def unsettle(self) -> None:
-        """The listeners may be about to change, as after a reset. They count again after they settle."""
+        """The listeners may be about to change, as after a reset. They count again once they have answered."""
         for publisher in self._publishers.values():
-            publisher.unheard = self._now()
+            publisher.hearing = replaced(self._now())
 
-    def missing(self) -> str | None:
+    def ask(self, message: bytes, clock: Any, frame: bytes) -> None:
+        """Have listeners confirm this message, which must be a zero, unless they have done so."""
+        for publisher in self._publishers.values():
+            publisher.ask(self._now(), message, clock, frame)
+
+    def missing(self, moves: bool) -> str | None:
         """Why a command would not be heard now, or None; "" if listeners and publishers are still finding each other.
 
-        Listeners that expect another type are served from now on.
+        `moves` says whether the robot is being told to move. Listeners that expect another type are served from now on.
 
         Takes a few microseconds if all listeners match: it is called for every topic while robots move.
         """
@@ -90,14 +103,16 @@ class RosTopic:
             wanted = {listener.topic_type for listener in self._node.get_subscriptions_info_by_topic(self.name)}
             kinds = {kind for kind, name in TYPES.items() if name in wanted}
             if kinds and self._message not in TYPES:
-                self._serve(kinds, self._now())
-        settled = [publisher.is_settled(self._now()) for publisher in self._publishers.values()]
-        if all(settled) or not listeners:
+                self._serve(kinds, Hearing())
+        heard = [publisher.is_heard(moves, self._now(), self._confirms) for publisher in self._publishers.values()]
+        if all(heard) or not listeners:
             self._finding = math.inf
-            return None if all(settled) else f"nothing is listening on {self._seen_as}"
+            return None if all(heard) else f"nothing is listening on {self._seen_as}"
         if wanted.isdisjoint(TYPES[kind] for kind in self._publishers) and not any(counts):
             return self._unfit(", ".join(sorted(wanted)))
         if any(counts):
+            if any(is_overdue(publisher.hearing, self._now()) for publisher in self._publishers.values()):
+                return f"a listener on {self._seen_as} doesn't confirm that it hears anything: look whether it hangs"
             return ""
         self._finding = min(self._finding, self._now())
         if self._now() < self._finding + FIND_LIMIT:
@@ -114,7 +129,7 @@ class RosTopic:
 
     def confirms(self) -> bool:
         """Whether all listeners confirm what they hear: they are reliable, and our publishers too."""
-        return confirms(self._node, self.name, self._publishers)
+        return self._confirms(self._publishers)
 
     def others(self, own: Collection[str], standby: bool) -> list[str]:
         """The nodes that also publish here, except our `own`. A `standby` has as many publishers as we have."""
@@ -128,6 +143,9 @@ class RosTopic:
         """Send a serialized Twist to all listeners. `clock` stamps TwistStamped messages, in this `cdr.frame_field`."""
         for publisher in self._publishers.values():
             publisher.publish(message, clock, frame)
+
+    def _confirms(self, kinds: Collection[str]) -> bool:
+        return confirms(self._node, self.name, kinds)
 
     def _incompatible(self) -> str | None:
         """Whether all listeners require what our publishers, reliable and volatile, don't offer."""
@@ -144,7 +162,7 @@ class RosTopic:
             return f"{found}, but `message` in improv.toml is {self._message}: change it"
         return f"{found}, but Improv can only send {' or '.join(TYPES.values())}"
 
-    def _serve(self, kinds: set[str], unheard: float) -> None:
+    def _serve(self, kinds: set[str], hearing: Hearing) -> None:
         for kind in self._publishers.keys() - kinds:
             self._leaving[kind] = self._publishers.pop(kind), self._now()
         for kind in kinds - self._publishers.keys():
@@ -153,7 +171,7 @@ class RosTopic:
                 continue
             others = [*self._publishers.values(), *(leaving for leaving, _ in self._leaving.values())]
             second = any(not publisher.is_second for publisher in others)
-            self._publishers[kind] = _Publisher(self._advertise, kind, self.name, second, unheard)
+            self._publishers[kind] = _Publisher(self._advertise, kind, self.name, second, hearing)
 
     def _destroy_left(self) -> None:
         """Destroy publishers that nobody needs anymore: `ros2 topic echo` refuses a topic with two types."""
@@ -164,21 +182,29 @@ class RosTopic:
 
 
 class _Publisher:
-    """A publisher of one type. `unheard` is when it last had no listeners."""
+    """A publisher of one type, and what is known of its listeners."""
 
-    def __init__(self, advertise: Advertise, kind: str, topic: str, second: bool, unheard: float) -> None:
+    def __init__(self, advertise: Advertise, kind: str, topic: str, second: bool, hearing: Hearing) -> None:
         import geometry_msgs.msg
 
-        self.unheard = unheard
+        self.hearing = hearing
         self.is_second = second
+        self._kind = kind
         self._is_stamped = kind == "TwistStamped"
         self._publisher, self.destroy = advertise(getattr(geometry_msgs.msg, kind), topic, second)
         self.count: Callable[[], int] = self._publisher.get_subscription_count
 
-    def is_settled(self, now: float) -> bool:
-        if not self.count():
-            self.unheard = now
-        return now >= self.unheard + SETTLE
+    def is_heard(self, moves: bool, now: float, confirms: Callable[[Collection[str]], bool]) -> bool:
+        """Look whether its listeners are known to hear it."""
+        self.hearing = counted(self.hearing, self.count(), now)
+        if may_answer(self.hearing, moves, now) and self.has_confirmed():
+            self.hearing = answered(self.hearing, confirms((self._kind,)), now)
+        return self.hearing.is_heard(moves)
+
+    def ask(self, now: float, message: bytes, clock: Any, frame: bytes) -> None:
+        for _ in range(zeros_to_send(self.hearing, now)):
+            self.publish(message, clock, frame)
+            self.hearing = replace(self.hearing, asked=now)
 
     def has_confirmed(self) -> bool:
         return has_confirmed(self._publisher)

@@ -102,6 +102,9 @@ class Simulator:
     def resetting(self) -> bool:
         return False
 
+    def ask(self, robots: Collection[str]) -> None:
+        """Does nothing: simulated robots hear everything."""
+
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 

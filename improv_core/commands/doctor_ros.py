@@ -17,14 +17,15 @@ from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.stage.graph import VELOCITIES
+from improv_core.stage.graph_messages import Endpoint, Graph
 from improv_core.stage.messages import FOLDER
 from improv_core.stage.sinks.ros_nodes import STANDBY
 
 LOOK_LIMIT = 30.0
 """Seconds a look at ROS 2's graph may take on a busy machine."""
 
-Graph = Mapping[str, Mapping[str, Sequence[tuple[str, str]]]]
-"""For each topic its `listeners` and `publishers`: node and message type of each."""
+AHEAD, BEHIND = 0.02, 0.5
+"""Seconds by which the stamps of poses may be ahead of our clock, and how old poses may be by them."""
 
 
 def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
@@ -38,7 +39,8 @@ def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
     if isinstance(found, Interpreter):
         yield (reaching := reach(found.env))
         if reaching.mark is not Mark.BROKEN:
-            watched = [guard.topic for guard in _guards(safety)]
+            odometry = [robot.odom for robot in cast.values() if robot.odom]
+            watched = [*(guard.topic for guard in _guards(safety)), *odometry]
             seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in cast.values())])
             if isinstance(seen, Finding):
                 yield seen
@@ -46,6 +48,7 @@ def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
                 yield standby(found)
                 yield from guards(safety, seen)
                 yield from listeners(cast, {topic: ends for topic, ends in seen.items() if topic not in watched})
+                yield from clocks(cast, seen)
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
@@ -108,7 +111,7 @@ def _guards(safety: Safety) -> Iterator[_Guard]:
 def guards(safety: Safety, seen: Graph) -> Iterator[Finding]:
     """Who publishes the emergency stop and the deadman button, if `improv.toml` names them."""
     for guard in _guards(safety):
-        publishers = sorted({node for node, kind in seen[guard.topic]["publishers"] if kind == guard.kind})
+        publishers = sorted({end["node"] for end in seen[guard.topic]["publishers"] if end["type"] == guard.kind})
         if publishers:
             yield Finding(Mark.GOOD, f"{guard.name}: {' and '.join(publishers)} on {guard.topic}")
         else:
@@ -126,7 +129,8 @@ def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     spare = sorted(hearing.keys() - {robot.topic for robot in cast.values()})
     for name, robot in cast.items():
         yield _listener(name, robot, hearing.get(robot.topic, ()), spare)
-        others = {node for node, _ in seen[robot.topic]["publishers"] if not node.startswith(OURS)}
+        yield from _quality(name, robot, hearing.get(robot.topic, ()))
+        others = {end["node"] for end in seen[robot.topic]["publishers"] if not end["node"].startswith(OURS)}
         for node in sorted(others):
             what = f"{name}: {node} also publishes on {robot.topic}"
             yield Finding(Mark.ABSENT, what, "stop it while Improv plays, or the robot obeys both and stutters")
@@ -135,6 +139,24 @@ def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
             yield Finding(Mark.GOOD, f"{_nodes(ends)} on {topic}")
         if not hearing:
             yield Finding(Mark.ABSENT, "no robot listens", "start one in this domain")
+
+
+def clocks(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
+    """Whether the clocks that stamp robots' poses agree with ours."""
+    for name, robot in cast.items():
+        if not robot.odom:
+            continue
+        age = seen[robot.odom]["age"]
+        if age is None:
+            yield Finding(Mark.ABSENT, f"{name}: no poses on {robot.odom}", "start what publishes them")
+        elif age < -AHEAD:
+            what = f"{name}: the clock that stamps {robot.odom} is at least {-age:.2f} s ahead of this machine's"
+            yield Finding(Mark.BROKEN, what, "synchronize both, such as with chrony")
+        elif age > BEHIND:
+            what = f"{name}: poses on {robot.odom} are {age:.2f} s old by their stamps"
+            yield Finding(Mark.BROKEN, what, "synchronize the clocks, such as with chrony, or find what delays them")
+        else:
+            yield Finding(Mark.GOOD, f"{name}: poses on {robot.odom}, {max(age, 0.0):.2f} s old by their stamps")
 
 
 OURS = "/improv"
@@ -164,13 +186,13 @@ def _repair(found: Interpreter) -> str:
     return AGAIN if found.origin == SETUP else f"make sure `{found.python} -c 'import rclpy; rclpy.init()'` works"
 
 
-def _listener(name: str, robot: Robot, ends: Sequence[tuple[str, str]], spare: Sequence[str]) -> Finding:
+def _listener(name: str, robot: Robot, ends: Sequence[Endpoint], spare: Sequence[str]) -> Finding:
     if not ends:
         advice = (
             f'set `topic = "{spare[0]}"` for it in {FILE_NAME}, where a robot listens' if spare else "start the robot"
         )
         return Finding(Mark.ABSENT, f"{name}: nothing is listening on {robot.topic}", advice)
-    types = {kind for _, kind in ends}
+    types = {end["type"] for end in ends}
     if not types & set(VELOCITIES):
         what = f"{name}: {_nodes(ends)} on {robot.topic}, which is neither Twist nor TwistStamped"
         return Finding(Mark.BROKEN, what, f"set another `topic` for it in {FILE_NAME}")
@@ -180,5 +202,18 @@ def _listener(name: str, robot: Robot, ends: Sequence[tuple[str, str]], spare: S
     return Finding(Mark.GOOD, f"{name}: {_nodes(ends)} on {robot.topic}")
 
 
-def _nodes(ends: Sequence[tuple[str, str]]) -> str:
-    return " and ".join(f"{node} listens for {kind.rpartition('/')[2]}" for node, kind in ends)
+def _quality(name: str, robot: Robot, ends: Sequence[Endpoint]) -> Iterator[Finding]:
+    """Listeners whose quality of service keeps them from hearing, or from confirming that they do."""
+    for end in ends:
+        if end["type"] not in VELOCITIES:
+            continue
+        if end["latched"]:
+            what = f"{name}: {end['node']} requires transient local on {robot.topic}, which Improv can't offer"
+            yield Finding(Mark.BROKEN, what, "make it volatile")
+        elif not end["reliable"]:
+            what = f"{name}: {end['node']} is best effort on {robot.topic}, so it can't confirm that it hears"
+            yield Finding(Mark.ABSENT, what, "make it reliable, or its first movement may be cut short")
+
+
+def _nodes(ends: Sequence[Endpoint]) -> str:
+    return " and ".join(f"{end['node']} listens for {end['type'].rpartition('/')[2]}" for end in ends)

@@ -9,12 +9,17 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
 from typing import Any
 
+from improv_core.stage.graph_messages import Endpoint, Graph
 from improv_core.stage.lines import own_output
 
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """The message types that move robots."""
+POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
+"""The message types that say where robots are."""
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
@@ -29,15 +34,22 @@ def main() -> int:
     return 0
 
 
-def look(topics: Sequence[str]) -> dict[str, Any]:
-    """The listeners and publishers on these topics and on all other velocity topics, as `[node, type]`."""
+def look(topics: Sequence[str]) -> Graph:
+    """The listeners and publishers on these topics and on all other velocity topics, and how old poses on these are."""
+    import rclpy
+
     with _node("improv_look") as node:
-        time.sleep(LOOK)
+        poses = _Poses(node, topics)
+        end = time.monotonic() + LOOK
+        while time.monotonic() < end:
+            poses.listen()
+            rclpy.spin_once(node, timeout_sec=0.05)
         moving = [topic for topic, types in node.get_topic_names_and_types() if set(types) & set(VELOCITIES)]
         return {
             topic: {
                 "listeners": _ends(node.get_subscriptions_info_by_topic(topic)),
                 "publishers": _ends(node.get_publishers_info_by_topic(topic)),
+                "age": poses.ages.get(topic),
             }
             for topic in sorted({*topics, *moving})
         }
@@ -77,8 +89,44 @@ def _node(name: str) -> Iterator[Any]:
         rclpy.try_shutdown()
 
 
-def _ends(infos: Sequence[Any]) -> list[list[str]]:
-    return sorted([_name(info), info.topic_type] for info in infos)
+class _Poses:
+    """How old the poses on topics are, by their stamps: the least of what comes."""
+
+    def __init__(self, node: Any, topics: Sequence[str]) -> None:
+        self._node = node
+        self._unheard = set(topics)
+        self.ages: dict[str, float] = {}
+
+    def listen(self) -> None:
+        """Subscribe to topics on which poses are known to be published by now."""
+        from rclpy.qos import qos_profile_sensor_data
+
+        for topic in list(self._unheard):
+            for info in self._node.get_publishers_info_by_topic(topic):
+                if info.topic_type in POSES:
+                    package, _, kind = info.topic_type.split("/")
+                    found = getattr(import_module(f"{package}.msg"), kind)
+                    self._node.create_subscription(found, topic, partial(self._hear, topic), qos_profile_sensor_data)
+                    self._unheard.discard(topic)
+                    break
+
+    def _hear(self, topic: str, message: Any) -> None:
+        stamp = message.header.stamp
+        age = time.time() - stamp.sec - stamp.nanosec / 1e9
+        self.ages[topic] = min(age, self.ages.get(topic, age))
+
+
+def _ends(infos: Sequence[Any]) -> list[Endpoint]:
+    ends: list[Endpoint] = [
+        {
+            "node": _name(info),
+            "type": info.topic_type,
+            "reliable": info.qos_profile.reliability.name == "RELIABLE",
+            "latched": info.qos_profile.durability.name == "TRANSIENT_LOCAL",
+        }
+        for info in infos
+    ]
+    return sorted(ends, key=lambda end: (end["node"], end["type"]))
 
 
 def _name(info: Any) -> str:

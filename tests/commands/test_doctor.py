@@ -14,6 +14,7 @@ from improv_core.commands.finding import Finding
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
 from improv_core.score.score import Deadman, Safety
+from improv_core.stage.graph_messages import Endpoint, Endpoints
 from tests.commands.command_line import Ended, run
 
 TWIST, STAMPED, POSE = (f"geometry_msgs/msg/{name}" for name in ("Twist", "TwistStamped", "Pose"))
@@ -32,11 +33,16 @@ def program(path: Path, script: str) -> Path:
     return path
 
 
-Ends = dict[str, list[tuple[str, str]]]
+def end(node: str, kind: str, quality: str = "reliable") -> Endpoint:
+    return {"node": node, "type": kind, "reliable": quality != "best effort", "latched": quality == "latched"}
 
 
-def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends:
-    return {"listeners": listeners, "publishers": list(publishers)}
+def ends(listeners: list[tuple[str, ...]], *publishers: tuple[str, ...], age: float | None = None) -> Endpoints:
+    return {
+        "listeners": [end(*each) for each in listeners],
+        "publishers": [end(*each) for each in publishers],
+        "age": age,
+    }
 
 
 @pytest.mark.parametrize(
@@ -63,6 +69,23 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
         ),
         (
             "r",
+            ends([("/sim", TWIST, "best effort")]),
+            [
+                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                "– r: /sim is best effort on /r/cmd_vel, so it can't confirm that it hears: "
+                "make it reliable, or its first movement may be cut short",
+            ],
+        ),
+        (
+            "r",
+            ends([("/sim", TWIST, "latched")]),
+            [
+                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                "✗ r: /sim requires transient local on /r/cmd_vel, which Improv can't offer: make it volatile",
+            ],
+        ),
+        (
+            "r",
             ends([("/sim", TWIST)], ("/teleop", TWIST), ("/improv_desk_17", TWIST)),
             [
                 "✓ r: /sim listens for Twist on /r/cmd_vel",
@@ -72,7 +95,7 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
         ),
     ],
 )
-def test_who_listens_to_a_robots_topic(robot: str, seen: Ends, expected: list[str]) -> None:
+def test_who_listens_to_a_robots_topic(robot: str, seen: Endpoints, expected: list[str]) -> None:
     topic = CAST[robot].topic
     assert told(*doctor_ros.listeners({robot: CAST[robot]}, {topic: seen})) == expected
 
@@ -91,9 +114,33 @@ def test_without_robots_all_who_listen_are_told() -> None:
     assert told(*doctor_ros.listeners(none, {})) == ["– no robot listens: start one in this domain"]
 
 
+@pytest.mark.parametrize(
+    ("age", "expected"),
+    [
+        (None, "– r: no poses on /r/odom: start what publishes them"),
+        (0.08, "✓ r: poses on /r/odom, 0.08 s old by their stamps"),
+        (-0.01, "✓ r: poses on /r/odom, 0.00 s old by their stamps"),
+        (
+            -2.0,
+            "✗ r: the clock that stamps /r/odom is at least 2.00 s ahead of this machine's: "
+            "synchronize both, such as with chrony",
+        ),
+        (
+            3.0,
+            "✗ r: poses on /r/odom are 3.00 s old by their stamps: "
+            "synchronize the clocks, such as with chrony, or find what delays them",
+        ),
+    ],
+)
+def test_whether_the_clock_that_stamps_poses_agrees_with_ours(age: float | None, expected: str) -> None:
+    measured = read_robots('[robots.r]\nodom = "/r/odom"\n').robots
+    assert told(*doctor_ros.clocks(measured, {"/r/odom": ends([], age=age)})) == [expected]
+    assert told(*doctor_ros.clocks(CAST, {})) == []
+
+
 def test_what_can_stop_robots() -> None:
     safety = Safety("/e_stop", Deadman("/joy", 4))
-    seen = {"/e_stop": {"publishers": [("/button", "std_msgs/msg/Bool")]}, "/joy": {"publishers": [("/x", TWIST)]}}
+    seen = {"/e_stop": ends([], ("/button", "std_msgs/msg/Bool")), "/joy": ends([], ("/x", TWIST))}
     assert told(*doctor_ros.guards(safety, seen)) == [
         "✓ emergency stop: /button on /e_stop",
         "– deadman button 4 on /joy: nobody publishes sensor_msgs/msg/Joy on /joy: "

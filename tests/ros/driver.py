@@ -67,20 +67,21 @@ def refuse(robot: str, x: float) -> str:
     return "sent"
 
 
-def until(fits: Callable[[], Any]) -> None:
-    """Look as often as the player does."""
+def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
+    """Look as often as the player does, who asks listeners only before robots move."""
     end = time.monotonic() + LIMIT
     while not fits():
         if time.monotonic() > end:
             raise TimeoutError(f"missing: {sink.missing()}, warnings: {sink.warnings()}")
         sink.advance(0.0)
-        sink.ask(sink._cast)
+        if asks:
+            sink.ask(sink._cast)
         time.sleep(0.01)
 
 
 def wait() -> None:
     """Until the player would begin."""
-    until(lambda: not (sink.resetting() or sink.missing()))
+    until(lambda: not (sink.resetting() or sink.missing()), asks=True)
 
 
 def wait_for_reset() -> float:
@@ -92,7 +93,7 @@ def wait_for_reset() -> float:
 
 def find(lines: str, robot: str, part: str) -> str:
     """The line about a robot among these ("missing" or "warnings"), once it has this part in it."""
-    until(lambda: part in methods[lines]().get(robot, ""))
+    until(lambda: part in methods[lines]().get(robot, ""), asks=lines == "missing")
     return str(methods[lines]()[robot])
 
 
@@ -125,7 +126,7 @@ def until_no_warnings() -> None:
 
 def until_offered(topic: str, *types: str) -> None:
     """Until everybody is heard, and these are the types of all publishers there."""
-    until(lambda: not sink.missing() and offered(topic) == types)
+    until(lambda: not sink.missing() and offered(topic) == types, asks=True)
 
 
 def offered(topic: str) -> tuple[str, ...]:

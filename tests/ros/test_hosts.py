@@ -161,12 +161,13 @@ def test_nothing_leaves_this_machine_if_discovery_is_limited_to_it(
 def test_in_another_subnet_only_by_a_discovery_server(
     hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """They are found, both ways: doctor asks who listens and who can press the emergency stop."""
+    """Doctor asks who listens and who can press the emergency stop, and commands get there."""
     env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_DISCOVERY_SERVER": SERVER}
     with pair(hosts, False, ros_python, env, tmp_path) as both:
         said = both.doctor(HEARD, GUARDED)
         assert f"{HEARD}\n" in said
         assert f"{GUARDED}\n" in said
         assert f"✓ domain {env['ROS_DOMAIN_ID']}, all robots listed by the discovery server {SERVER}: " in said
+        hears_and_is_heard(both)
         del both.env["ROS_DISCOVERY_SERVER"]
         assert f"{UNHEARD}\n" in both.doctor()

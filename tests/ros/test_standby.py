@@ -32,6 +32,8 @@ def moving(listen: Listen, sink: Sink) -> Listener:
     sink("prepare", {"turtle1": TOPICS[0], "turtle2": TOPICS[1]})
     sink("wait")
     moves(turtles, sink)
+    turtles.hear_all()
+    turtles.heard = [message for message in turtles.heard if not still(message)]  # they asked whether it hears
     return turtles
 
 

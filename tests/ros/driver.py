@@ -97,6 +97,12 @@ def find(lines: str, robot: str, part: str) -> str:
     return str(methods[lines]()[robot])
 
 
+def battery(robot: str) -> float:
+    """How full a robot's battery is, once that is known."""
+    until(lambda: robot in sink.noticed().batteries)
+    return sink.noticed().batteries[robot]
+
+
 def until_ready() -> None:
     """Until a standby could stop all robots."""
 
@@ -210,6 +216,7 @@ methods: dict[str, Callable[..., Any]] = {
     "wait": wait,
     "wait_for_reset": wait_for_reset,
     "find": find,
+    "battery": battery,
     "edge": edge,
     "pose": pose,
     "alarm": alarm,

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.score.senses import Topic
-from improv_core.stage.readings import holds
+from improv_core.stage.readings import battery, holds
 
 NAN, INF = math.nan, math.inf
 AHEAD = Topic("/scan", "sensor_msgs/LaserScan", below=0.5, start=-math.radians(30), end=math.radians(30))
@@ -144,3 +144,11 @@ def test_buttons(buttons: list[int], button: int | None, expected: bool | None) 
 @pytest.mark.parametrize("value", [True, False])
 def test_truths(value: bool) -> None:
     assert holds(Topic("/hit", "std_msgs/Bool"), SimpleNamespace(data=value)) is value
+
+
+@pytest.mark.parametrize(
+    ("percentage", "share"),
+    [(0.0, 0.0), (0.42, 0.42), (1.0, 1.0), (42.0, 0.42), (100.0, 1.0), (101.0, None), (-1.0, None), (math.nan, None)],
+)
+def test_how_full_a_battery_is(percentage: float, share: float | None) -> None:
+    assert battery(SimpleNamespace(percentage=percentage)) == share

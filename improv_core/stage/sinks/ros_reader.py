@@ -71,7 +71,7 @@ class RosReader:
         """From now on, read these senses, and the poses and batteries of these robots (robot: topic), and no others."""
         if sources.items() - self._sources.items() or odometry.items() - self._odometry.items():
             self._asked = self._clock()
-        self._posed &= odometry.keys()
+        self._posed = {robot for robot in self._posed if self._odometry.get(robot) == odometry.get(robot)}
         self._sources, self._odometry, self._batteries = dict(sources), dict(odometry), dict(batteries)
         self.batteries = {robot: share for robot, share in self.batteries.items() if robot in batteries}
         if (sources or odometry or batteries) and not self._thread.ident:

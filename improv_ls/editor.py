@@ -133,6 +133,14 @@ class Editor:
     def report(self, error: str) -> None:
         self._show(error, types.MessageType.Error)
 
+    async def offer(self, message: str, button: str) -> bool:
+        """Whether the person presses a button in a message. An editor without such buttons shows only the message."""
+        self._read = time.monotonic() + READING
+        action = types.MessageActionItem(button)
+        shown = types.ShowMessageRequestParams(types.MessageType.Warning, message_without_links(message), [action])
+        pressed = await self.server.window_show_message_request_async(shown)
+        return pressed is not None and pressed.title == button
+
     def _done(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)
         if not task.cancelled() and (error := task.exception()):

@@ -23,7 +23,7 @@ from improv_core.robots.config import FILE_NAME
 from improv_core.score.score import Score
 from improv_core.services.history import Played
 from improv_core.stage.commands import Form, PlaceRobots
-from improv_core.stage.messages import TransportMessage, When
+from improv_core.stage.messages import Misplaced, TransportMessage, When
 from improv_core.stage.robot_messages import FaultMessage
 from improv_core.text import Span
 from improv_ls.documents import Document, name_of, opened, path_of
@@ -80,6 +80,7 @@ class Performance:
         self._hinted = False
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
+        self._offered = False  # whether the person has been offered to begin, wherever robots stand
         self._placing = Placing(editor, documents)
         self._closing: set[asyncio.Task[None]] = set()
 
@@ -306,6 +307,8 @@ class Performance:
         elif message["type"] == "fault":
             if leads:
                 self._tell_fault(message)
+        elif message["type"] == "misplaced" and leads:
+            self._editor.soon(self._offer_to_begin(message))
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
@@ -323,6 +326,16 @@ class Performance:
             self._editor.report(message["message"])
         else:
             self._editor.warn(message["message"])
+
+    async def _offer_to_begin(self, message: Misplaced) -> None:
+        """Once robots are not in their places, offer a button to begin anyway. After a stop it does nothing."""
+        offered, self._offered = self._offered, message["waits"]
+        if offered or not message["robots"]:
+            return
+        count, stops = len(message["robots"]), self._editor.server.stops.count
+        what = "1 robot is not in its place" if count == 1 else f"{count} robots are not in their places"
+        if await self._editor.offer(f"{what}, so the dance doesn't begin", "Begin anyway"):
+            self.ask({"type": "anyway"}, stops)
 
     def _follow(self, message: TransportMessage) -> None:
         """Tell everything that follows what plays."""

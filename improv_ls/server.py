@@ -87,7 +87,7 @@ OPTIONS: Mapping[str, Any] = {
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
-        *("play", "before", "history", "restart", "hush", "pause", "resume", "cue", "key"),
+        *("play", "before", "history", "restart", "hush", "pause", "resume", "anyway", "cue", "key"),
         *("seek", "speed", "mute", "solo", "page", "calibrate"),
     )
 }

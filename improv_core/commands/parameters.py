@@ -41,6 +41,7 @@ continues = click.option(
     default="restart",
     help="Robots whose part a save doesn't change keep dancing.",
 )
+force = click.option("--force", is_flag=True, help="Begin even if robots are not in their places.")
 backend = click.option(
     "--backend",
     type=BACKENDS,

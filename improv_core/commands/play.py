@@ -40,6 +40,7 @@ from improv_core.stage.typed_lines import ProtocolError
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
+@parameters.force
 @click.option("--once", is_flag=True, help="End when the dance ends, even in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
@@ -53,6 +54,7 @@ def command(
     fast: bool,
     seconds: float | None,
     recording: Path | None,
+    force: bool,
     once: bool,
     report: str | None,
 ) -> None:
@@ -83,6 +85,7 @@ def command(
         stays=stays,
         senses=senses,
         wanted=wanted,
+        anyway=force,
     )
     sys.exit(run(playing))
 
@@ -110,14 +113,17 @@ async def play(
     recorder: Recorder | None = None,
     senses: Sequence[Sensed] | None = None,
     wanted: WantedScenes | None = None,
+    anyway: bool = False,
 ) -> int:
     """Play a program without errors once; the exit code. If it `stays`, its page can play it again until an interrupt.
 
     Raises StageError; OSError and ValueError if unrecorded.
     """
     async with performance(options, browser=browser, quiet=report, recorder=recorder, scenes=wanted) as performing:
-        await performing.play(analysis, path, senses=senses)
-        await first(performing.finished.wait(), performing.interrupted.wait())
+        await performing.play(analysis, path, senses=senses, anyway=anyway)
+        await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
+        if performing.refused.is_set():
+            return FAILED
         stopped = performing.interrupted.is_set() or performing.stops.count > 0
         if not stopped:
             await performing.settle()

@@ -141,6 +141,7 @@ class TerminalSession:
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
+        self.refused = asyncio.Event()  # robots are not in their places, and there is no page
         # If nobody can see what the robots do, they stop; `main` says why.
         self.screen = Screen(quiet, self.interrupted.set)
 
@@ -201,9 +202,10 @@ class TerminalSession:
         asked: int = 0,
         when: When = "restart",
         senses: Sequence[Sensed] | None = None,
+        anyway: bool = False,
     ) -> bool:
         """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`;
-        `senses` are of a recording.
+        `senses` are of a recording. With `anyway`, it doesn't matter where robots stand.
 
         Returns whether it begins. Raises UnplayableError if it lacks these scenes.
         """
@@ -215,7 +217,7 @@ class TerminalSession:
         score = score_of(only.analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
-        if await self.playback.play(PlayScore(score, path.name, asked, when, senses=senses)):
+        if await self.playback.play(PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway)):
             self._keep(path, analysis.text)
             named = f"{only.name}: " if only.name else ""
             self.screen.say(f"▶ {named}{summary(only.analysis)}, {self.playback.show.status}")
@@ -226,7 +228,7 @@ class TerminalSession:
         self.finished.set()
         return False
 
-    async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When) -> None:
+    async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When, anyway: bool = False) -> None:
         """Play what was saved, as `play` does, or say why it can't be played."""
         for line in as_lines(path, analysis):
             self.screen.complain(line)
@@ -234,7 +236,7 @@ class TerminalSession:
             self.refuse(path, mistakes(path, analysis))
             return
         try:
-            await self.play(analysis, path, asked, when)
+            await self.play(analysis, path, asked, when, anyway=anyway)
         except UnplayableError as error:
             self.screen.complain(f"improv: {error}")
             self.refuse(path, [Mistake(path.name, 0, 0, "", str(error))])
@@ -308,6 +310,9 @@ class TerminalSession:
                 self._errors.note(message)
                 if not self.interrupted.is_set():
                     self.screen.complain(f"improv: {message['message']}")
+        elif message["type"] == "misplaced":
+            if leads and message["robots"] and not self.has_page:  # where it could begin anyway
+                self.refused.set()
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
                 self.screen.complain(f"improv: {message['message']}")

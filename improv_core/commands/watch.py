@@ -34,6 +34,7 @@ ANSWERS = {
 @parameters.no_browser
 @parameters.continues
 @scenes.options
+@parameters.force
 def command(
     file: Path,
     backend: str,
@@ -43,15 +44,18 @@ def command(
     first: str | None,
     last: str | None,
     only: str | None,
+    force: bool,
 ) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
-    wanted = scenes.wanted(first, last, only)
-    sys.exit(run(watch(file, parameters.options(file, backend, port), when, wanted, browser=not no_browser)))
+    wanted, options = scenes.wanted(first, last, only), parameters.options(file, backend, port)
+    sys.exit(run(watch(file, options, when, wanted, browser=not no_browser, anyway=force)))
 
 
-async def watch(path: Path, options: Options, when: When, wanted: WantedScenes, *, browser: bool) -> int:
+async def watch(
+    path: Path, options: Options, when: When, wanted: WantedScenes, *, browser: bool, anyway: bool = False
+) -> int:
     """Play a program, or the wanted scenes of it, and again at every save, until interrupted; the exit code. Raises
     ReadError and StageError.
 
@@ -59,11 +63,11 @@ async def watch(path: Path, options: Options, when: When, wanted: WantedScenes, 
     """
     saved = saved_or_awaited(path)
     async with performance(options, browser=browser, scenes=wanted) as performing:
-        await first(_follow(performing, path, saved, when), performing.interrupted.wait())
+        await first(_follow(performing, path, saved, when, anyway), performing.interrupted.wait())
     return INTERRUPTED
 
 
-async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: When) -> None:
+async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: When, anyway: bool) -> None:
     stops = performing.stops
     witness, handled = StopWitness(stops, path), look(path)
     played = told = 0  # the counts of stops when it was played last, and when somebody was told to save again
@@ -71,7 +75,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
         performing.present(path)
         performing.screen.say(f"waiting for {path.name}: save it to play it")
     else:
-        await _play(performing, path, saved, 0, when)
+        await _play(performing, path, saved, 0, when, anyway)
     async for _ in changes(path.parent):
         if read_saved(path) == saved or (settled := await settle(path)) == saved:
             continue
@@ -82,13 +86,13 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
         saved, handled = settled, now
         if verdict is Verdict.PLAY:
             played = heard
-            await _play(performing, path, saved, asked, when)
+            await _play(performing, path, saved, asked, when, anyway)
         else:
             performing.screen.say(ANSWERS[verdict].format(path.name))
             told = heard if verdict is Verdict.SAVE_AGAIN else told
 
 
-async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: int, when: When) -> None:
+async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: int, when: When, anyway: bool) -> None:
     """Play what was saved, or say why it can't be played."""
     try:
         if saved.text is None:
@@ -98,4 +102,4 @@ async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: in
         performing.screen.complain(f"improv: {problem}")
         performing.refuse(path, [Mistake(path.name, 0, 0, "", str(problem))])
     else:
-        await performing.play_if_right(analysis, path, asked, when)
+        await performing.play_if_right(analysis, path, asked, when, anyway)

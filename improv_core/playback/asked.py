@@ -11,11 +11,11 @@ from improv_core.playback.acts import Act, Announce, PassOn, Send, SendScore
 from improv_core.playback.show import Change, PlayScore, Show
 from improv_core.playback.stage_process import StageError
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.commands import COMMANDS, PageRequest, Resume, Watched
+from improv_core.stage.commands import COMMANDS, Anyway, PageRequest, Resume, Watched
 from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.messages import Pressed, ProgramMessage, refused_by
 
-Wish = Change | Resume | ProgramMessage | ProgramSource | Answer
+Wish = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
 """What may be asked of all stages: a change, to resume after a pause, or to show something on pages."""
 Decided = tuple[Show, list[Act]]
 
@@ -46,8 +46,9 @@ def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: No
     if request["type"] == "restart":
         again = show.played and replace(show.played, when="restart", beats_per_bar=BEATS_PER_BAR, stops=now.stops)
         return _send_score(show, again) if again and show.leader else (show, [])
-    if request["type"] == "resume":
-        resume: Resume = {"type": "resume", "at": now.at}
+    if request["type"] == "resume" or request["type"] == "anyway":
+        resume: Resume | Anyway
+        resume = {"type": "resume", "at": now.at} if request["type"] == "resume" else {"type": "anyway", "at": now.at}
         return show, [Send(name, resume, unless=now.stops) for name in (show.leader, show.twin) if name]
     if request["type"] == "stop" or request["type"] == "pause":
         return show, []

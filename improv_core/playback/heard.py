@@ -46,6 +46,10 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
         acts = _to(show.twin, message)
         if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
             show = show.with_muted(message["robot"])
+    elif message["type"] == "misplaced":
+        # The twin waits, too: it may still play what was played before.
+        pause: list[Act] = _to(show.twin, {"type": "pause"}) if leads and message["robots"] else []
+        acts = [*pause, *_to(show.twin, message)] if leads else []
     return show, [*acts, Announce(message, leads)]
 
 

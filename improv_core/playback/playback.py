@@ -253,6 +253,8 @@ class Playback:
         load["stops"] = self.stops.known  # as many as when it was asked for, or it is not sent
         if play.senses is not None:
             load["senses"] = play.senses
+        if play.anyway:
+            load["anyway"] = True
         if self.stops.send(load, stage, play.stops):
             self._heard(name, {"type": "loaded", "play": play})
         else:

@@ -26,7 +26,7 @@ class PlayScore:
     `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`: parts that are the same as in the score
     that plays are not touched then. `stops` is the count of stops when somebody asked for it. With `senses`, robots
     sense what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots
-    stop.
+    stop. With `anyway`, it doesn't matter where real robots stand.
     """
 
     score: Score
@@ -36,6 +36,7 @@ class PlayScore:
     beats_per_bar: int = BEATS_PER_BAR
     senses: Sequence[Sensed] | None = None
     simulated: bool = False
+    anyway: bool = False
     generation: int = 0
 
 

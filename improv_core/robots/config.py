@@ -24,7 +24,7 @@ from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
-from improv_core.score.score import BASE_FRAME, Deadman, OdomFrame, Rejoin, Safety
+from improv_core.score.score import BASE_FRAME, Deadman, OdomFrame, Preflight, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -144,7 +144,11 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     ros = reading.table(("ros",), sections.get("ros", {}))
     namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
-    safety = replace(reading.safety(ros, namespace), faults=reading.faults(sections.get("on", {})))
+    safety = replace(
+        reading.safety(ros, namespace),
+        faults=reading.faults(sections.get("on", {})),
+        preflight=reading.preflight(sections.get("preflight", {})),
+    )
     node = node_name(reading, ("ros", "node"), ros)
     publish = reading.flag(("ros", "publish"), ros)
     odom_frame = cast(OdomFrame, reading.one_of(("ros", "odom_frame"), ros) or "own")
@@ -293,6 +297,11 @@ class _RobotsReading(TomlReading):
             numbers.get("distance", default.distance),
             default.angle if angle is None else math.radians(angle),
         )
+
+    def preflight(self, value: Any) -> Preflight:
+        found, usual = self.numbers(("preflight",), self.table(("preflight",), value)), Preflight()
+        turn = math.radians(found["degrees"]) if "degrees" in found else usual.turn
+        return Preflight(found.get("distance", usual.distance), turn)
 
     def deadman(self, value: Any, namespace: str) -> Deadman | None:
         keys = ("ros", "deadman")

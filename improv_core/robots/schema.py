@@ -365,6 +365,10 @@ _SENSE = {
     ),
     "key": Key("a letter or a digit, instead of a topic", example='"d"'),
 }
+_PREFLIGHT = {
+    "distance": _number("how far from its place a robot may stand", "meters", 0.001, 100, "0.1"),
+    "degrees": _number("by how much it may be turned", "degrees", 0.1, 180, "10"),
+}
 _FORMATION = {
     "shape": Key(
         'how they stand: side by side in a `"line"`, in a `"circle"`, or in the rows of a `"grid"`, around the origin',
@@ -386,6 +390,7 @@ SCHEMA = _table(
         "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
         "on": _table("what follows from the faults of real robots", _ON),
         "world": _table("the simulator's walls and obstacles", _WORLD),
+        "preflight": _table("how far from their places robots may stand when they begin", _PREFLIGHT),
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
     },
 )

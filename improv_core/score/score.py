@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -104,6 +105,15 @@ class Deadman:
 
 
 @dataclass(frozen=True, slots=True)
+class Preflight:
+    """How far from its place a robot may stand when it begins, in meters, and by how much it may be turned, in
+    radians."""
+
+    distance: float = 0.1
+    turn: float = math.radians(10)
+
+
+@dataclass(frozen=True, slots=True)
 class Safety:
     """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency.
 
@@ -116,6 +126,7 @@ class Safety:
     rejoin: Rejoin = "continue"
     faults: FaultRules = field(default_factory=FaultRules)
     start_without: bool = True
+    preflight: Preflight = Preflight()
 
 
 @dataclass(frozen=True)

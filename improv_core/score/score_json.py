@@ -33,7 +33,7 @@ from improv_core.score.movement import (
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
-from improv_core.score.score import Deadman, OdomFrame, Part, Rejoin, Safety, Score
+from improv_core.score.score import Deadman, OdomFrame, Part, Preflight, Rejoin, Safety, Score
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
@@ -174,12 +174,18 @@ class _FaultRulesJson(TypedDict):
     angle: float
 
 
+class _PreflightJson(TypedDict):
+    distance: float
+    turn: float
+
+
 class _SafetyJson(TypedDict):
     stop: str | None
     deadman: _DeadmanJson | None
     rejoin: Rejoin
     faults: _FaultRulesJson
     start_without: bool
+    preflight: _PreflightJson
 
 
 class _ScoreJson(TypedDict):
@@ -259,8 +265,8 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
         raise ValueError("the tempo is out of range")
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
-    faults = FaultRules(**safety["faults"])
-    rules = Safety(safety["stop"], deadman, safety["rejoin"], faults, safety["start_without"])
+    faults, preflight = FaultRules(**safety["faults"]), Preflight(**safety["preflight"])
+    rules = Safety(safety["stop"], deadman, safety["rejoin"], faults, safety["start_without"], preflight)
     bar, names = data["bar"], tuple(data["scene_names"])
     if bar is not None and bar < 1:
         raise ValueError("a bar needs a beat")

@@ -9,7 +9,7 @@ from improv_core.score.faults import Response
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 from improv_core.stage.events import Event, Load
-from improv_core.stage.messages import ErrorLine, Pressed, WarningLine
+from improv_core.stage.messages import ErrorLine, Misplaced, Pressed, WarningLine
 from improv_core.stage.watches import RobotNews
 
 
@@ -17,7 +17,7 @@ from improv_core.stage.watches import RobotNews
 class Tell:
     """Send a message."""
 
-    message: WarningLine | ErrorLine | Pressed
+    message: WarningLine | ErrorLine | Pressed | Misplaced
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,12 @@ class Resume(_Timed):
     type: Literal["resume"]
 
 
+class Anyway(_Timed):
+    """Continue, or begin, even if robots are not in their places."""
+
+    type: Literal["anyway"]
+
+
 class Seek(_Timed):
     type: Literal["seek"]
     beat: Beat
@@ -91,7 +97,7 @@ class Force(_Timed):
     value: bool | None
 
 
-Conduct = Stop | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
+Conduct = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """What people in an editor or on a page may do to what plays."""
 
 
@@ -180,11 +186,12 @@ _ROWS = (
         stops=True,
         at_once=True,
         overtakes=True,
-        voids=frozenset({"pause", "resume", "seek", "restart", "cue"}),
+        voids=frozenset({"pause", "resume", "anyway", "seek", "restart", "cue"}),
         about=lambda stop: stop.get("mark", "").rpartition(" ")[0],  # each page waits until its own is confirmed
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
     Command(Resume, CONTROLS),
+    Command(Anyway, ("page", "editor")),
     Command(Restart, CONTROLS, to_stages=False),
     Command(Seek, ("page", "editor")),
     Command(Speed, ("page", "editor", "ros"), at_once=True, kept=True),

@@ -13,9 +13,10 @@ from fractions import Fraction
 from typing import Any
 
 from improv_core.score.movement import Exact, near
+from improv_core.score.path import pose_at
 from improv_core.score.score import Score
 from improv_core.score.transport import Transport
-from improv_core.stage import events
+from improv_core.stage import events, preflight
 from improv_core.stage.acts import (
     Act,
     Begin,
@@ -64,7 +65,10 @@ Decided = tuple[Run, list[Act]]
 
 def decide(run: Run, event: Event, facts: Facts) -> Decided:
     """The performance after an event, and what to do about it, in this order."""
-    return _RULES[type(event)](run, event, facts)
+    then, acts = _RULES[type(event)](run, event, facts)
+    if then.misplaced is not None and then.mode != "paused":
+        then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
+    return then, acts
 
 
 def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None:
@@ -110,6 +114,7 @@ def _restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         mode="waiting",
         generation=load.generation,
         restarted=load.generation,
+        anyway=load.anyway,
         next=None,
         transport=Transport(zero, 0.0, 0, load.score.tempo * run.speed),
     )
@@ -137,7 +142,7 @@ def _listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
             acts += [LookSoon(event.deaf), _warning(WAITS)]
         return run, acts
     run = replace(run, transport=replace(run.transport, zero=facts.now))
-    run, more = _play_from(run, 0, 0.0, facts)
+    run, more = _play_from(run, 0, 0.0, facts, facts.places)
     return run, [*acts, StartMeasuring(), *more, LookSoon(run.score.parts)]
 
 
@@ -160,7 +165,8 @@ def _pause(run: Run, event: events.Pause, facts: Facts) -> Decided:
 def _resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
     if run.mode != "paused":
         return run, []
-    return _play_from(run, run.transport.origin, run.transport.performed(facts.now), facts)
+    places = {} if event.anyway else facts.places
+    return _play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, places)
 
 
 def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
@@ -170,9 +176,16 @@ def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
     run = run.at_scene_of(run.begun, beat)
     acts: list[Act] = [Dismiss(), ForgetEdges()]
     if run.mode == "playing":
-        run, more = _play_from(run, beat, run.transport.performed(facts.now), facts)
+        places = _places_at(run.score, beat, facts)
+        run, more = _play_from(run, beat, run.transport.performed(facts.now), facts, places)
         return run, [*acts, Place(beat), *more]
     return replace(run.left_at(beat), mode="paused"), [*acts, Place(beat), Report()]
+
+
+def _places_at(score: Score, beat: Exact, facts: Facts) -> Mapping[str, preflight.Standing]:
+    """Where robots stand, and where they should be at a beat."""
+    ideal = {robot: pose_at(score.parts[robot], beat) for robot in facts.places if robot in score.parts}
+    return {robot: preflight.Standing(pose, facts.places[robot].pose) for robot, pose in ideal.items() if pose}
 
 
 def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
@@ -214,6 +227,15 @@ def _changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
     if not must_wait and run.mode == "paused" and run.continues:
         return _resume(run, events.Resume(), facts)
     return run, []
+
+
+def _stood(run: Run, event: events.Stood, facts: Facts) -> Decided:
+    """Show what still has to be done to robots that are not in their places. They don't begin by themselves."""
+    found = preflight.misplaced(facts.places, run.score.safety.preflight)
+    if run.misplaced is None or preflight.shown(found) == preflight.shown(run.misplaced):
+        return run, []
+    there = [] if found else [_warning("all robots are in their places: play again")]
+    return replace(run, misplaced=found), [Tell(preflight.message(found, run.generation)), *there]
 
 
 def _stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
@@ -304,15 +326,24 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
     if event.goes_on and not waits(run, facts):
         acts = _begin(run, begin, event.beat, event.at)
     else:
-        run, acts = _play_from(run, event.beat, event.at, facts)
+        run, acts = _play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
     return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon(begin)]
 
 
-def _play_from(run: Run, beat: Exact, performed: float, facts: Facts) -> Decided:
-    """Play the score from a beat on, starting at this performance time, or as soon as nothing is waited for."""
+def _play_from(
+    run: Run, beat: Exact, performed: float, facts: Facts, places: Mapping[str, preflight.Standing] | None = None
+) -> Decided:
+    """Play the score from a beat on, starting at this performance time, or as soon as nothing is waited for.
+
+    Robots that stood have to be in their `places`.
+    """
     run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if waits(run, facts):
         return _wait(replace(run, mode="paused"), facts)
+    found = preflight.misplaced(places or {}, run.score.safety.preflight)
+    if found and run.moves and not run.anyway:
+        run, acts = _leave(replace(run, mode="paused", misplaced=found), "paused", facts)
+        return run, [*acts, Tell(preflight.message(found, run.generation)), _error(preflight.refusal(found))]
     if swap := run.next:
         at = run.switch_time(swap.when, performed, swap.beats_per_bar, facts.over)
         run = replace(run, next=replace(swap, at=at))
@@ -367,6 +398,7 @@ _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
     events.Silence: _silence,
     events.EmergencyStop: _emergency_stop,
     events.Changed: _changed,
+    events.Stood: _stood,
     events.Stalled: _stalled,
     events.Overloaded: _overloaded,
     events.Faults: _faults,

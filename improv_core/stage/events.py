@@ -11,6 +11,7 @@ from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.agenda import Due
 from improv_core.stage.messages import Takeover, When
+from improv_core.stage.preflight import Standing
 from improv_core.stage.sensing import Foreseen
 from improv_core.stage.watches import RobotNews
 
@@ -26,6 +27,7 @@ class Load:
     beats_per_bar: int = BEATS_PER_BAR
     senses: Iterable[Foreseen] | None = None
     stops: int | None = None
+    anyway: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +81,9 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """A pause is over."""
+    """A pause is over. With `anyway`, it doesn't matter where robots stand."""
+
+    anyway: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +122,11 @@ class Changed:
 
 
 @dataclass(frozen=True, slots=True)
+class Stood:
+    """Robots that are not in their places were measured again."""
+
+
+@dataclass(frozen=True, slots=True)
 class Stalled:
     """Real robots should have been sent something this many seconds ago."""
 
@@ -145,7 +154,7 @@ class Stand:
 
 Event = (
     Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
-    | EmergencyStop | Changed | Stalled | Overloaded | Faults | Stand | Due
+    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | Due
 )  # fmt: skip
 """`Due` is something that the agenda says is due: a scene, a takeover, or the end."""
 
@@ -156,7 +165,8 @@ class Facts:
 
     `now` is the time on the clock, and `real` whether real robots move. `over` is the beat at which the last part of
     this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
-    `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved.
+    `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved,
+    and `places` where robots should be and stand whose poses are in the world.
     """
 
     now: float = 0.0
@@ -166,3 +176,4 @@ class Facts:
     standing: frozenset[str] = frozenset()
     held: frozenset[str] = frozenset()
     poses: Mapping[str, Pose] = field(default_factory=dict)
+    places: Mapping[str, Standing] = field(default_factory=dict)

@@ -259,7 +259,8 @@ class _Loop:
         at = self._as_of(load.get("at"), now)
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
         senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
-        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar, senses, load.get("stops"))
+        rest = (load.get("entry"), bar, senses, load.get("stops"), load.get("anyway", False))
+        self.player.load(score, load["generation"], load["when"], at, *rest)
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":
@@ -272,6 +273,7 @@ class _Loop:
             or message["type"] == "measured"
             or message["type"] == "fault"
             or message["type"] == "vitals"
+            or message["type"] == "misplaced"
         ):
             if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
                 self.player.stand(message["robot"], now)
@@ -322,6 +324,7 @@ OBEYED: Mapping[str, Callable[[_Loop, Any, float, float], None]] = {
     "stop": lambda loop, message, at, now: loop.obey_stop(message, now),
     "pause": lambda loop, _, at, now: loop.player.pause(at),
     "resume": lambda loop, _, at, now: loop.player.resume(at),
+    "anyway": lambda loop, _, at, now: loop.player.resume(at, anyway=True),
     "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at),
     "speed": lambda loop, message, at, now: loop.player.set_speed(message["factor"], at),
     "silence": lambda loop, message, at, now: loop.player.set_silent(message["muted"], message["soloed"], at),

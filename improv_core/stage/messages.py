@@ -80,6 +80,23 @@ class Measured(TypedDict):
     robots: Mapping[str, MeasuredRobot]
 
 
+class MisplacedRobot(TypedDict):
+    """Where a robot should be and where it stands (null: not known), and what has to be done about it."""
+
+    place: PoseJson
+    pose: PoseJson | None
+    line: str
+
+
+class Misplaced(TypedDict):
+    """The robots that are not in their places; without any, they are. Playing `waits` until a person plays again."""
+
+    type: Literal["misplaced"]
+    generation: int
+    waits: bool
+    robots: Mapping[str, MisplacedRobot]
+
+
 class _Load(TypedDict):
     type: Literal["load"]
     generation: int
@@ -115,9 +132,10 @@ class Load(_Load, _Timed, total=False):
 
     With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
     `pressed` that the parent knew of when somebody asked for this score, and `asleep` how many seconds the machine had
-    slept by then.
+    slept by then. With `anyway`, it doesn't matter where robots stand.
     """
 
+    anyway: bool
     asleep: float
     beats_per_bar: int
     entry: Takeover
@@ -169,7 +187,7 @@ class Ping(TypedDict):
     number: int
 
 
-ToPages = ProgramMessage | ProgramSource | Answer | Measured | FaultMessage | Vitals
+ToPages = ProgramMessage | ProgramSource | Answer | Measured | Misplaced | FaultMessage | Vitals
 """From the parent to the pages, through their stage."""
 ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | Ping
 
@@ -282,6 +300,7 @@ FromStage = (
     | Measured
     | FaultMessage
     | Vitals
+    | Misplaced
     | Sent
     | Pressed
     | WarningLine

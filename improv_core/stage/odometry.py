@@ -16,6 +16,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import DEFAULT, Profile, beside_robots
 from improv_core.score.score import Part
 from improv_core.stage.messages import SIMULATED
+from improv_core.stage.preflight import Standing
 from improv_core.stage.sinks import RawPose
 from improv_core.stage.sinks.dynamics import motors_of
 
@@ -35,6 +36,10 @@ UNEVEN = 0.1
 LAGS = (0.08, 0.16, 0.25)
 """Seconds by which a robot may be behind: its poses come late, and its motors need time. At 0.9 m/s² and 7.7 rad/s², a
 TurtleBot3 that starts at its limits lags by 0.12 s and 0.18 s, and poses came 80 ms late."""
+FRESH = 1.0
+"""Seconds: a robot stands where it was then, if it is told nothing."""
+AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
+"""The source that sends a pose only after a robot has moved: localization on a map, such as AMCL."""
 CONTINUOUS = "nav_msgs/Odometry"
 """The source whose frame never jumps (REP 105): if it does, it has started over. Others may correct themselves."""
 
@@ -108,6 +113,10 @@ class Odometry:
         track = self._tracks.get(raw.robot)
         return track.take(raw) if track else None
 
+    def places(self, now: float) -> dict[str, Standing]:
+        """Where the robots should be and stand whose poses are in the world, at a time on the clock."""
+        return {robot: track.place_at(now) for robot, track in self._tracks.items() if track.in_world}
+
     @property
     def robots(self) -> Collection[str]:
         """The robots whose poses are compared."""
@@ -172,6 +181,12 @@ class _Track:
         self.legs.append(_Leg(at, last.pose_at(at), twist, self._speed(last, at)))
         self.fastest = max(self.fastest, 2 * math.hypot(twist.x, twist.y, twist.z))
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
+
+    def place_at(self, now: float) -> Standing:
+        """Where it should be and stands. A pose from a moment ago counts, and any that comes only after a movement."""
+        raw = self.latest
+        known = raw and (now - raw.at <= FRESH or raw.source == AFTER_MOVING)
+        return Standing(self.legs[-1].pose_at(now), raw.pose if raw and known else None)
 
     def jump(self, raw: RawPose) -> tuple[float, float] | None:
         """How far a pose is from the one before, if the robot can't have moved so far."""

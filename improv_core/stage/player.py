@@ -73,6 +73,7 @@ class Player(Machine):
         beats_per_bar: int = BEATS_PER_BAR,
         senses: Iterable[Foreseen] | None = None,
         stops: int | None = None,
+        anyway: bool = False,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
@@ -83,7 +84,7 @@ class Player(Machine):
         and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
         one was pressed since somebody asked for it, with `stops` presses before.
         """
-        load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops)
+        load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops, anyway)
         self._take(load, now)
 
     def stop(self, now: float) -> None:
@@ -98,9 +99,10 @@ class Player(Machine):
         self._catch_up(now)
         self._take(events.Pause(), now)
 
-    def resume(self, now: float) -> None:
-        """Continue from where it was paused, as soon as nothing is waited for."""
-        self._take(events.Resume(), now)
+    def resume(self, now: float, *, anyway: bool = False) -> None:
+        """Continue from where it was paused, as soon as nothing is waited for. Robots whose poses are in the world must
+        be in their places, except with `anyway`."""
+        self._take(events.Resume(anyway), now)
 
     def seek(self, beat: float, now: float) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
@@ -174,6 +176,8 @@ class Player(Machine):
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""
         self._tracks.measure(poses, now)
+        if self.run.misplaced is not None:
+            self._take(events.Stood(), now)
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""

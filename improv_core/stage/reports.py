@@ -20,6 +20,7 @@ from improv_core.stage.messages import (
     ErrorLine,
     Measured,
     MeasuredRobot,
+    Misplaced,
     Poses,
     Pressed,
     Sensed,
@@ -32,7 +33,18 @@ from improv_core.stage.robot_messages import FaultMessage, RobotInstant, Vitals,
 from improv_core.stage.run import Run
 from improv_core.stage.watches import RobotNews
 
-Told = TransportMessage | Sensed | Decided | Measured | FaultMessage | Vitals | Pressed | WarningLine | ErrorLine
+Told = (
+    TransportMessage
+    | Sensed
+    | Decided
+    | Measured
+    | Misplaced
+    | FaultMessage
+    | Vitals
+    | Pressed
+    | WarningLine
+    | ErrorLine
+)
 """What a player reports."""
 
 

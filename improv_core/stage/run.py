@@ -12,6 +12,7 @@ from improv_core.score.score import Score
 from improv_core.score.transport import Switch, Transport
 from improv_core.stage.interlocks import EmergencyStops
 from improv_core.stage.messages import State, is_silent
+from improv_core.stage.preflight import Standing
 from improv_core.stage.swap import Swap, never_ends
 
 Mode = State
@@ -36,7 +37,8 @@ class Run:
     scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
     number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
     `stood` are the robots that stand because of a fault, each since a time on the clock.
-    A pause that `continues` ends by itself once nothing is waited for.
+    A pause that `continues` ends by itself once nothing is waited for. Unless `misplaced` is None, playing waits until
+    these robots are in their places, and a person plays again; with `anyway`, it doesn't matter where they stand.
 
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
@@ -54,6 +56,8 @@ class Run:
     stood: Mapping[str, float] = field(default_factory=dict)
     stops: EmergencyStops = field(default_factory=EmergencyStops)
     continues: bool = False
+    misplaced: Mapping[str, Standing] | None = None
+    anyway: bool = False
 
     @property
     def tempo(self) -> Fraction:

@@ -241,6 +241,7 @@ class Tracks:
             frozenset(self.listeners.standing),
             self.sensing.held,
             poses,
+            self.odometry.places(now) if self.sink.real else {},
         )
 
     def whereabouts(self) -> Poses:

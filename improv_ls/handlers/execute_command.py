@@ -91,6 +91,11 @@ def resume(ls: Session, *arguments: Any) -> None:
     ls.performance.ask({"type": "resume"}, ls.arrival.stops)
 
 
+def anyway(ls: Session, *arguments: Any) -> None:
+    """Begin, or resume, even if robots are not in their places."""
+    ls.performance.ask({"type": "anyway"}, ls.arrival.stops)
+
+
 def cue(ls: Session, *arguments: Any) -> None:
     """Give the cue that robots wait for."""
     ls.performance.ask({"type": "cue"})

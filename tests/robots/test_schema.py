@@ -26,6 +26,7 @@ TABLES: dict[str, Keys] = {
     "Senses": ("senses", "near"),
     "Names and time": ("ros",),
     "What follows from faults": ("on",),
+    "Where robots really stand": ("preflight",),
 }
 EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]
 

@@ -98,7 +98,8 @@ def names(done: Sequence[Act]) -> list[str]:
 
 
 def lines(done: Sequence[Act]) -> list[str]:
-    return [each.message["message"] for each in done if isinstance(each, Tell) and each.message["type"] != "pressed"]
+    told = [each.message for each in done if isinstance(each, Tell)]
+    return [each["message"] for each in told if each["type"] == "warning" or each["type"] == "error"]
 
 
 # Stop, pause, resume

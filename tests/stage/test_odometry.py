@@ -47,13 +47,15 @@ class Robot:
     def player(self) -> Player:
         return self.stage.player
 
-    def play(self, program: str = PROGRAM, when: Any = "restart", *, rules: FaultRules | None = None) -> None:
+    def play(
+        self, program: str = PROGRAM, when: Any = "restart", *, rules: FaultRules | None = None, anyway: bool = False
+    ) -> None:
         read = score(program)
         parts = {
             name: replace(part, odom=f"/{name}/odom", odom_frame=self.odom_frame) for name, part in read.parts.items()
         }
         read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
-        self.player.load(read, len(self.stage.told) + 1, when, self.stage.now)
+        self.player.load(read, len(self.stage.told) + 1, when, self.stage.now, anyway=anyway)
 
     def run(self, seconds: float) -> None:
         self.stage.run(seconds)
@@ -148,11 +150,12 @@ def test_after_a_seek_a_robot_counts_as_being_where_the_score_puts_it() -> None:
 
 def test_a_pose_in_the_world_is_taken_as_it_is() -> None:
     robot = Robot(frame=Pose(), odom_frame="world")
-    robot.play()
+    robot.play(anyway=True)
     assert robot.off(Pose(0.36)) == (0.36, 0)
     robot.run(1)
     assert robot.off(Pose(2.36)) == (0.36, 0)
     robot.player.seek(2, robot.stage.now)
+    robot.player.resume(robot.stage.now, anyway=True)
     robot.run(0.05)
     sought = robot.pose(Pose(2.36))
     assert sought

@@ -122,6 +122,11 @@ const MESSAGES = {
     to: number,
     robots: mapOf(shape({ pose: nullOr(numbers(4)), moments: listOf(moment), until: number })),
   }),
+  misplaced: shape({
+    generation: count,
+    waits: flag,
+    robots: mapOf(shape({ place: pose, pose: nullOr(pose), line: text })),
+  }),
   meetings: shape({
     generation: count,
     from: number,

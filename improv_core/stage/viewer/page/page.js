@@ -15,6 +15,7 @@ import { insets as covered } from "./insets.js"
 import { Invitation } from "./invitation.js"
 import { Measured } from "./measured.js"
 import { Meetings } from "./meetings.js"
+import { Misplaced } from "./misplaced.js"
 import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
@@ -57,6 +58,7 @@ const controls = new Controls(clock, (request) => {
   send(request)
 })
 const meetings = new Meetings(find("meetings"), (beat) => controls.seek(beat), () => clock.beat())
+const misplaced = new Misplaced(send, (text) => notices.announce(text))
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const wall = new Wall(clock, (name) => measured.off(name))
@@ -75,7 +77,7 @@ const panels = new Panels({
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings })
+const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings, misplaced })
 
 /** @param {Message} message */
 function take(message) {
@@ -90,6 +92,7 @@ function take(message) {
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "meetings") takeMeetings(message)
+  else if (message.type === "misplaced") misplaced.take(message)
   else if (message.type === "sensed") takeSensed(message)
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "vitals") wall.takeVitals(message)

@@ -7,6 +7,7 @@
  * @typedef {{ type: "stop" }
  *   | { type: "pause" }
  *   | { type: "resume" }
+ *   | { type: "anyway" }
  *   | { type: "seek", beat: number }
  *   | { type: "speed", factor: number }
  *   | { type: "silence", muted: string[], soloed: string[] }

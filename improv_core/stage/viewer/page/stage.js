@@ -7,6 +7,7 @@ import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
 import { Labels } from "./labels.js"
 import { drawMark } from "./meetings.js"
+import { drawWay } from "./misplaced.js"
 import { penOn } from "./pen.js"
 import { drawRing, placed } from "./rings.js"
 import { picture, REACH } from "./robots.js"
@@ -122,6 +123,8 @@ export class Stage {
     for (const robot of cast) this.#drawRobot(robot)
     const rings = placed(scene.rings, camera)
     for (const ring of rings) drawRing(pen, ring, this.colors)
+    const colors = new Map(cast.map(({ name, color }) => [name, color]))
+    for (const way of scene.ways) drawWay(pen, way, camera, colors.get(way.name) ?? this.colors.ink, this.colors)
     this.#drawNames(named, rings, text)
     for (const mark of scene.meetings) this.#drawMeeting(mark, cast)
     this.#drawBumps(scene)

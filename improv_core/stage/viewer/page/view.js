@@ -10,6 +10,7 @@ import { outline } from "./world.js"
 /** @import { Clock } from "./clock.js" */
 /** @import { Measured } from "./measured.js" */
 /** @import { Meetings } from "./meetings.js" */
+/** @import { Misplaced } from "./misplaced.js" */
 /** @import { Motion } from "./motion.js" */
 /** @import { Panels } from "./panels.js" */
 /** @import { Pose } from "./path.js" */
@@ -37,7 +38,7 @@ export class View {
 
   /**
    * @param {{ clock: Clock, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
-   *   startPoses: StartPoses, senses: Senses, meetings: Meetings }} parts
+   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced }} parts
    */
   constructor(parts) {
     this.#parts = parts
@@ -108,7 +109,7 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings } = this.#parts
+    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings, misplaced } = this.#parts
     const { muted, soloed } = clock.transport
     return {
       at,
@@ -116,7 +117,7 @@ export class View {
       beat,
       until,
       bumps,
-      room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room],
+      room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room, ...misplaced.room],
       trails,
       measured,
       trail: panels.trail,
@@ -124,6 +125,7 @@ export class View {
       world: program.current?.score.world ?? null,
       rings: startPoses.rings,
       meetings: startPoses.rings.length ? [] : meetings.marks(stage.camera),
+      ways: misplaced.ways,
       still: this.still,
       key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
       cast: cast.list(program.current, (index) => stage.color(index)).map((robot) => ({

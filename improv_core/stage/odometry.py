@@ -36,6 +36,8 @@ UNEVEN = 0.1
 LAGS = (0.08, 0.16, 0.25)
 """Seconds by which a robot may be behind: its poses come late, and its motors need time. At 0.9 m/s² and 7.7 rad/s², a
 TurtleBot3 that starts at its limits lags by 0.12 s and 0.18 s, and poses came 80 ms late."""
+AHEAD, BEHIND = -0.05, 1.0
+"""Seconds from a stamp to the arrival of its pose, at the least: if it is less or more, the clocks don't agree."""
 FRESH = 1.0
 """Seconds: a robot stands where it was then, if it is told nothing."""
 AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
@@ -156,6 +158,7 @@ class _Track:
     accelerations: tuple[float, float] = (math.inf, math.inf)
     limits: tuple[float, float] | None = None
     error: tuple[Pose, Pose, float] | None = None
+    least: float = math.inf  # seconds from a stamp to its arrival
 
     def __post_init__(self) -> None:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
@@ -219,7 +222,7 @@ class _Track:
         pose = Pose(pose.x, pose.y, pose.z, ideal.heading + turned)
         if self.limits and (raw.source != SIMULATED or self.profile.dynamics == "motors"):
             speed = self._speed(self._leg(raw.at), raw.at)
-            self.error = before_stopping(ideal, speed, self.accelerations), pose, raw.at
+            self.error = before_stopping(ideal, speed, self.accelerations), pose, self._taken_at(raw)
         follows = self.correction(self.legs[-1].twist, raw.at) != STILL
         return Comparison(raw, pose, ideal, self.aligned, follows, recent, jump)
 
@@ -229,6 +232,13 @@ class _Track:
             return STILL
         expected, measured, _ = self.error
         return correction(expected, self.profile.limited(twist), measured, self.limits, self.profile.turning_radius)
+
+    def _taken_at(self, raw: RawPose) -> float:
+        """When a pose was measured: by its stamp if the clocks agree, as far as is known, and else when it came."""
+        if raw.stamp is None:
+            return raw.at
+        self.least = min(self.least, raw.at - raw.stamp)
+        return min(raw.stamp, raw.at) if AHEAD <= self.least <= BEHIND else raw.at
 
     def _speed(self, leg: _Leg, at: float) -> Twist:
         """How fast its motors are at a time of a leg."""

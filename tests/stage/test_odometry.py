@@ -318,6 +318,28 @@ def test_poses_that_are_too_old_or_too_far_off() -> None:
     assert not rests["follows"]  # it should stand
 
 
+@pytest.mark.parametrize(
+    ("latencies", "follows"),
+    [
+        ([0.05, 0.08], True),
+        ([0.05, 0.21], False),  # the clocks agree, so it was late
+        ([0.3, 0.3], False),
+        ([3600.0, 3600.3], True),  # the clocks don't agree: it counts from when it came
+        ([-0.02, -0.03], True),
+        ([-9.0, -8.7], True),
+    ],
+)
+def test_the_age_of_a_pose_is_judged_by_its_stamp_if_the_clocks_agree(latencies: list[float], follows: bool) -> None:
+    robot = Follower()
+    robot.play()
+    for latency in latencies:
+        robot.run(0.2)
+        now = robot.stage.now
+        place = FRAME.then(Pose(-0.005 if latency == latencies[0] else 0.0))
+        robot.player.measure([RawPose("r", ODOMETRY, place, now, "", now - latency)], now)
+    assert robot.measured[-1]["robots"]["r"]["follows"] == follows
+
+
 def test_a_seek_forgets_how_far_off_it_was() -> None:
     robot = Follower()
     robot.play("beat 60\nr $ repeat forward\n")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from improv_core.ide.rehearsal import rehearse, scenes_named
 from improv_core.ide.selection import Selection, UnplayableError, select
 from improv_core.playback.acts import News
 from improv_core.playback.asked import Wish
@@ -101,10 +102,19 @@ class Performance:
 
     async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
         """Play only what a span touches, or a name, and say so in one line, or say why not. `asked` as for `play`."""
+        await self._play_some(document, lambda analysis: select(analysis, wanted), asked)
+
+    async def play_scenes(
+        self, document: Document, ends: tuple[str | int | None, str | int | None], asked: int
+    ) -> None:
+        """Play only the scenes from one to another, as `play_only` does, with robots where they are then."""
+        await self._play_some(document, lambda analysis: rehearse(analysis, scenes_named(analysis, *ends)), asked)
+
+    async def _play_some(self, document: Document, choose: Callable[[Analysis], Selection], asked: int) -> None:
         async with self._preparing:
             document = await self._settling.settled(document)
             try:
-                only = await self._settling.run(partial(select, document.analysis, wanted))
+                only = await self._settling.run(partial(choose, document.analysis))
             except UnplayableError as error:
                 self._refuse(str(error))
                 return
@@ -173,6 +183,8 @@ class Performance:
         if by:
             self._records.played(document, by)
         self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.show.status}")
+        if only and only.note:
+            self._editor.say(only.note)
         if self._editor.settings.page_open and playback.show.page and not self._page_shown:
             self._show(playback)
 
@@ -302,7 +314,9 @@ class Performance:
             self.playing.sensed(message)
             self.live.sensed()
         elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
-            if asked := _in_program(message, self._only):
+            if self._only and self._only.moved:
+                self._editor.warn("this rehearsal doesn't begin at the starts: play the program to move them")
+            elif asked := _in_program(message, self._only):
                 self._editor.soon(self._placing.offer(self.playing.latest.uri, asked))
         elif message["type"] == "fault":
             if leads:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 from lsprotocol import types
 
+from improv_core.ide.scenes import Scenes
 from improv_core.text import LineIndex, Span
 
 Encoding: TypeAlias = types.PositionEncodingKind | str
@@ -64,3 +66,16 @@ def _column(text: str, character: int, encoding: Encoding) -> int:
         if character < 0:
             return column
     return len(text)
+
+
+def to_scenes(scenes: Scenes) -> Mapping[str, int]:
+    """Scenes as an argument of `improv.play`, counted from 1."""
+    return {"from": scenes.first + 1, "to": scenes.last + 1}
+
+
+def scenes_of(value: object) -> tuple[str | int | None, str | int | None] | None:
+    """The first and the last scene of such an argument, by name or number; None if it is none."""
+    if not isinstance(value, dict) or not value or not value.keys() <= {"from", "to"}:
+        return None
+    first, last = value.get("from"), value.get("to")
+    return (first, last) if all(each is None or type(each) in (int, str) for each in (first, last)) else None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.ide.references import symbol_at
+from improv_core.ide.scenes import Scenes, scene_called
 from improv_core.ide.selection import uses
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import MOST_SCENES, Placed
@@ -29,7 +30,7 @@ class Deed:
     title: str
     kind: str
     command: str
-    only: Span | None = None
+    only: Span | Scenes | None = None
     robot: str | None = None
 
 
@@ -49,7 +50,11 @@ def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: 
     if analysis.breaks:
         scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
         called = f"{scene_called(analysis, scene)}{_in_brackets(scene_lasting(analysis, scene))}"
-        yield Deed(f"Play only {called}", "improv.play.scene", "play", scene_span(analysis, scene))
+        yield Deed(f"Play only {called}", "improv.play.scene", "play", Scenes(scene, scene))
+        last = analysis.scene_count - 1
+        if 0 < scene < last:
+            from_here = f"Play from {scene_called(analysis, scene)} on"
+            yield Deed(from_here, "improv.play.from", "play", Scenes(scene, last))
     yield Deed("Play the program", "improv.play", "play")
     yield STOP
     if placed and len(analysis.robots) > 1:
@@ -71,18 +76,6 @@ def scene_lasting(analysis: Analysis, scene: int) -> str:
     """How long a scene, counted from 0, takes; as `lasting`."""
     parts = [scenes[scene] for scenes in analysis.parts.values() if scene < len(scenes)]
     return lasting(map(lengths, parts), analysis.tempo)
-
-
-def scene_called(analysis: Analysis, scene: int) -> str:
-    """What a scene, counted from 0, is called: `scene 2`, or `scene bow` if that is its name."""
-    names = analysis.scene_names
-    return f"scene {(names[scene] if scene < len(names) else '') or scene + 1}"
-
-
-def scene_span(analysis: Analysis, scene: int) -> Span:
-    """The text of a scene, counted from 0, with the line that begins it."""
-    marks = [0, *(analysis.offsets[index] for index in analysis.breaks), len(analysis.text)]
-    return Span(marks[scene], marks[scene + 1])
 
 
 def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | None:

@@ -10,9 +10,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.ide.code_action_play import lasting, scene_called, scene_lasting, scene_span
+from improv_core.ide.code_action_play import lasting, scene_lasting
+from improv_core.ide.scenes import Scenes, scene_called
 from improv_core.program.analysis import Analysis
-from improv_core.text import Span
 
 MOST_SCENES = 200
 """The most scenes that get lenses: editors request those of the whole program after every keystroke."""
@@ -20,11 +20,11 @@ MOST_SCENES = 200
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """A few words above a line. Clicking them plays the scene at `only`, or all if that is None."""
+    """A few words above a line. Clicking them plays these scenes only, or all if that is None."""
 
     line: int
     text: str
-    only: Span | None = None
+    only: Scenes | None = None
 
 
 def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
@@ -35,7 +35,9 @@ def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
         if analysis.statement_ids[index] in scenes:
             line = analysis.lines.position(analysis.offsets[index]).line
             title = _titled(f"▶ {scene_called(analysis, scene)}", scene_lasting(analysis, scene))
-            yield Lens(line, title, scene_span(analysis, scene))
+            yield Lens(line, title, Scenes(scene, scene))
+            if scene + 1 < analysis.scene_count:
+                yield Lens(line, "▶ from here", Scenes(scene, analysis.scene_count - 1))
 
 
 def scene_ids(analysis: Analysis) -> frozenset[int]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 
-from improv_core.ide.code_action_play import scene_called
+from improv_core.ide.scenes import Scenes, scene_called
 from improv_core.ide.selection import Selection, UnplayableError, require_no_errors
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
@@ -18,14 +18,6 @@ from improv_core.slices import checkpoint
 
 SENSED = "where senses decide, robots begin where they would be if nothing were sensed and nobody had to wait"
 UNKNOWN = "robots begin at their starts, since {}"
-
-
-@dataclass(frozen=True, slots=True)
-class Scenes:
-    """The scenes from `first` to `last`, counted from 0."""
-
-    first: int
-    last: int
 
 
 def scenes_named(analysis: Analysis, first: str | int | None, last: str | int | None) -> Scenes:

@@ -14,6 +14,7 @@ from improv_core.ide.code_action_play import Deed, deeds
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.ide.references import symbol_at
 from improv_core.ide.robots_file.trial import trials
+from improv_core.ide.scenes import Scenes
 from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import add, place
@@ -21,7 +22,7 @@ from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers import robots_file
 from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
-from improv_ls.positions import to_range, to_span
+from improv_ls.positions import to_range, to_scenes, to_span
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
@@ -118,7 +119,9 @@ def _deeds(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator
 
 def _command(ls: Session, document: Document | RobotsFile, deed: Deed) -> types.CodeAction:
     arguments: list[Any] = [document.uri] if deed.command == "play" else []
-    if deed.only:
+    if isinstance(deed.only, Scenes):
+        arguments.append(to_scenes(deed.only))
+    elif deed.only:
         arguments.append(to_range(document.lines, deed.only, ls.editor.encoding))
     if deed.robot:
         arguments.append(deed.robot)

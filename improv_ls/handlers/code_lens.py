@@ -7,7 +7,7 @@ from typing import Any
 from lsprotocol import types
 
 from improv_core.ide.code_lens import lenses, scene_ids
-from improv_ls.positions import to_range
+from improv_ls.positions import to_scenes
 from improv_ls.session import Session
 
 
@@ -23,7 +23,7 @@ def code_lens(ls: Session, params: types.CodeLensParams) -> list[types.CodeLens]
     for lens in lenses(document.analysis, scenes):
         arguments: list[Any] = [uri]
         if lens.only:
-            arguments.append(to_range(document.lines, lens.only, ls.editor.encoding))
+            arguments.append(to_scenes(lens.only))
         start = types.Position(lens.line, 0)
         found.append(
             types.CodeLens(types.Range(start, start), types.Command(lens.text, "improv.play", arguments=arguments))

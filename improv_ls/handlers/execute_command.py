@@ -16,7 +16,7 @@ from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers.workspace_files import refresh_robots
-from improv_ls.positions import range_of, to_span
+from improv_ls.positions import range_of, scenes_of, to_span
 from improv_ls.session import Session
 
 
@@ -24,7 +24,8 @@ def play(ls: Session, *arguments: Any) -> None:
     """Play an open program, or only some of it.
 
     The arguments are its URI or the end of its path, which the only open one does not need, and then nothing, a range,
-    a name, or a line or two, counted from 1. Of an `improv.toml`, they are its URI and a robot, which takes a step.
+    a name, a line or two, counted from 1, or the scenes `from` one `to` another, by name or counted from 1. Of an
+    `improv.toml`, they are its URI and a robot, which takes a step.
     """
     refresh_robots(ls)
     if file := ls.robots_files.get(_path(arguments)):
@@ -35,6 +36,8 @@ def play(ls: Session, *arguments: Any) -> None:
         ls.editor.warn("improv.play: expected the URI of an open program")
     elif not rest:
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
+    elif len(rest) == 1 and (ends := scenes_of(rest[0])):
+        ls.editor.soon(ls.performance.play_scenes(document, ends, ls.arrival.stops))
     elif (wanted := _wanted(ls, document, rest)) is not None:
         ls.editor.soon(ls.performance.play_only(document, wanted, ls.arrival.stops))
     else:

@@ -58,10 +58,15 @@ def test_the_launch_file() -> None:
     )
     declared = {ast.literal_eval(call.args[0]) for call in calls(launch, "DeclareLaunchArgument")}
     used = {ast.literal_eval(call.args[0]) for call in calls(launch, "LaunchConfiguration")}
-    assert declared == used == {"file", "backend", "node", "speed"}
+    assert declared == used == {"file", "backend", "node", "namespace", "speed"}
     (node,) = calls(launch, "Node")
     named = {word.arg: word.value for word in node.keywords}
     assert [ast.literal_eval(named[key]) for key in ("package", "executable")] == ["improv", "improv"]
+    # Without a namespace, launch passes `/`, or that of the group around it: an empty one can't be passed to ROS.
+    assert [ast.unparse(named[key]) for key in ("name", "namespace")] == [
+        "LaunchConfiguration('node')",
+        "LaunchConfiguration('namespace')",
+    ]
     arguments = named["arguments"]
     assert isinstance(arguments, ast.List)
     command, *options = [str(ast.literal_eval(word)) for word in arguments.elts if isinstance(word, ast.Constant)]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.ide.code_action_play import MOST_ROBOTS, deeds
+from improv_core.ide.code_action_play import MOST_ROBOTS, Deed, deeds
+from improv_core.ide.scenes import Scenes
 from improv_core.program.analysis import analyze
 
 ALL = ["Play the program", "Stop all robots"]
@@ -11,11 +12,14 @@ ALL = ["Play the program", "Stop all robots"]
 def check(program: str, *expected: str, muted: str = "", soloed: str = "") -> None:
     """The titles; what only plays some of the program says which, `title → text`."""
     cursor, text = program.index("|"), program.replace("|", "", 1)
-    found = [
-        f"{deed.title} → {text[slice(*deed.only)]}" if deed.only else deed.title
-        for deed in deeds(analyze(text), cursor, muted.split(), soloed.split())
-    ]
-    assert found == list(expected)
+    found = deeds(analyze(text), cursor, muted.split(), soloed.split())
+    assert [_shown(deed, text) for deed in found] == list(expected)
+
+
+def _shown(deed: Deed, text: str) -> str:
+    if isinstance(deed.only, Scenes):
+        return f"{deed.title} → scenes {deed.only.first} to {deed.only.last}"
+    return f"{deed.title} → {text[slice(*deed.only)]}" if deed.only else deed.title
 
 
 def test_a_line_plays_alone_if_there_are_others() -> None:
@@ -44,9 +48,14 @@ def test_a_phrase_can_be_tried_once_something_gives_it_its_arguments() -> None:
 def test_a_scene_plays_alone() -> None:
     program = "r $ up\n---\nr $ repeat 2 up\n"
     check(
-        "|" + program, "Play only this line (1 beat, 1.0 s) → r $", "Play only scene 1 (1 beat, 1.0 s) → r $ up\n", *ALL
+        "|" + program,
+        "Play only this line (1 beat, 1.0 s) → r $",
+        "Play only scene 1 (1 beat, 1.0 s) → scenes 0 to 0",
+        *ALL,
     )
-    second = "Play only scene 2 (2 beats, 2.0 s) → ---\nr $ repeat 2 up\n"
+    both = "Play only scene 2 (1 beat, 1.0 s) → scenes 1 to 1", "Play from scene 2 on → scenes 1 to 2"
+    check("r $ up\n---\n|r $ up\n---\nr $ up\n", "Play only this line (1 beat, 1.0 s) → r $", *both, *ALL)
+    second = "Play only scene 2 (2 beats, 2.0 s) → scenes 1 to 1"
     check(program.replace("---", "-|--"), second, *ALL)
     check(program + "|", second, *ALL)
 

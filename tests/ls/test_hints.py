@@ -68,16 +68,16 @@ def test_lines_that_play_show_their_beat_in_editors_that_want_it() -> None:
 def test_a_program_and_its_scenes_say_how_long_they_take() -> None:
     with Client({"onSave": "off"}, capabilities=REFRESHED) as client:
         client.open(URI, "# 🐢\r\nr $ up\r\n---\r\ns $ up left\r\n")
-        scene = {"start": {"line": 2, "character": 0}, "end": {"line": 4, "character": 0}}
+        scene = {"from": 2, "to": 2}
         both: list[tuple[int, str, str, list[Any]]] = [(0, "▶ play · 3 beats, 3.0 s", "improv.play", [URI])]
         both += [(2, "▶ scene 2 · 2 beats, 2.0 s", "improv.play", [URI, scene])]
         assert lenses(client) == both
         # A scene gets its own with the next save: otherwise it would move the line that a person types.
         client.change(URI, 2, {"text": "# 🐢\r\nr $ up\r\n---\r\ns $ up left\r\n---"})
-        assert lenses(client) == both
+        assert lenses(client) == [*both, (2, "▶ from here", "improv.play", [URI, {"from": 2, "to": 3}])]
         client.save(URI)
         client.wait("workspace/codeLens/refresh")
-        assert [title for _, title, _, _ in lenses(client)][2:] == ["▶ scene 3 · 0 beats, 0.0 s"]
+        assert [title for _, title, _, _ in lenses(client)][2:] == ["▶ from here", "▶ scene 3 · 0 beats, 0.0 s"]
         set_to(client, codeLens=False)
         client.wait("workspace/codeLens/refresh")
         assert lenses(client) == []

@@ -127,7 +127,8 @@ def test_actions_at_the_cursor_do_what_they_say() -> None:
         client.wait("improv/transport", lambda told: told["muted"] == ["r"])
         assert offered(client, uri, 2, 4, "improv.mute")[0]["title"] == "Unmute r"
         choose(4, "improv.play.scene")
-        client.wait_for_line("▶ line 5: s ∞, endless")
+        client.wait_for_line("▶ scene 2: s ∞, endless")
+        client.wait_for_line("robots begin at their starts, since scene 1 never ends")
         choose(2, "improv.play.name")
         client.wait_for_line("▶ x: r ∞, endless")
         choose(2, "improv.stop")
@@ -142,3 +143,13 @@ def offered(client: Client, uri: str, line: int, column: int, *only: str) -> lis
     found = client.request("textDocument/codeAction", params)
     wanted = [each for each in found if each["kind"].startswith("improv.")]
     return [each for each in wanted if each["kind"] in only] if only else wanted
+
+
+def test_scenes_play_from_where_robots_are_when_they_begin() -> None:
+    uri = "file:///dance.improv"
+    with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
+        client.open(uri, "r at 0 0\nr $ forward\n--- on\nr $ repeat left\n")
+        play(client, uri, {"from": "on"})
+        client.wait_for_line("▶ scene on: r ∞, endless")
+        play(client, uri, {"from": "onn"})
+        client.wait_for_line("no scene is called `onn`: did you mean `on`?; the previous dance keeps playing")

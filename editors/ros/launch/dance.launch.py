@@ -14,11 +14,13 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("file", description="the program, with its whole path"),
             DeclareLaunchArgument("backend", default_value="ros", description="ros, both, or sim"),
             DeclareLaunchArgument("node", default_value="improv", description="the name of the node"),
+            DeclareLaunchArgument("namespace", default_value="", description="the node's own namespace"),
             DeclareLaunchArgument("speed", default_value="1.0", description="times the tempo, from 0.1 to 4"),
             Node(
                 package="improv",
                 executable="improv",
                 name=LaunchConfiguration("node"),
+                namespace=LaunchConfiguration("namespace"),
                 arguments=[
                     "watch",
                     LaunchConfiguration("file"),

@@ -49,7 +49,7 @@ class Editions:
         earlier = [
             known
             for score in reversed([*self.sent.values()])
-            if (known := score.parts.get(part.robot)) and (known.topic, known.profile) == (part.topic, part.profile)
+            if (known := score.parts.get(part.robot)) and known.profile == part.profile
         ]
         return tuple(
             next(_alike(scene, {known.edition(index): known.of_scene(index) for known in earlier}), None) or next(new)

@@ -41,7 +41,8 @@ class Robot:
 
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
     `odom_frame` is the frame of these. `battery` is the topic that says how full its battery is. `frame` is the frame
-    of its velocities. With `follow`, it is pulled back to its ideal path.
+    of its velocities. With `follow`, it is pulled back to its ideal path. `namespace` is the prefix of its
+    topics, if the file says it.
     """
 
     profile: Profile
@@ -54,6 +55,7 @@ class Robot:
     follow: bool = False
     odom_frame: OdomFrame = "own"
     battery: str | None = None
+    namespace: str | None = None
 
     @property
     def has_profile(self) -> bool:
@@ -101,7 +103,7 @@ class Robots:
     def robot(self, name: str) -> Robot:
         """A robot, listed or not. One that is not listed has no limits."""
         profile = self.kinds.get(name, DEFAULT)
-        robot = self.robots.get(name) or Robot(profile, None, _topic(self.namespace, name), profile.message)
+        robot = self.robots.get(name) or Robot(profile, None, _topic(f"{self.namespace}/{name}"), profile.message)
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
 
     def of_kinds(self, kinds: Mapping[str, Profile]) -> Robots:
@@ -121,7 +123,9 @@ class Robots:
         """Where a robot's sense comes from, with the full name of its topic. Raises KeyError if it is unknown."""
         source = self.senses.get(name) or BUILT_IN_SENSES[name]
         if isinstance(source, Topic):
-            return replace(source, topic=full_name(source.topic, f"{self.namespace}/{robot}"))
+            return replace(
+                source, topic=full_name(source.topic, self.robot(robot).namespace or f"{self.namespace}/{robot}")
+            )
         return source
 
     def lacks(self, robot: str, name: str) -> bool:
@@ -203,8 +207,9 @@ def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
     return [*diagnostics[:MOST_SHOWN], Diagnostic("more-errors", hidden[0].span, message)]
 
 
-def _topic(namespace: str, robot: str) -> str:
-    return f"{namespace}/{robot}/cmd_vel"
+def _topic(namespace: str) -> str:
+    """The topic of a robot with this namespace."""
+    return f"{namespace}/cmd_vel"
 
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
@@ -244,7 +249,19 @@ class _RobotsReading(TomlReading):
                     self.at_value(
                         ("robots", name, "start"), "this start is outside the walls: move it inside", given=(WORLD,)
                     )
+        self.one_role_each(made, namespace)
         return made
+
+    def one_role_each(self, robots: Mapping[str, Robot], namespace: str) -> None:
+        """A real robot can't dance two parts at once."""
+        taken: dict[str, str] = {}
+        # First those without a `namespace` of their own: the one that was written is the one to change.
+        for name in sorted(robots, key=lambda each: robots[each].namespace is not None):
+            inside = robots[name].namespace or f"{namespace}/{name}"
+            if inside in taken:
+                message = f"`{taken[inside]}` has this namespace too: give each its own"
+                self.at_value(("robots", name, "namespace"), message, given=(("robots", taken[inside]),))
+            taken.setdefault(inside, name)
 
     def robot(
         self,
@@ -259,11 +276,13 @@ class _RobotsReading(TomlReading):
         profile = profiles[kind] if kind else DEFAULT
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table) or profile.message
-        topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
+        own = ros_name(self, (*keys, "namespace"), table, namespace)
+        inside = own or f"{namespace}/{name}"
+        topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(inside)
         reset = ros_name(self, (*keys, "reset"), table, namespace)
-        odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
-        by_default = full_name("battery_state", f"{namespace}/{name}") if odom else None
-        battery = ros_name(self, (*keys, "battery"), table, f"{namespace}/{name}") or by_default
+        odom = ros_name(self, (*keys, "odom"), table, inside)
+        by_default = full_name("battery_state", inside) if odom else None
+        battery = ros_name(self, (*keys, "battery"), table, inside) or by_default
         frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
         follow = self.flag((*keys, "follow"), table)
         if follow and not odom and profile.dynamics != "motors":
@@ -275,7 +294,7 @@ class _RobotsReading(TomlReading):
         own_frame = cast(OdomFrame | None, self.one_of((*keys, "odom_frame"), table))
         if own_frame and not odom:
             self.at_key((*keys, "odom_frame"), "`odom_frame` is about the poses on `odom`: add `odom`", given=(keys,))
-        return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame, battery)
+        return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame, battery, own)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin

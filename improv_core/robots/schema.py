@@ -101,9 +101,15 @@ _ROBOT = {
         keys=_START,
         example="{ x = 0, y = 0, heading = 0 }",
     ),
+    "namespace": Key(
+        "the real robot that dances its part: the prefix of all its topics that don't begin with `/`; without a leading"
+        " `/`, it is in the namespace of `[ros]`",
+        default="`NAME`",
+        example='"tb3_07"',
+    ),
     "topic": Key(
         "the topic it listens on; without a leading `/`, the name is in the namespace of `[ros]`",
-        default="`NAME/cmd_vel`",
+        default="`cmd_vel` in the robot's namespace",
         example='"/cmd_vel"',
     ),
     "message": Key(
@@ -247,7 +253,8 @@ _ROS = {
     ),
     "rejoin": Key(
         'what happens when a robot stops listening and comes back: it continues in the middle (`"continue"`), it stands'
-        ' until the next play (`"next"`), or all robots pause until it is back (`"pause"`)',
+        ' until the next scene (`"scene"`) or the next play (`"next"`), or all robots pause until it is back'
+        ' (`"pause"`)',
         default='`"continue"`',
         choices=get_args(Rejoin),
     ),

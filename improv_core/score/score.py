@@ -88,9 +88,9 @@ class Part:
         return self.begins + self.movement.duration
 
 
-Rejoin = Literal["continue", "next", "pause"]
-"""When a robot listens again: it continues with the others, or stands still until the next play, or all waited for
-it."""
+Rejoin = Literal["continue", "scene", "next", "pause"]
+"""When a robot listens again: it continues with the others, or stands still until the next scene or the next play, or
+all waited for it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -170,8 +170,13 @@ class Then:
     event: Event
 
 
+@dataclass(frozen=True, slots=True)
+class Welcome:
+    """Robots that stood until the next scene, and listen, play again."""
+
+
 Act = (
     Tell
     | TellFault | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop | SendUntil
-    | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then
+    | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then | Welcome
 )  # fmt: skip

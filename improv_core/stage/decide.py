@@ -41,6 +41,7 @@ from improv_core.stage.acts import (
     Tell,
     TellFault,
     Then,
+    Welcome,
     Zero,
 )
 from improv_core.stage.agenda import Due, Rank
@@ -298,8 +299,9 @@ def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
         }
         score = replace(score, parts=parts, scene=scene, since=beat)
     run = replace(run, score=score, scene=scene)
+    back: list[Act] = [Welcome()] if score.safety.rejoin == "scene" else []
     # It is reported only if its beat was not known in advance.
-    return run, [Dismiss(), *_begin(run, score.parts, beat, at, tells=score is not run.begun)]
+    return run, [*back, Dismiss(), *_begin(run, score.parts, beat, at, tells=score is not run.begun)]
 
 
 def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
@@ -321,13 +323,16 @@ def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
 
 
 def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
-    score, begin = event.score, event.entering
+    score, begin, old = event.score, event.entering, run.score.parts
+    recast = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
     run = replace(run, score=score, begun=score, scene=score.scene, generation=event.generation)
     if event.goes_on and not waits(run, facts):
         acts = _begin(run, begin, event.beat, event.at)
+        if others := [robot for robot in recast if robot not in begin]:  # their parts go on with other robots
+            acts.append(Resend(others))
     else:
         run, acts = _play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
-    return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon(begin)]
+    return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *recast})]
 
 
 def _play_from(

@@ -156,6 +156,10 @@ def _then(act: acts.Then, tracks: Tracks, now: float) -> Event:
     return act.event
 
 
+def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
+    tracks.listeners.welcome()
+
+
 def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> None:
     for robot in robots:
         tracks.sink.send(robot, STILL, performed)
@@ -185,4 +189,5 @@ _HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.LookSoon: _look_soon,
     acts.LookLater: _look_later,
     acts.Then: _then,
+    acts.Welcome: _welcome,
 }

@@ -63,6 +63,7 @@ _FOLLOWS: Mapping[Response, str] = {
 }
 _BACK: Mapping[Rejoin, str] = {
     "continue": ", and continues in the middle of the program",
+    "scene": ", and stands until the next scene",
     "next": ", and stands until the next play",
     "pause": "",
 }

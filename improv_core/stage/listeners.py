@@ -49,7 +49,7 @@ class Listeners:
         self.away: set[str] = set()
         """Robots that once listened and no longer do."""
         self.standing: set[str] = set()
-        """Robots that were away, and stand until the next play."""
+        """Robots that were away, and stand until the next scene or the next play."""
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
         self.gone: set[str] = set()
@@ -83,6 +83,10 @@ class Listeners:
             for robot, line in missing.items()
         )
         return Found(before - self._awaited, self._waits, frozenset(missing), waited and not self._waits)
+
+    def welcome(self) -> None:
+        """Let robots play again that stood, as far as they listen."""
+        self.standing &= self.away
 
     def forget(self) -> None:
         """Repeat all warnings from now on, since somebody has restarted everything."""
@@ -147,7 +151,7 @@ class Listeners:
         elif problem and robot in self._heard - self.away:
             self.away.add(robot)
             self.gone.add(robot)
-            if rejoin == "next":
+            if rejoin in ("scene", "next"):
                 self.standing.add(robot)
                 return True
         return False

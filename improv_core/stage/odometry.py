@@ -83,7 +83,8 @@ class Odometry:
             track.latest = latest.get(robot)
 
     def cast(self, parts: Mapping[str, Part], at: float) -> None:
-        """Another score plays. Robots that are new begin at their starts."""
+        """Another score plays. Robots that are new begin at their starts, and one that takes over the part of another
+        begins where that one ideally is."""
         for robot in self._tracks.keys() - parts.keys():
             del self._tracks[robot]
         for robot, part in parts.items():
@@ -92,7 +93,10 @@ class Odometry:
             else:
                 if robot not in self._tracks:
                     self._tracks[robot] = _Track(at, part.entered or part.start)
-                self._tracks[robot].cast(part)
+                track = self._tracks[robot]
+                if track.topic not in ("", part.topic):
+                    track.place(track.legs[-1].pose_at(at), at)
+                track.cast(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
         """Playback jumps to a beat at which the score has the robots at these poses."""
@@ -148,6 +152,7 @@ class _Track:
     since: float
     start: Pose
     legs: deque[_Leg] = field(init=False)
+    topic: str = ""
     frame: Pose | None = None
     in_world: bool = False
     aligned: int = 1
@@ -164,6 +169,7 @@ class _Track:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
 
     def cast(self, part: Part) -> None:
+        self.topic = part.topic
         self.profile = profile = part.profile
         motors = motors_of(beside_robots(profile), part.robot)
         self.accelerations = (motors.linear_acceleration, motors.angular_acceleration) if motors else (math.inf,) * 2

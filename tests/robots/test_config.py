@@ -407,7 +407,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`, `odom_frame`, `battery`, `follow`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `namespace`, `topic`, `message`, `frame`, `reset`, `odom`, `odom_frame`, `battery`, `follow`
     """)
     assert found.robots == {}
 
@@ -845,3 +845,52 @@ def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
         for number in (profile.step, profile.radius, profile.max_angular_acceleration, *limits):
             assert number is None or f"{number:g} " in row
         assert (", ".join(profile.motions) if profile.motions != MOTIONS else "all four") in row
+
+
+def test_a_role_is_danced_by_the_robot_of_its_namespace() -> None:
+    text = """
+[ros]
+namespace = "lab"
+
+[robots.ada]
+namespace = "/tb3_07"
+odom = "odom"
+
+[robots.bo]
+namespace = "tb3_08"
+topic = "nav_vel"
+
+[robots.cleo]
+
+[senses.wall]
+topic = "scan"
+message = "sensor_msgs/LaserScan"
+below = 0.5
+"""
+    robots = read_robots(text)
+    assert robots.ok
+    topics = {name: (robots.robot(name).topic, robots.robot(name).odom) for name in ("ada", "bo", "cleo", "dan")}
+    assert topics == {
+        "ada": ("/tb3_07/cmd_vel", "/tb3_07/odom"),
+        "bo": ("/lab/nav_vel", None),
+        "cleo": ("/lab/cleo/cmd_vel", None),
+        "dan": ("/lab/dan/cmd_vel", None),
+    }
+    heard = [str(robots.sense(name, "wall")) for name in ("ada", "bo", "cleo", "dan")]
+    assert all(
+        topic in line
+        for topic, line in zip(
+            ("/tb3_07/scan", "/lab/tb3_08/scan", "/lab/cleo/scan", "/lab/dan/scan"), heard, strict=True
+        )
+    )
+
+
+def test_one_robot_has_one_role() -> None:
+    for text in (
+        '[robots.ada]\nnamespace = "tb3"\n[robots.bo]\nnamespace = "/tb3"\n',
+        '[robots.ada]\nnamespace = "bo"\n[robots.bo]\n',
+    ):
+        robots = read_robots(text)
+        assert not robots.ok
+        (found,) = robots.diagnostics
+        assert found.message.endswith("has this namespace too: give each its own")

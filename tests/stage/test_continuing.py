@@ -190,14 +190,14 @@ def with_part(program: str, robot: str, **different: object) -> Score:
     return replace(whole, parts={**whole.parts, robot: replace(whole.parts[robot], **different)})  # type: ignore[arg-type]
 
 
-def test_another_topic_begins_the_part_again_and_stops_the_robot_on_the_old_one() -> None:
+def test_a_robot_on_another_topic_goes_on_with_the_part_and_the_one_on_the_old_topic_stops() -> None:
     def disturb(stage: Continuing) -> None:
         stage.run(2.5)
         stage.save(with_part(ANNA + BERT, "bert", topic="/other/cmd_vel"))
         stage.run(4)
         old, new = ([twist for topic, twist in stage.sink.by_topic if topic == name] for name in OLD_AND_NEW)
         assert old[-3:] == [STILL] * 3
-        assert new[0] == Twist(x=2)
+        assert new[0] == Twist(yaw=math.pi / 2)
         assert changes(stage, "bert", 2.5)[-1][0] > 3
 
     check_untouched("anna", ANNA + BERT, disturb)

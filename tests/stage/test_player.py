@@ -767,6 +767,55 @@ def test_a_robot_that_comes_back_stands_until_the_next_play() -> None:
     assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0, 2]
 
 
+def test_a_robot_that_comes_back_stands_until_the_next_scene() -> None:
+    stage = Guarded(Safety(rejoin="scene"))
+    stage.load("r s $ repeat 4 forward\n---\nr s $ repeat 4 left\n---\nr s $ up")
+    stage.run(1)
+    stage.sink.deaf = GONE
+    stage.run(1)
+    stage.sink.deaf = {}
+    stage.run(1)
+    assert stage.lines[-1].endswith(", and stands until the next scene")
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0]
+    stage.run(2)
+    assert stage.sink.changes("r")[2][1:] == stage.sink.changes("s")[1][1:]
+    assert stage.sink.changes("r")[2][0] == 4
+
+
+def test_a_robot_that_is_still_away_stands_in_the_next_scene_too() -> None:
+    stage = Guarded(Safety(rejoin="scene"))
+    stage.load("r s $ repeat 2 forward\n---\nr s $ repeat 4 left\n---\nr s $ repeat 2 forward")
+    stage.run(1)
+    stage.sink.deaf = GONE
+    stage.run(2)
+    stage.sink.deaf = {}
+    stage.run(2)
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0]
+    stage.run(2)
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0, 2]
+
+
+def test_another_robot_goes_on_with_a_part_that_was_given_to_it() -> None:
+    stage = Guarded(Safety())
+    dance = numbered(score("r s $ repeat 8 (forward left)"))
+    stage.player.load(dance, 1, "restart", stage.now)
+    stage.run(1.5)
+    recast = replace(dance, parts={**dance.parts, "r": replace(dance.parts["r"], topic="/tb3_07/cmd_vel")})
+    before = len(stage.sink.sent)
+    stage.player.load(recast, 2, "now", stage.now)
+    stage.run(2)
+    told = [each for each in stage.sink.sent[before:] if each[0] == "r"]
+    assert [each[2] for each in told[:4]] == [STILL, STILL, STILL, Twist(yaw=math.pi / 2)]
+    assert told[3][1] == 1.5
+    assert [at for at, _, _ in stage.sink.changes("s")] == [0, 1, 2, 3]
+    assert stage.transports[-1].get("begins", {}) == {}
+
+
+def numbered(dance: Score) -> Score:
+    parts = {name: replace(part, editions=(index,)) for index, (name, part) in enumerate(dance.parts.items(), 1)}
+    return replace(dance, parts=parts)
+
+
 def test_all_wait_for_a_robot_that_went_away() -> None:
     stage = Guarded(Safety(rejoin="pause"))
     stage.load("r s $ forward left")

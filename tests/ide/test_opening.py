@@ -199,7 +199,7 @@ def test_outlines_have_places_and_scenes_by_name() -> None:
 def test_scenes_are_called_by_their_names() -> None:
     analysis = analyze("--- meet\nr $ left\n--- bow\nr $ left\n---\nr $ left")
     texts = [lens.text.partition(" ·")[0] for lens in lenses(analysis, scene_ids(analysis))]
-    assert texts == ["▶ play", "▶ scene bow", "▶ scene 3"]
+    assert texts == ["▶ play", "▶ scene bow", "▶ from here", "▶ scene 3"]
     played = [[deed.title for deed in deeds(analysis, at) if "only scene" in deed.title] for at in (0, 20, 40)]
     assert played == [
         ["Play only scene meet (1 beat, 1.0 s)"],

@@ -38,7 +38,7 @@ def test_sections_that_are_not_there() -> None:
     check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "on", "preflight", "senses")
     check("[ro|]", "robots", "profiles", "formation", "ros", "on", "world", "preflight", "senses")
     check(
-        "[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
+        "[robots.anna]\nprofile = 'husky'\nstart = {}\nnamespace = 'a'\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
         "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nfollow = false\n|",
         *SECTIONS,
     )
@@ -50,7 +50,7 @@ def test_robots_of_programs_and_built_in_senses() -> None:
 
 
 def test_keys_that_are_not_there() -> None:
-    rest = ("profile", "start", "message", "frame", "reset", "odom", "odom_frame", "battery", "follow")
+    rest = ("profile", "start", "namespace", "message", "frame", "reset", "odom", "odom_frame", "battery", "follow")
     check('[robots.anna]\ntopic = "/a"\npro|', *rest)
     check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
     check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")
@@ -95,7 +95,7 @@ def test_a_value_replaces_its_quotes() -> None:
     [
         ("[robots.anna]\n|", "profile", 'profile = "$1"'),
         ("[robots.anna]\n|", "start", "start = ${1:{ x = 0, y = 0, heading = 0 \\}}"),
-        ("[ros]\n|", "rejoin", 'rejoin = ${1|"continue","next","pause"|}'),
+        ("[ros]\n|", "rejoin", 'rejoin = ${1|"continue","scene","next","pause"|}'),
         ("[robots.anna]\npro| = 'husky'", "profile", ""),
         ("[|", "robots", "robots.${1:name}]"),
         ("[|", "world", "world]"),

@@ -48,6 +48,7 @@ FLAGS = [
 LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
+Keep = Callable[[Page, str], None]
 
 
 def part(robot: str, start: Pose) -> Part:
@@ -220,10 +221,15 @@ def page(window: BrowserContext) -> Iterator[Page]:
 
 
 @pytest.fixture
-def artifacts() -> Path:
-    folder = Path(os.environ.get("IMPROV_ARTIFACTS") or Path(__file__).parents[3] / ".artifacts")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+def keep() -> Keep:
+    """Keeps a picture of a page under a name, if `IMPROV_ARTIFACTS` names a folder for them. No test looks at it."""
+    folder = os.environ.get("IMPROV_ARTIFACTS")
+
+    def keep(page: Page, name: str) -> None:
+        if folder:
+            page.screenshot(path=Path(folder, name))
+
+    return keep
 
 
 def watch(page: Page, show: Show) -> Page:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.stage.viewer.conftest import Show, wait, watch
+from tests.stage.viewer.conftest import Keep, Show, wait, watch
 
 LETTERS = "text => parseFloat(getComputedStyle(text).fontSize)"
 NAME = "the_robot_with_the_longest_name"
 
 
 @pytest.mark.slow("draws full screen")
-def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show, artifacts: Path) -> None:
+def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show, keep: Keep) -> None:
     show.play(f"beat 60\nada {NAME} $ repeat forward\n")
     watch(page, show)
     page.set_viewport_size({"width": 1920, "height": 1080})
@@ -32,7 +31,7 @@ def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show
     assert program.evaluate(LETTERS) > 1.3 * letters
     expect(program.locator(".moving.lit")).to_have_text(["forward"])
     wait(page, f"improv.robots.ada && improv.toScreen(improv.robots.ada.x, 0).y > {large['y'] + large['height']}")
-    page.screenshot(path=artifacts / "page-present.png")
+    keep(page, "page-present.png")
 
     for part, key in (("Program", "s"), ("Beat", "b")):  # the page names the key
         button = page.get_by_role("button", name=f"{part} {key.upper()}")
@@ -52,14 +51,14 @@ def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show
     expect(page.get_by_label("Trails")).to_have_value("Infinity")
 
 
-def test_on_a_phone_presented_robots_are_not_below_stop(still: Callable[..., Page], artifacts: Path) -> None:
+def test_on_a_phone_presented_robots_are_not_below_stop(still: Callable[..., Page], keep: Keep) -> None:
     page = still(f"{' '.join(f'r{number}' for number in range(12))} $ repeat rest\n")
     page.set_viewport_size({"width": 390, "height": 844})
     page.get_by_role("button", name="Present").click()
     stop = page.locator("#stop").bounding_box()
     assert stop
     wait(page, f"improv.robots.r0 && improv.toScreen(0, 0).y > {stop['y'] + stop['height']}")
-    page.screenshot(path=artifacts / "page-present-small.png")
+    keep(page, "page-present-small.png")
 
 
 def test_the_score_scrolls_to_the_word_that_plays(still: Callable[..., Page]) -> None:
@@ -91,7 +90,7 @@ def test_long_names_fit_and_letters_are_explained(still: Callable[..., Page]) ->
         expect(page.locator("#help dt").get_by_text(word, exact=True).first).to_be_visible()
 
 
-def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[..., Page], artifacts: Path) -> None:
+def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[..., Page], keep: Keep) -> None:
     page = still("ada $ rest\nbo $ rest\n")
     page.get_by_role("button", name="Starts").click()
     page.get_by_text("Formation", exact=True).click()
@@ -104,7 +103,7 @@ def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[
     distance.fill("1.25")
     page.get_by_role("button", name="Line", exact=True).click()
     expect(lines).to_have_text('[formation]\nshape = "line"\ndistance = 1.25')
-    page.screenshot(path=artifacts / "page-formation.png")
+    keep(page, "page-formation.png")
 
 
 def test_a_formation_is_sent_to_those_who_write_it(page: Page, show: Show) -> None:

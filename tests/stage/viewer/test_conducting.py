@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
@@ -13,7 +12,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import TOKEN, Show, at, link, transport, wait, watch
+from tests.stage.viewer.conftest import TOKEN, Keep, Show, at, link, transport, wait, watch
 
 LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
 
@@ -199,7 +198,7 @@ def test_two_pages_show_the_same(browser: Browser, stage: Page, show: Show) -> N
     other.close()
 
 
-def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, artifacts: Path) -> None:
+def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, keep: Keep) -> None:
     stage.keyboard.press("Escape")
     wait(stage, "improv.transport.state === 'stopped'")
     stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
@@ -225,13 +224,11 @@ def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, art
     dialog.get_by_label("y", exact=True).first.fill("0.12549")
     dialog.get_by_label("y", exact=True).first.press("Enter")
     assert stage.evaluate(placed)[2:] == [{"ada": {"x": 2, "y": 0.125, "heading": 90}}]
-    stage.screenshot(path=artifacts / "page-starts.png")
+    keep(stage, "page-starts.png")
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
-def test_the_card_of_starts_can_be_closed_however_many_there_are(
-    page: Page, artifacts: Path, size: tuple[int, int]
-) -> None:
+def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, keep: Keep, size: tuple[int, int]) -> None:
     width, height = size
     page.set_viewport_size({"width": width, "height": height})
     simulator = Simulator()
@@ -246,7 +243,7 @@ def test_the_card_of_starts_can_be_closed_however_many_there_are(
     dialog = page.get_by_role("dialog", name="Start poses")
     for field in dialog.get_by_label("heading", exact=True).all():
         field.fill("90")
-    page.screenshot(path=artifacts / f"page-starts-{width}.png")
+    keep(page, f"page-starts-{width}.png")
     expect(dialog.get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
     dialog.get_by_role("button", name="Close").click()
     expect(dialog).to_be_hidden()

@@ -16,7 +16,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 from improv_core.stage.fields import LONGEST_TEXT
 from tests.commands.command_line import IMPROV
 from tests.needs import lacking
-from tests.stage.viewer.conftest import LIMIT, Show, at, wait, watch
+from tests.stage.viewer.conftest import LIMIT, Keep, Show, at, wait, watch
 from tests.stage.viewer.editing import IDLE, PLAYING, Edit
 from tests.stage.viewer.test_looks import AXE
 
@@ -58,7 +58,7 @@ def write(page: Page, keys: str) -> None:
 
 
 @pytest.mark.slow("writes a program as people do")
-def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], Edit], artifacts: Path) -> None:
+def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], Edit], keep: Keep) -> None:
     edited = edit("\ufeff# 🤖🤖\r\nbeat 60\r\n")
     page = edited.page()
     text, fix = page.locator("#text"), page.locator("#mistakes .fix")
@@ -69,7 +69,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     write(page, ")\nbo $ left\n")  # Enter is a new line, also while words are offered
     expect(page.locator("#ink .error")).to_have_text(["forwrd"])
     expect(fix).to_have_text(["Change to forward"])
-    page.screenshot(path=artifacts / "edit-mistake.png")
+    keep(page, "edit-mistake.png")
     page.keyboard.press("Control+Enter")
     expect(page.get_by_role("alert").first).to_contain_text("dance.improv can't play")
     assert edited.wait("unknown-name")
@@ -92,7 +92,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     page.locator("#ink .function").first.hover(force=True)
     expect(page.get_by_role("tooltip")).to_contain_text("forward: One step forward.")
     expect(page.locator("#tooltip img")).to_be_visible()
-    page.screenshot(path=artifacts / "edit-playing.png")
+    keep(page, "edit-playing.png")
     page.locator("#text").focus()
     page.keyboard.press("Escape")
     expect(page.get_by_role("tooltip")).to_be_hidden()
@@ -173,7 +173,7 @@ def test_a_stop_also_stops_a_save_that_is_about_to_play(edit: Callable[[str], Ed
 
 @pytest.mark.slow("writes on two pages at once")
 def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
-    edit: Callable[[str], Edit], artifacts: Path
+    edit: Callable[[str], Edit], keep: Keep
 ) -> None:
     edited = edit(SQUARE)
     one, two = edited.page(), edited.page()
@@ -186,7 +186,7 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
     versions = one.locator("#versions")
     expect(versions).to_contain_text("Another program has changed dance.improv")
-    one.screenshot(path=artifacts / "edit-versions.png")
+    keep(one, "edit-versions.png")
     one.keyboard.press("Control+Enter")  # asks first
     expect(one.get_by_role("button", name="Use the version on disk")).to_be_focused()
     assert edited.file.read_text() == f"{SQUARE}# theirs\n"
@@ -205,7 +205,7 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     expect(one.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
     one.get_by_role("button", name="Show it instead").click()  # it can still be opened
     expect(one.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
-    one.screenshot(path=artifacts / "edit-kept.png")
+    keep(one, "edit-kept.png")
     write(two, "# two\n")
     one.keyboard.press("Control+Enter")
     expect(two.locator("#versions")).to_be_visible()
@@ -231,9 +231,7 @@ def test_another_text_with_the_same_time_asks_which_one_to_use(edit: Callable[[s
 
 
 @pytest.mark.slow("writes in a program of a thousand lines")
-def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(
-    edit: Callable[[str], Edit], artifacts: Path
-) -> None:
+def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callable[[str], Edit], keep: Keep) -> None:
     long = "# a line that is so long that it does not fit beside the stage and has to be broken\n"
     edited = edit("".join(f"{long}r{i} $ repeat 2 (forward || left) # 🤖\n\n" for i in range(334)))
     page = edited.page()
@@ -247,7 +245,7 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(
       return last.top >= paper.top && last.bottom <= paper.bottom
     }"""
     assert page.evaluate(shown)
-    page.screenshot(path=artifacts / "edit-long.png")
+    keep(page, "edit-long.png")
     write(page, "x")
     expect(page.locator("#mistakes .fix")).to_be_visible()  # which leaves less room for the text
     wait(page, f"({shown})()")
@@ -255,7 +253,7 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(
 
 
 @pytest.mark.slow("axe looks at four pages")
-def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], artifacts: Path) -> None:
+def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], keep: Keep) -> None:
     if not AXE.exists():
         lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
     edited = edit(f"# a dance\n{SQUARE}bo $ repeat 2 (forwrd || near)\nstep = left\n")
@@ -273,7 +271,7 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
         assert [(each["id"], [node["target"] for node in each["nodes"]]) for each in found] == []
-        page.screenshot(path=artifacts / f"edit-{width}-{scheme}.png")
+        keep(page, f"edit-{width}-{scheme}.png")
         page.keyboard.press("Backspace")
     page.set_viewport_size({"width": 390, "height": 500})  # a phone's keyboard is open
     for name in ("Stop", "Save and play"):
@@ -283,11 +281,11 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
         box = page.locator(part).bounding_box()
         assert box
         assert box["height"] > least
-    page.screenshot(path=artifacts / "edit-phone-keyboard.png")
+    keep(page, "edit-phone-keyboard.png")
 
 
 @pytest.mark.slow("drags a ring, types, and plays")
-def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str], Edit], artifacts: Path) -> None:
+def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str], Edit], keep: Keep) -> None:
     before = "beat 60\nada bo cleo at line 2\nada bo cleo $ repeat 4 (forward left)\n"
     edited = edit(before)
     page = edited.page()
@@ -310,7 +308,7 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     page.mouse.up()
     dragged = before.replace("ada bo cleo at line 2", "ada bo at line 2 around 0 1\ncleo at 2 1")
     expect(text).to_have_value(dragged)
-    page.screenshot(path=artifacts / "edit-starts.png")
+    keep(page, "edit-starts.png")
     text.press("Control+z")
     expect(text).to_have_value(before)  # one step
     rings = [dialog.get_by_label(key, exact=True) for key in ("x", "y", "heading")]
@@ -355,9 +353,7 @@ def test_a_line_with_an_error_has_to_be_fixed_first(edit: Callable[[str], Edit])
 
 
 @pytest.mark.slow("lists 45 messages at two sizes")
-def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(
-    edit: Callable[[str], Edit], artifacts: Path
-) -> None:
+def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[str], Edit], keep: Keep) -> None:
     edited = edit("beat 60\n" + "".join(f"r{number} $ forwrd left\n" for number in range(45)))
     page = edited.page()
     rows = page.locator("#mistakes-list li")
@@ -374,7 +370,7 @@ def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(
         assert listed
         assert stage["height"] > 0.3 * height
         assert listed["height"] < 0.33 * height
-        page.screenshot(path=artifacts / f"edit-messages-{width}.png")
+        keep(page, f"edit-messages-{width}.png")
     rows.first.locator(".where").focus()
     page.keyboard.press("ArrowDown")
     expect(rows.nth(1).locator(".where")).to_be_focused()

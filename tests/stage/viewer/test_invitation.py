@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable
-from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
@@ -12,11 +11,11 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, link, transport
+from tests.stage.viewer.conftest import LIMIT, Keep, link, transport
 
 
 def test_before_anything_plays_the_page_names_the_file_and_shows_no_empty_panels(
-    page: Page, viewer: Viewer, artifacts: Path
+    page: Page, viewer: Viewer, keep: Keep
 ) -> None:
     viewer.publish({"type": "program", "name": "solo.improv", "folder": "/dances", "problems": [], "count": 0})
     page.goto(link(viewer))
@@ -24,7 +23,7 @@ def test_before_anything_plays_the_page_names_the_file_and_shows_no_empty_panels
     expect(page.locator("#hint")).to_contain_text("It is in /dances")
     expect(page.locator("#timeline")).to_be_hidden()
     expect(page.locator("#score")).to_be_hidden()
-    page.screenshot(path=artifacts / "page-waiting.png")
+    keep(page, "page-waiting.png")
 
 
 def test_a_program_without_robots_says_what_is_missing(still: Callable[..., Page], viewer: Viewer) -> None:

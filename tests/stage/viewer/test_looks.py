@@ -21,7 +21,7 @@ from improv_core.score.svg import plot
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import lacking
-from tests.stage.viewer.conftest import Show, transport, wait, watch
+from tests.stage.viewer.conftest import Keep, Show, transport, wait, watch
 from tests.stage.viewer.looks import COUNT, PIXEL, SLANTED
 
 ROOT = Path(__file__).parents[3]
@@ -153,7 +153,7 @@ def test_a_page_that_was_small_for_a_while_shows_the_same_as_before(still: Calla
 
 
 @pytest.mark.slow("draws fifty robots")
-def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, artifacts: Path) -> None:
+def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, keep: Keep) -> None:
     names = [f"r{index}" for index in range(50)]
     starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))
     show.play("".join(f"{name} $ repeat (forward || left)\n" for name in names), "".join(starts))
@@ -162,11 +162,11 @@ def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Sh
     expect(page.locator("#cast-list li")).to_have_count(50)
     frames = page.evaluate("improv.frames")
     wait(page, f"improv.frames > {frames + 20}")
-    page.screenshot(path=artifacts / "page-fifty.png")
+    keep(page, "page-fifty.png")
 
 
 def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
-    page: Page, show: Show, artifacts: Path, tmp_path: Path
+    page: Page, show: Show, keep: Keep, tmp_path: Path
 ) -> None:
     program = "beat 60\nada $ forward left slow 100 forward\n"
     show.play(program)
@@ -180,7 +180,7 @@ def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
     expect(page.locator("#stage")).to_have_css("filter", "none")
     page.get_by_role("button", name="Save").click()
     assert downloaded(page, "SVG", tmp_path / "paths.svg").read_text() == plot(score_of(analyze(program)))
-    page.screenshot(path=artifacts / "page-over.png")
+    keep(page, "page-over.png")
     expect(page.get_by_role("button", name="Play")).to_have_attribute("aria-disabled", "true")
     show.play("beat 60\nbo $ forward left\n")
     wait(page, "improv.connected && improv.known.bo === 2 && improv.transport.state === 'playing'")
@@ -216,7 +216,7 @@ def served(folder: Path) -> Iterator[str]:
 
 
 @pytest.mark.slow("looks at ten buttons at four sizes")
-def test_everything_has_room(still: Callable[..., Page], artifacts: Path) -> None:
+def test_everything_has_room(still: Callable[..., Page], keep: Keep) -> None:
     page = still("beat 60\nada $ (forward || left) [forward left]\nbo $ repeat (forward || right)\n")
     buttons = ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster")
     for width, height in ((390, 844), (844, 390), (1280, 800), (1920, 1080)):
@@ -230,7 +230,7 @@ def test_everything_has_room(still: Callable[..., Page], artifacts: Path) -> Non
         assert box["height"] > 120
         for scheme in SCHEMES:
             page.emulate_media(color_scheme=scheme)
-            page.screenshot(path=artifacts / f"page-{width}-{scheme}.png")
+            keep(page, f"page-{width}-{scheme}.png")
 
 
 COVERED = """() => {
@@ -248,7 +248,7 @@ WIDTHS = ((1920, 1080), (1280, 800), (900, 700), (800, 700), (757, 800), (740, 8
 
 
 @pytest.mark.slow("looks at nine sizes, twice each")
-def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[..., Page], artifacts: Path) -> None:
+def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[..., Page], keep: Keep) -> None:
     page = still("beat 60\n" + "".join(f"r{number:02} $ repeat 8 (forward left)\n" for number in range(12)))
     expect(page.locator("#cast-list li")).to_have_count(12)
     present = page.get_by_role("button", name="Present")
@@ -266,7 +266,7 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
         assert box["height"] > 0.49 * height, f"at {width} pixels"
         assert tools["height"] < 60  # one row
         assert tracks["height"] < 0.26 * height  # the rest is scrolled to
-        page.screenshot(path=artifacts / f"page-twelve-{width}.png")
+        keep(page, f"page-twelve-{width}.png")
         present.click()
         assert page.evaluate(COVERED) == [], f"presenting at {width} pixels"
         page.get_by_role("button", name="End").click()
@@ -276,7 +276,7 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
     assert tracks
     assert rows
     assert rows["y"] == pytest.approx(tracks["y"], abs=1)  # the timeline is there wherever it is scrolled to
-    page.screenshot(path=artifacts / "page-scrolled.png")
+    keep(page, "page-scrolled.png")
 
 
 def test_tools_without_room_unfold(page: Page, still: Callable[..., Page]) -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.stage.viewer.conftest import wait
+from tests.stage.viewer.conftest import Keep, wait
 
 SIZES = ((1280, 800), (1920, 1080), (390, 844))
 NAMES = [f"a_robot_with_a_long_name_{number:02}" for number in range(1, 31)]
@@ -38,7 +37,7 @@ def whole_rows(page: Page, number: int) -> None:
 
 
 @pytest.mark.slow("looks at three sizes, three times each")
-def test_thirty_robots_leave_room_for_the_floor(page: Page, still: Callable[..., Page], artifacts: Path) -> None:
+def test_thirty_robots_leave_room_for_the_floor(page: Page, still: Callable[..., Page], keep: Keep) -> None:
     still(PROGRAM, CIRCLE)
     expect(page.locator("#cast-head")).to_have_text("30 robots")
     for width, height in SIZES:
@@ -50,7 +49,7 @@ def test_thirty_robots_leave_room_for_the_floor(page: Page, still: Callable[...,
             box = page.locator("#hall").bounding_box()
             assert box
             assert box["height"] > 0.49 * height
-            page.screenshot(path=artifacts / f"page-thirty-{card or 'plain'}-{width}.png")
+            keep(page, f"page-thirty-{card or 'plain'}-{width}.png")
             if card:
                 page.get_by_role("dialog").get_by_role("button", name="Close").click()
 

@@ -7,7 +7,6 @@ import queue
 from collections.abc import Callable
 from fractions import Fraction
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from threading import Thread
 from urllib.parse import urlsplit
 
@@ -19,7 +18,7 @@ from improv_core.score.score import Score
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, TOKEN, link, part, transport, wait
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Keep, link, part, transport, wait
 
 
 def open_page(page: Page, viewer: Viewer) -> None:
@@ -37,7 +36,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     viewer: Viewer,
     simulator: Simulator,
     commands: queue.SimpleQueue[PageRequest | Watched],
-    artifacts: Path,
+    keep: Keep,
 ) -> None:
     requested: list[str] = []
     page.on("request", lambda request: requested.append(request.url))
@@ -62,12 +61,12 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     viewer.publish(transport(1, "paused", beat=2.5))
     expect(page.locator("#beat")).to_have_text("beat 3 / 8")
     expect(page.get_by_role("img")).to_have_accessible_name("The stage, seen from above, with ada, bo, cleo, dot")
-    page.screenshot(path=artifacts / "page-light.png")
+    keep(page, "page-light.png")
     page.emulate_media(color_scheme="dark")
     page.set_viewport_size({"width": 390, "height": 844})
     next_frame(page)
     next_frame(page)
-    page.screenshot(path=artifacts / "page-dark-phone.png")
+    keep(page, "page-dark-phone.png")
 
     assert commands.get(timeout=LIMIT) == {"type": "watched"}
     stop = page.get_by_role("button", name="Stop")

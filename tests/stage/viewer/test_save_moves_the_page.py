@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import Page, expect
 
 from tests.ls.client import Client
-from tests.stage.viewer.conftest import wait
+from tests.stage.viewer.conftest import Keep, wait
 
 URI = "file:///dance.improv"
 DANCE = "beat 120\nada $ repeat (forward || left)\nbo $ repeat (forward || right)\n"
 
 
 @pytest.mark.slow("a language server and its stage play twice")
-def test_save_moves_the_robot_a_wrong_one_does_not_and_stop_stops_it(page: Page, artifacts: Path) -> None:
+def test_save_moves_the_robot_a_wrong_one_does_not_and_stop_stops_it(page: Page, keep: Keep) -> None:
     with Client({"backend": "sim"}) as client:
         client.open(URI, DANCE)
         client.save(URI)
@@ -24,7 +22,7 @@ def test_save_moves_the_robot_a_wrong_one_does_not_and_stop_stops_it(page: Page,
         page.goto(url)
         wait(page, "window.improv?.robots.ada && improv.robots.ada.y > 1")
         expect(page.locator("#state")).to_have_text("playing")
-        page.screenshot(path=artifacts / "save-moves-the-page.png")
+        keep(page, "save-moves-the-page.png")
 
         problems = page.get_by_role("alert")
         expect(problems).to_be_hidden()

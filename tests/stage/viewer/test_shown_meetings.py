@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, cast
 
 from playwright.sync_api import Page, expect
@@ -12,7 +11,7 @@ from playwright.sync_api import Page, expect
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer.messages import MeetingsMessage
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, at, wait
+from tests.stage.viewer.conftest import LIMIT, Keep, at, wait
 from tests.stage.viewer.looks import PIXEL
 
 PROGRAM = "ada at -4 0\nbo at 4 0 facing 180\nada bo $ repeat 4 forward\n"
@@ -41,7 +40,7 @@ def test_a_click_on_a_mark_seeks_there(
     still: Callable[..., Page],
     viewer: Viewer,
     commands: queue.SimpleQueue[PageRequest | Watched],
-    artifacts: Path,
+    keep: Keep,
 ) -> None:
     page = still(PROGRAM)
     assert commands.get(timeout=LIMIT) == {"type": "watched"}
@@ -50,7 +49,7 @@ def test_a_click_on_a_mark_seeks_there(
     expect(button).to_have_attribute("title", "beat 2: ada and bo meet, 0.00 m apart\nbeat 4: bo hits wall 1")
     mark = at(page, 0, 0)
     wait(page, f"({PIXEL})(0.03, 0) === '{MARK}'")  # beside its exclamation point
-    page.screenshot(path=artifacts / "page-meetings.png")
+    keep(page, "page-meetings.png")
 
     page.mouse.click(*mark)
     assert commands.get(timeout=LIMIT) == {"type": "seek", "beat": 1.85}

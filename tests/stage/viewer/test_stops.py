@@ -6,7 +6,6 @@ import os
 import queue
 import signal
 from collections.abc import Iterator
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -15,7 +14,7 @@ from playwright.sync_api import Page, expect
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, TOKEN, Show, link, wait, watch
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Keep, Show, link, wait, watch
 
 NOTICE = "Stop is not confirmed yet. Trying again…"
 
@@ -29,7 +28,7 @@ def show() -> Iterator[Show]:
 
 
 @pytest.mark.slow("waits until a process that hangs is killed")
-def test_a_stop_arrives_after_all_when_the_stage_was_frozen_and_killed(page: Page, show: Show, artifacts: Path) -> None:
+def test_a_stop_arrives_after_all_when_the_stage_was_frozen_and_killed(page: Page, show: Show, keep: Keep) -> None:
     show.play("ada $ repeat forward\n")
     watch(page, show)
     page.keyboard.press("Space")
@@ -41,7 +40,7 @@ def test_a_stop_arrives_after_all_when_the_stage_was_frozen_and_killed(page: Pag
     os.kill(show.stage, signal.SIGSTOP)
     page.get_by_role("button", name="Stop").click()
     expect(page.locator("#notice")).to_have_text(NOTICE)
-    page.screenshot(path=artifacts / "page-stop-unconfirmed.png")
+    keep(page, "page-stop-unconfirmed.png")
     # The parent kills the stage, and starts another.
     expect(page.locator("#notice")).to_be_hidden()
     assert show.stops == 2

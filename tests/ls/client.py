@@ -27,7 +27,7 @@ from improv_ls.room_checker import RoomChecker, Rooms
 from tests.stage_on_thread import USED, StageOnThread
 
 Message = dict[str, Any]
-LIMIT = 30.0
+LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
 
 CAPABILITIES: Mapping[str, Any] = {

@@ -15,6 +15,7 @@ from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import (
     LIMIT,
     NOISE,
+    SITE,
     Fields,
     Others,
     Publish,
@@ -194,7 +195,7 @@ def test_two_types_on_one_topic(sink: Sink) -> None:
 
 def test_a_missing_message(start: Start, tmp_path: Path) -> None:
     (tmp_path / "nav_msgs.py").write_text("raise ImportError\n")
-    sink = start(PYTHONPATH=str(tmp_path))
+    sink = start(PYTHONPATH=f"{tmp_path}:{SITE}")
     read(sink, moves=Topic("/anna/odom", "nav_msgs/Odometry", above=0.0))
     line = sink("find", "warnings", "anna", "can't import")
     assert "can't import nav_msgs, so /anna/odom can't be read: install nav_msgs, so anna stands still" in line

@@ -27,7 +27,7 @@ def test_words_are_lit_from_the_beat_at_which_they_take_over() -> None:
     with Client({**QUIET, "onSave": "continue", "switchAt": "bar", "beatsPerBar": 6}, TOLD) as client:
         client.open(URI, BEFORE)
         client.save(URI)
-        assert client.wait("improv/lit")["ranges"] == [[1, 15, 1, 22], [2, 14, 2, 21]]
+        client.wait("improv/lit", lambda params: params["ranges"] == [[1, 15, 1, 22], [2, 14, 2, 21]])
         told(client, 1, "playing")
         client.wait("improv/transport", lambda params: params["beat"] > 2)
         client.change(URI, 2, {"text": AFTER})

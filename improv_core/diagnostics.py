@@ -51,6 +51,13 @@ SEVERITIES = {
     "hits": Severity.WARNING,
     "robot-named-and": Severity.INFORMATION,
     "unsupported-direction": Severity.ERROR,
+    "pose-reversed": Severity.ERROR,
+    "misplaced-pose": Severity.ERROR,
+    "no-such-pose": Severity.ERROR,
+    "no-such-part": Severity.WARNING,
+    "part-direction": Severity.WARNING,
+    "pose-disturbed": Severity.WARNING,
+    "joint-limit": Severity.WARNING,
     "too-fast": Severity.WARNING,
     "too-short": Severity.WARNING,
     "never-performed": Severity.INFORMATION,
@@ -109,7 +116,8 @@ class Related:
 class Diagnostic:
     """One problem at its exact span, described in one line, with fixes if they are obvious.
 
-    If it is `doubtful`, it is only information, whatever its code: the program doesn't say all that it depends on. A
+    If it is `doubtful`, it is only information, whatever its code: the program doesn't say all that it depends on. If
+    it `warns`, it is only a warning: the program plays without what it is about. A
     message may quote anything from a file. It is made printable here, so that no message can forget to.
     """
 
@@ -119,12 +127,15 @@ class Diagnostic:
     fixes: tuple[Fix, ...] = ()
     related: tuple[Related, ...] = ()
     doubtful: bool = False
+    warns: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "message", in_plain_text(self.message))
 
     @property
     def severity(self) -> Severity:
+        if self.warns:
+            return Severity.WARNING
         return Severity.INFORMATION if self.doubtful else SEVERITIES[self.code]
 
     def shifted(self, by: int) -> Diagnostic:
@@ -138,6 +149,7 @@ class Diagnostic:
             ),
             tuple(Related(other.span.shifted(by), other.message) for other in self.related),
             self.doubtful,
+            self.warns,
         )
 
 

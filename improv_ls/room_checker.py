@@ -12,6 +12,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.joint_check import check_joints
 from improv_core.robots.config import Robots
 from improv_core.score.encounters import Known
 from improv_core.stage.lines import own_output
@@ -29,8 +30,8 @@ class RoomChecker:
         self._answerer = Answerer("improv_ls.room_checker")
 
     def check(self, uri: str, text: str, robots: Robots) -> tuple[Diagnostic, ...]:
-        """What the robots of a program meet or hit. Blocks; raises EOFError or OSError if the process has ended, or has
-        hung and was killed."""
+        """What the robots of a program meet or hit, and what their joints can't do. Blocks; raises EOFError or
+        OSError if the process has ended, or has hung and was killed."""
         found: tuple[Diagnostic, ...] = self._answerer.ask((uri, text, robots))
         return found
 
@@ -50,7 +51,7 @@ class Rooms:
         self._versions: dict[str, _Version] = {}
 
     def check(self, uri: str, text: str, robots: Robots) -> tuple[Diagnostic, ...]:
-        """What the robots of a program meet or hit."""
+        """What the robots of a program meet or hit, and what their joints can't do."""
         before = self._versions.pop(uri, None)
         if before and before.analysis.cast == robots:
             analysis = before.analysis.edited(*difference(before.analysis.text, text))
@@ -60,7 +61,7 @@ class Rooms:
         self._versions[uri] = _Version(analysis, report.known if report else before and before.known)
         for oldest in list(self._versions)[:-MOST_KEPT]:
             del self._versions[oldest]
-        return report.diagnostics if report else ()
+        return (*(report.diagnostics if report else ()), *check_joints(analysis))
 
 
 def _serve() -> None:

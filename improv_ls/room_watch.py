@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic
-from improv_core.program import room
+from improv_core.program import joint_check, room
 from improv_core.robots.config import Robots
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
@@ -70,7 +70,7 @@ class RoomWatch:
         while document := self._next():
             checked = self._checked[document.uri]
             found: Sequence[Diagnostic] = ()
-            if room.needs_check(document.analysis):
+            if room.needs_check(document.analysis) or joint_check.needs_check(document.analysis):
                 try:
                     found = await asyncio.to_thread(
                         self._checker.check, document.uri, document.analysis.text, checked.robots

@@ -16,6 +16,7 @@ from improv_core.commands.programs import report_each
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program import room
 from improv_core.program.analysis import Analysis
+from improv_core.program.joint_check import check_joints
 from improv_core.program.report import as_annotation, as_json, as_line
 from improv_core.robots.config import Robots, absolute
 from improv_core.text import LineIndex
@@ -68,7 +69,7 @@ def command(files: tuple[Path, ...], layout: str) -> None:
         nonlocal programs
         programs += 1
         checked = room.check(analysis)
-        found = [*analysis.diagnostics, *(checked.diagnostics if checked else ())]
+        found = [*analysis.diagnostics, *(checked.diagnostics if checked else ()), *check_joints(analysis)]
         tell(path, analysis.lines, analysis.ok, sorted(found, key=lambda each: each.span), checked)
         if checked and layout != "json":
             echo(f"{path}: whom robots meet is {checked}", err=True)  # what other programs read holds only problems

@@ -17,8 +17,10 @@ from improv_core.program.bindings import Bindings, bind
 from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting, check_names
 from improv_core.program.idle import Idle, find_idle
+from improv_core.program.limbs import check_bodies, check_pose_names
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
+from improv_core.program.predefined import predefined
 from improv_core.program.program import Placed, Program, is_endless, is_uneven, opening_of
 from improv_core.program.reader import Definition, Reader, Scope
 from improv_core.program.sensing import check_senses
@@ -63,6 +65,11 @@ class Analysis(Program):
     def diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
         """The diagnostics of one statement. Spans count from its start."""
         return diagnose_statement(self, index, self._idle, self._alone)
+
+    @cached_property
+    def predefined(self) -> Mapping[str, Definition]:
+        """The words for body parts, and `to`: what they stand for where nothing above defines them."""
+        return predefined(self.cast)
 
     @cached_property
     def _idle(self) -> Mapping[int, Idle]:
@@ -172,7 +179,7 @@ class Analysis(Program):
                 continue
             checkpoint()
             again.append(index)
-            scope = _scope(self.statements[index], index, self.bindings, meanings)
+            scope = _scope(self.statements[index], index, self.bindings, meanings, self.predefined)
             if not meanings[index].is_known or meanings[index].scope != tuple(scope.values()):
                 for user in self._understand(index, scope, meanings):
                     heappush(waiting, user)
@@ -211,6 +218,10 @@ class Analysis(Program):
             return (*named.values(), *check_kind(statement, meaning.said, self.cast))
         cast = self.opening.cast
         problems = check_casting(statement, meaning, cast, self.tempo, brief) if meaning.robots else ()
+        if "to" in statement.uses and meaning.body:
+            problems = (*problems, *check_pose_names(meaning.body, self.cast))
+        if meaning.robots and meaning.movement.body_words.asked:
+            problems = (*problems, *check_bodies(statement, meaning, cast))
         if statement.has_senses or meaning.is_open:
             problems = (*problems, *check_senses(statement, meaning, cast))
         return problems
@@ -221,22 +232,23 @@ class Analysis(Program):
 
     def given(self, robots: Robots) -> Analysis:
         """The same, but all that robots play waits for `settled`."""
-        return dataclasses.replace(
-            self.cast_with(robots), earlier=self.earlier and self.earlier.given(robots)
-        )._doubted()
+        made = dataclasses.replace(self.cast_with(robots), earlier=self.earlier and self.earlier.given(robots))
+        words = {*self.predefined, *made.predefined}
+        return made._doubted(index for word in words for index in self.bindings.used.get(word, ()))
 
     def cast_with(self, robots: Robots) -> Analysis:
         """The same program for other robots, of which nothing is checked."""
         return dataclasses.replace(self, cast=robots, opening=opening_of(robots, self.openings, self.meanings))
 
-    def _doubted(self) -> Analysis:
-        """The analysis in which all that robots play waits to be checked again, and the lines of the opening too."""
+    def _doubted(self, others: Iterable[int] = ()) -> Analysis:
+        """The analysis in which all that robots play waits to be checked again, and the lines of the opening and
+        others too."""
         pairs = enumerate(zip(self.statements, self.meanings, strict=True))
         found = (index for index, (each, meaning) in pairs if meaning.robots or each.has_senses or meaning.said)
-        return dataclasses.replace(self, waiting=sorted({*self.waiting, *found}))
+        return dataclasses.replace(self, waiting=sorted({*self.waiting, *found, *others}))
 
     def _scope(self, index: int) -> Scope:
-        return _scope(self.statements[index], index, self.bindings, self.meanings)
+        return _scope(self.statements[index], index, self.bindings, self.meanings, self.predefined)
 
 
 def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
@@ -279,10 +291,11 @@ def _assembled(
     known = dict(zip(old.statement_ids, old.meanings, strict=True))
     waited = {old.statement_ids[index] for index in old.waiting}
     current: dict[str, Definition] = {}
+    words = old.predefined
     meanings: list[Meaning] = []
     waiting: list[int] = []
     for index, (statement, statement_id) in enumerate(zip(statements, statement_ids, strict=True)):
-        scope = {name: current.get(name) for name in statement.uses}
+        scope = {name: current.get(name) or words.get(name) for name in statement.uses}
         if statement_id in known:
             meaning = known[statement_id]
         else:
@@ -328,7 +341,7 @@ def _with_others(
     bindings = old.bindings.edited({index: old.statements[index] for index in changed}, changed)
     waiting = {*old.waiting, *changed}
     for index, statement in changed.items():
-        scope = _scope(statement, index, bindings, meanings)
+        scope = _scope(statement, index, bindings, meanings, old.predefined)
         # Until it is understood, it defines what it defined before, so that nothing below it changes twice.
         definition = meanings[index].definition
         meanings[index] = not_understood(statement, statement_ids[index], scope, definition)
@@ -368,11 +381,17 @@ def _untold(infeasible: Mapping[int, Sequence[Diagnostic]]) -> Sequence[int]:
     return [index for index in shown if not all(each.message for each in infeasible[index])]
 
 
-def _scope(statement: Statement, index: int, bindings: Bindings, meanings: Sequence[Meaning]) -> Scope:
+def _scope(
+    statement: Statement,
+    index: int,
+    bindings: Bindings,
+    meanings: Sequence[Meaning],
+    words: Mapping[str, Definition],
+) -> Scope:
     scope = {}
     for name in statement.uses:
         definer = bindings.definer(name, index)
-        scope[name] = None if definer is None else meanings[definer].definition
+        scope[name] = words.get(name) if definer is None else meanings[definer].definition
     return scope
 
 

@@ -13,9 +13,10 @@ from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess
 from improv_core.robots.start_poses import start_poses
+from improv_core.score.joints import Limb, limbs_of
 from improv_core.score.motion import Pose, wrapped
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
-from improv_core.score.performance import SenseSpan, perform
+from improv_core.score.performance import Mover, SenseSpan, perform
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import senses_read
 from improv_core.score.scenes import NOTHING
@@ -110,29 +111,44 @@ def compiled(
     """
     score = score_of(analysis)
     tempo, parts = score.tempo, score.parts.values()
-    robots = (
-        _performed(score, most_segments, script)
-        if any(part.movement.open for part in parts)
-        else {part.robot: _walked(part, most_segments) for part in parts}
-    )
+    limbs = {Mover(each.robot, limb.part.name): limb for each in parts for limb in limbs_of(each, tempo)}
+    movers = {Mover(each.robot): _Segments(most_segments, each.movement.duration) for each in parts}
+    segments = {**movers, **{mover: _Segments(most_segments, ENDLESS, limb) for mover, limb in limbs.items()}}
+    if any(part.movement.open for part in parts):
+        _perform(score, most_segments, script, segments)
+    else:
+        for (robot, _), each in segments.items():
+            _walk(score.parts[robot], each)
     opening = {"bar": analysis.opening.bar, "room": analysis.opening.room}
     return {
         "ok": analysis.ok,
         "beat": int(tempo) if tempo.denominator == 1 else float(tempo),
         **{name: value for name, value in opening.items() if value},
-        "robots": {name: _robot(score, part, robots[name]) for name, part in score.parts.items()},
+        "robots": {
+            name: {
+                **_robot(score, part, segments[Mover(name)]),
+                **_joints(score, part, [segments[mover] for mover in limbs if mover.robot == name]),
+            }
+            for name, part in score.parts.items()
+        },
     }
 
 
 @dataclass(slots=True)
 class _Segments:
-    """Stretches of constant velocity of one robot: their starts and durations in beats. `beats` is the whole length."""
+    """Stretches of constant velocity of one robot, or of one of its limbs: their starts and durations in beats, and
+    how fast the limb's joints are asked to move. `beats` is the whole length, and `range` where the joints were."""
 
     most: int
     beats: Duration
+    limb: Limb | None = None
     stretches: list[tuple[Exact, Exact, Velocity]] = field(default_factory=list)
     moments: int = 0
     truncated: bool = False
+    range: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._widen()
 
     def add(self, moment: Moment) -> None:
         last = self.stretches[-1] if self.stretches else None
@@ -147,32 +163,46 @@ class _Segments:
             self.stretches.append((moment.start, moment.duration, moment.velocity))
         self.moments += 1
         self.truncated = self.moments > self.most * _MOMENTS_PER_SEGMENT
+        if self.limb:
+            self.limb.move(self.limb.velocities(moment.velocity), moment.duration)
+            self._widen()
+
+    def _widen(self) -> None:
+        for name, position in self.limb.positions.items() if self.limb else ():
+            least, greatest = self.range.get(name, (position, position))
+            self.range[name] = min(least, position), max(greatest, position)
 
 
-def _walked(part: Part, most: int) -> _Segments:
-    segments = _Segments(most, part.movement.duration)
-    for moment in walk(part.movement, merge=True):
+def _walk(part: Part, segments: _Segments) -> None:
+    movement = segments.limb.performs(part.movement) if segments.limb else part.movement
+    for moment in walk(movement, merge=True):
         segments.add(moment)
         if segments.truncated:
             break
-    return segments
 
 
-def _performed(score: Score, most: int, script: Sequence[SenseSpan]) -> Mapping[str, _Segments]:
+def _perform(score: Score, most: int, script: Sequence[SenseSpan], found: Mapping[Mover, _Segments]) -> None:
     """What all robots do. One that still moves when there are too many moments has no known length."""
-    found = {robot: _Segments(most, 0) for robot in score.parts}
-    every = [part.scenes for part in score.parts.values()]
-    scenes = [dict(zip(score.parts, scene, strict=True)) for scene in zip(*every, strict=True)]
+    scenes = [
+        {
+            mover: each.limb.performs(score.parts[mover.robot].of_scene(scene))
+            if each.limb
+            else score.parts[mover.robot].of_scene(scene)
+            for mover, each in found.items()
+        }
+        for scene in range(score.scenes)
+    ]
+    for segments in found.values():
+        segments.beats = 0
     moments = perform(scenes, script)
-    for robot, moment in islice(moments, most * _MOMENTS_PER_SEGMENT * len(found)):
-        found[robot].beats = moment.start + moment.duration
-        found[robot].add(moment)
+    for mover, moment in islice(moments, most * _MOMENTS_PER_SEGMENT * len(found)):
+        found[mover].beats = moment.start + moment.duration
+        found[mover].add(moment)
     if next(moments, None):
         latest = max(segments.beats for segments in found.values())
         for segments in found.values():
             if segments.beats == latest:
                 segments.beats, segments.truncated = ENDLESS, True
-    return found
 
 
 def _robot(score: Score, part: Part, segments: _Segments) -> Mapping[str, Any]:
@@ -189,6 +219,27 @@ def _robot(score: Score, part: Part, segments: _Segments) -> Mapping[str, Any]:
         ],
         "truncated": segments.truncated,
     }
+
+
+def _joints(score: Score, part: Part, limbs: Sequence[_Segments]) -> Mapping[str, Any]:
+    """How fast the joints of a robot with a body are asked to move, those that move, and where they are meanwhile."""
+    if not part.profile.body:
+        return {}
+    joints: dict[str, list[list[float]]] = {}
+    for each in limbs:
+        for drive in each.limb.part.drives if each.limb else ():
+            stretches: list[list[float]] = []
+            for start, duration, velocity in each.stretches:
+                assert each.limb
+                speed = each.limb.velocities(velocity)[drive.joint]
+                if stretches and stretches[-1][2] == speed:
+                    stretches[-1][1] = score.seconds(start + duration) - stretches[-1][0]
+                else:
+                    stretches.append([score.seconds(start), score.seconds(duration), speed])
+            if any(speed for _, _, speed in stretches):
+                joints[drive.joint] = stretches
+    ranges = {name: list(ends) for each in limbs for name, ends in each.range.items()}
+    return {"joints": joints, "range": ranges}
 
 
 def _degrees(heading: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
@@ -13,6 +14,8 @@ from improv_core.program.idle import Idle
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
 from improv_core.program.program import MOST_SCENES, Program
+from improv_core.program.reader import Definition, Takes
+from improv_core.score.body import START
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token, lex
@@ -168,7 +171,10 @@ def _unresolved(program: Program, index: int, node: nodes.Name) -> Diagnostic:
 def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Diagnostic:
     """The diagnostic about a use whose arguments are not as the head of its definition says."""
     name, numbers = (node, ()) if isinstance(node, nodes.Name) else (node.name, node.numbers)
-    found = program.definition(name.text, index) if name.text in program.bindings.defined else None
+    scope = dict(zip(program.statements[index].uses, program.meanings[index].scope, strict=True))
+    found = scope.get(name.text)
+    if found and found.takes:
+        return _incomplete(name, found, numbers)
     is_parameter = name.text in (each.name for each in program.statements[index].parameters)
     if is_parameter or not found or not found.phrase:
         span = Span(numbers[0].span.start, numbers[-1].span.end)
@@ -194,6 +200,18 @@ def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Dia
     declared = _relative(program, Span(head.end, program.offsets[definer] + sign.start), index)
     fixes = give_arguments(node, found.phrase, declared)
     return Diagnostic("arguments", name.span, message, fixes, (related,))
+
+
+def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Number]) -> Diagnostic:
+    """The diagnostic about a word for a body part without a term, or `to` without a pose."""
+    if numbers:
+        span = Span(numbers[0].span.start, numbers[-1].span.end)
+        message = f"`{name.text}` takes no number: remove it"
+        return Diagnostic("arguments", span, message, replace("Remove it", span, ""))
+    if word.takes is Takes.POSE:
+        return Diagnostic("arguments", name.span, f"write the name of a pose after `{name.text}`, such as `{START}`")
+    message = f"write what `{name.text}` performs after it: `{name.text} left`"
+    return Diagnostic("arguments", name.span, message)
 
 
 def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
@@ -250,13 +268,26 @@ def _unknown(program: Program, index: int, node: nodes.Name) -> Diagnostic:
         message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
         fixes = tuple(fix for word in meant for fix in replace(f"Change to {word}", node.span, word))
         return Diagnostic("unknown-name", node.span, message, fixes)
-    near = program.bindings.nearest(name)
+    near = program.bindings.nearest(name) or next(iter(get_close_matches(name, program.cast.part_words, n=1)), None)
+    if near is None and _takes_a_term(program.meanings[index].body, node):
+        message = f"`{name}` is not defined: write `{name} = …` above this line, or, if it is a body part, "
+        message += f"`[profiles.NAME.body.{name}]` in improv.toml"
+        return Diagnostic("unknown-name", node.span, message, _defined(program, index, name))
     if near is None:
         message = f"`{name}` is not defined: write `{name} = …` above this line"
-        fixes = replace(f"Define {name} as rest above", Span(0, 0), f"{name} = rest{_line_end(program, index)}")
-        return Diagnostic("unknown-name", node.span, message, fixes)
+        return Diagnostic("unknown-name", node.span, message, _defined(program, index, name))
     message = f"`{name}` is not defined: did you mean `{near}`?"
     return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
+
+
+def _defined(program: Program, index: int, name: str) -> tuple[Fix, ...]:
+    return replace(f"Define {name} as rest above", Span(0, 0), f"{name} = rest{_line_end(program, index)}")
+
+
+def _takes_a_term(body: nodes.Node | None, name: nodes.Name) -> bool:
+    """Whether a name stands before another term, as a word for a body part does."""
+    every = nodes.nodes(body) if body else ()
+    return any(isinstance(each, nodes.Series) and name in each.items[:-1] for each in every)
 
 
 def _line_end(program: Program, index: int) -> str:

@@ -25,7 +25,7 @@ def too_much(made: Movement) -> str | None:
     length = bounds.bits if isinstance(duration, float) else bounds.bits + bits(duration)
     if length <= _FEW_BITS and not bounds.throws:
         return None
-    if LARGEST < duration < ENDLESS or is_too_fast(bounds.peak):
+    if LARGEST < duration < ENDLESS or is_too_fast(bounds.peak) or is_too_fast(bounds.body.peak):
         return "these numbers make the movement too long or too fast to play: use smaller ones"
     if bounds.throws > MOST_THROWS:
         return "these numbers make too many throws of the dice: use smaller ones"

@@ -10,7 +10,8 @@ from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.conditions import check_conditions
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
-from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, takes
+from improv_core.program.poses import misplaced_poses
+from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, Takes, takes
 from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import Movement
@@ -75,13 +76,15 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         said = said_by(statement, diagnostics)
         return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
     robots = robots_named(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
-    uses_phrases = any(found is not None and found.phrase is not None for found in bound)
+    uses_phrases = any(found is not None and (found.phrase is not None or found.takes is not None) for found in bound)
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))
     meant, definition, tempo = NOTHING, None, None
     others: list[Movement] = []
     if body and not statement.parameters:
         meant = reader.movement(body)
+        if robots and (meant.body_words.asked or "to" in scope):
+            diagnostics += misplaced_poses(body, reader)
         if statement.has_voices or isinstance(meant.duration, float) or reader.calls:  # otherwise all of it plays
             diagnostics += unperformed(body, reader)
         if statement.by_robot:
@@ -147,8 +150,13 @@ _NOWHERE = -1  # the ID of no statement
 def _gathered(body: Node, scope: Scope, diagnostics: list[Diagnostic]) -> Node | None:
     """The movement of a statement, in which each phrase has its arguments."""
     taking = {name: len(found.phrase.movements) for name, found in scope.items() if found and found.phrase}
+    parts, poses = (
+        {name for name, found in scope.items() if found and found.takes is kind}
+        for kind in (Takes.MOVEMENT, Takes.POSE)
+    )
     try:
-        return gather(body, lambda name: taking.get(name, 0)) if any(taking.values()) else body
+        takes_any = parts or poses or any(taking.values())
+        return gather(body, lambda name: taking.get(name, 0), parts, poses) if takes_any else body
     except TooDeepError as error:
         diagnostics.append(Diagnostic("too-deep", error.span, str(error)))
         return None
@@ -224,11 +232,11 @@ def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Itera
         if isinstance(node, Call):
             called.add(id(node.name))
             found = scope.get(node.name.text)
-            if node.name.text in own or (found and not takes(found.phrase, node)):
+            if node.name.text in own or (found and (found.takes or not takes(found.phrase, node))):
                 yield node
         elif isinstance(node, Name) and node.text not in own and id(node) not in called:
             found = scope.get(node.text)
-            if found and found.phrase:
+            if found and (found.phrase or found.takes):
                 yield node
 
 

@@ -55,6 +55,13 @@ def open_length(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
     return Diagnostic("open-length", node.word.span, message, fixes)
 
 
+def pose_reversed(node: nodes.Apply) -> Diagnostic:
+    """The diagnostic about a word around a pose, which depends on where joints are when it begins."""
+    word = f"{node.word.text} {node.across.text}" if node.across else node.word.text
+    message = f"`{word}` can't change a pose, which is reached from wherever its joints are: move `to` out of it"
+    return Diagnostic("pose-reversed", node.word.span, message)
+
+
 def uneven(node: nodes.Apply, here: Sequence[Node], items: Sequence[Movement]) -> Diagnostic:
     """The diagnostic about a choice among items of different lengths; `here` are those written inside it."""
     lengths = list(dict.fromkeys(in_beats(item.duration) for item in items))

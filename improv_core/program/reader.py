@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, replace
@@ -11,6 +12,7 @@ from improv_core.program import misuse
 from improv_core.program.limits import FEW, TOO_LONG, share_a_denominator, too_much
 from improv_core.program.reporting import NOBODY, Argument, Fault, Given, Items, Reporter
 from improv_core.score import algebra
+from improv_core.score.by_part import by_part, to_pose
 from improv_core.score.movement import (
     ENDLESS,
     MOST_DEPTH,
@@ -60,11 +62,18 @@ class Phrase:
         return [each for each in self.parameters if not each.is_number]
 
 
+class Takes(Enum):
+    """What stands after a word that no statement defines: a term for a body part, or the name of a pose."""
+
+    MOVEMENT = "movement"
+    POSE = "POSE"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
     """What a name stands for after the statement with this ID.
 
-    A phrase with parameters has no movement and no items until it is used.
+    A phrase with parameters has no movement and no items until it is used, nor has a word that `takes` something.
     """
 
     name: str
@@ -72,10 +81,13 @@ class Definition:
     movement: Movement
     items: Items
     phrase: Phrase | None = None
+    takes: Takes | None = None
 
     @property
     def head(self) -> str:
-        """How it is written: `poly n`, `times n (m)`."""
+        """How it is written: `poly n`, `times n (m)`, `head movement`."""
+        if self.takes:
+            return f"{self.name} {self.takes.value}"
         parameters = self.phrase.parameters if self.phrase else ()
         return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
 
@@ -211,6 +223,10 @@ class Reader(Reporter):
             return self._together(node, [self.movement(voice) for voice in node.voices])
         if isinstance(node, Call):
             return self._called(node)
+        if isinstance(node, nodes.PartTerm):
+            return by_part(self.movement(node.body), node.name.text)
+        if isinstance(node, nodes.PoseTerm):
+            return to_pose(node.pose.text, node.span)
         if isinstance(node, nodes.Choice):
             then, otherwise = self._side(node.then), self._side(node.otherwise)
             make = WORDS[node.word.text].make
@@ -232,7 +248,7 @@ class Reader(Reporter):
             self.deepest = max(self.deepest, self.level + argument.height)
             return algebra.use(argument.movement, name.span, argument.statement)
         definition = self.scope.get(name.text)
-        if not definition or definition.phrase:  # a phrase lacks its arguments here
+        if not definition or definition.phrase or definition.takes:  # it lacks its arguments here
             return NOTHING
         return algebra.use(definition.movement, name.span, definition.statement)
 
@@ -358,6 +374,9 @@ class Reader(Reporter):
     def _applied(self, node: nodes.Apply) -> Movement:
         body = self.movement(node.body)
         word = WORDS[node.word.text]
+        if body.body_words.has_poses and not (word.poses and (not node.plane or node.plane.poses)):
+            self.report(misuse.pose_reversed(node), node)
+            return NOTHING
         if word.needs and not word.of_items and not self._is_enough(node, word, (body,)):
             return NOTHING
         numbers = [value for value in self.numbers(node) if value is not None] if node.numbers else ()

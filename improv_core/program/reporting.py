@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
@@ -92,9 +92,9 @@ class Reporter:
     def culprit(self, code: str, cause: Node | Number) -> str | None:
         """The parameter in a faulty node or number whose argument most likely causes the error."""
         names = list(dict.fromkeys(nodes.mentions(cause, self.given.movements)))
-        if code in ("endless-reverse", "open-length"):
+        if is_cause := _CAUSES.get(code):
             given = self.given.movements
-            causes = (name for name in names if name in given and _has_no_known_end(given[name].movement))
+            causes = (name for name in names if name in given and is_cause(given[name].movement))
             return next(causes, next(iter(names), None))
         return next(iter(names), None)
 
@@ -112,3 +112,10 @@ class Reporter:
 
 def _has_no_known_end(made: Movement) -> bool:
     return made.open or made.duration == ENDLESS
+
+
+_CAUSES: Mapping[str, Callable[[Movement], bool]] = {
+    "endless-reverse": _has_no_known_end,
+    "open-length": _has_no_known_end,
+    "pose-reversed": lambda made: made.body_words.has_poses,
+}

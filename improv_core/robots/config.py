@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
+from improv_core.robots.bodies import read_body
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
@@ -23,7 +24,7 @@ from improv_core.robots.world import read_world
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
-from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
+from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 from improv_core.score.score import BASE_FRAME, Deadman, OdomFrame, Preflight, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
@@ -113,6 +114,11 @@ class Robots:
             for name, robot in self.robots.items()
         }
         return replace(self, robots=listed, kinds=kinds)
+
+    @property
+    def part_words(self) -> frozenset[str]:
+        """The words for body parts and groups that any profile declares."""
+        return frozenset(name for each in self.profiles.values() if each.body for name in each.body.words)
 
     @property
     def sense_names(self) -> tuple[str, ...]:
@@ -345,9 +351,9 @@ class _RobotsReading(TomlReading):
         """All profiles, including the built-in ones. Each is made after its base."""
         own = {name: self.table(("profiles", name), value) for name, value in tables.items()}
         known = dict.fromkeys([*BUILT_IN, *own])
-        made = dict(BUILT_IN)
+        made = {name: profile for name, profile in BUILT_IN.items() if name != PUPPET.name or name not in own}
         for first in own:
-            if first in BUILT_IN:
+            if first in BUILT_IN and first != PUPPET.name:
                 message = f"`{first}` is built in: choose another name and use it as `base`"
                 self.at_key(("profiles", first), message)
             chain: list[str] = []
@@ -390,7 +396,8 @@ class _RobotsReading(TomlReading):
             changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
         if "smooth" in table:
             changes["smooth"] = self.flag((*keys, "smooth"), table)
-        profile = replace(base, name=name, motions=motions or base.motions, **changes)
+        body = read_body(self, keys, table, base.body)
+        profile = replace(base, name=name, motions=motions or base.motions, body=body, **changes)
         if profile.dynamics != "motors":
             for key in _MOTORS_ONLY:
                 if key in table:

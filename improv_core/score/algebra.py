@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate as count_up
 from itertools import count
+from typing import ClassVar
 
 from improv_core.score import fields
 from improv_core.score.bounds import UNBOUNDED, amplified, either, held, in_parallel, opened, sped_up
@@ -21,6 +22,7 @@ from improv_core.score.movement import (
     Duration,
     Exact,
     InTurn,
+    JsonForm,
     Lengths,
     Movement,
     Piece,
@@ -48,7 +50,11 @@ class Hold(Movement):
     span: Span | None
 
     NAME = "hold"
-    FIELDS = (("velocity", fields.VELOCITY), ("duration", fields.BEATS), ("span", fields.SPAN))
+    FIELDS: ClassVar[tuple[tuple[str, JsonForm], ...]] = (
+        ("velocity", fields.VELOCITY),
+        ("duration", fields.BEATS),
+        ("span", fields.SPAN),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

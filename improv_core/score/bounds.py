@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 
-from improv_core.score.movement import LARGEST, Bounds, Peak, Velocity, bits
+from improv_core.score.movement import (
+    DIRECTIONS,
+    LARGEST,
+    NO_BODY_WORDS,
+    Asked,
+    BodyWords,
+    Bounds,
+    Peak,
+    Velocity,
+    bits,
+)
 
 _peak = lru_cache(maxsize=10_000)(Peak)
 _bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
@@ -31,22 +41,32 @@ def in_series(kinds: Iterable[Bounds]) -> Bounds:
 
 @lru_cache(maxsize=10_000)
 def either(one: Bounds, other: Bounds) -> Bounds:
-    mine, others = one.peak, other.peak
     return _bounds(
-        _peak(
-            max(mine.x, others.x),
-            max(mine.y, others.y),
-            max(mine.z, others.z),
-            max(mine.yaw, others.yaw),
-            min(mine.shortest, others.shortest),
-        ),
+        _either_peak(one.peak, other.peak),
         max(one.width, other.width),
         max(one.bits, other.bits),
         max(one.depth, other.depth),
         one.dice or other.dice,
         0,
         one.open or other.open,
+        _either_words(one.body, other.body),
     )
+
+
+def _either_peak(one: Peak, other: Peak) -> Peak:
+    return _peak(
+        max(one.x, other.x),
+        max(one.y, other.y),
+        max(one.z, other.z),
+        max(one.yaw, other.yaw),
+        min(one.shortest, other.shortest),
+    )
+
+
+def _either_words(one: BodyWords, other: BodyWords) -> BodyWords:
+    if not (one.asked or other.asked):
+        return NO_BODY_WORDS
+    return BodyWords(one.asked | other.asked, _either_peak(one.peak, other.peak))
 
 
 @lru_cache(maxsize=10_000)
@@ -59,22 +79,33 @@ def opened(bounds: Bounds) -> Bounds:
 def in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
     if not voices:
         return replace(UNBOUNDED, dice=dice, throws=1)
-    x, y, z, yaw, shortest = zip(*(each.peak for each in voices), strict=True)
     return _bounds(
-        _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest)),
+        _peak_of_all([each.peak for each in voices]),
         sum(each.width for each in voices),
         max(each.bits for each in voices),
         max(each.depth for each in voices) + 1,
         dice,
         int(dice),
         any(each.open for each in voices),
+        _words_of_all([each.body for each in voices]),
     )
+
+
+def _peak_of_all(voices: Sequence[Peak]) -> Peak:
+    x, y, z, yaw, shortest = zip(*voices, strict=True)
+    return _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest))
+
+
+def _words_of_all(voices: Sequence[BodyWords]) -> BodyWords:
+    asked = frozenset[Asked]().union(*(each.asked for each in voices))
+    return BodyWords(asked, _peak_of_all([each.peak for each in voices])) if asked else NO_BODY_WORDS
 
 
 @lru_cache(maxsize=10_000)
 def sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
     peak, longer = faster(bounds.peak, float(rate)), bounds.bits + bits(rate)
-    return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
+    words = words_faster(bounds.body, float(rate))
+    return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open, words)
 
 
 def faster(peak: Peak, rate: float) -> Peak:
@@ -82,13 +113,45 @@ def faster(peak: Peak, rate: float) -> Peak:
     return _peak(peak.x * rate, peak.y * rate, peak.z * rate, peak.yaw * rate, peak.shortest / rate)
 
 
+def words_faster(words: BodyWords, rate: float) -> BodyWords:
+    """What is asked of body parts, played `rate` times as fast."""
+    return words._replace(peak=faster(words.peak, rate)) if words.asked else words
+
+
 @lru_cache(maxsize=10_000)
 def amplified(bounds: Bounds, factors: Velocity) -> Bounds:
-    x, y, z, yaw = (abs(float(factor)) for factor in factors)
-    peak = bounds.peak
-    amplified = _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
+    peak = _times(bounds.peak, factors)
     longer = bounds.bits + max(bits(factor) for factor in factors)
-    return _bounds(amplified, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
+    words = bounds.body
+    if words.asked:
+        asked = frozenset(map(_exchanged, words.asked)) if swaps_sides(factors) else words.asked
+        words = BodyWords(asked, _times(words.peak, factors))
+    return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open, words)
+
+
+def _times(peak: Peak, factors: Velocity) -> Peak:
+    x, y, z, yaw = (abs(float(factor)) for factor in factors)
+    return _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
+
+
+def _exchanged(asked: Asked) -> Asked:
+    return asked._replace(mirrored=not asked.mirrored) if asked.part else asked
+
+
+def swaps_sides(gain: Velocity) -> bool:
+    """Whether a gain is that of `reflect YZ`."""
+    return gain.y < 0 < gain.x
+
+
+@lru_cache(maxsize=10_000)
+def under_part(bounds: Bounds, part: str) -> Bounds:
+    """The bounds of a movement that a body part performs: the base stands."""
+    peak, words = bounds.peak, bounds.body
+    own = {Asked(part, False, each) for each in DIRECTIONS if getattr(peak, each)}
+    inner = {each if each.part else each._replace(part=part) for each in words.asked}
+    performed = BodyWords(frozenset({Asked(part), *own, *inner}), _either_peak(peak, words.peak))
+    still = _peak(0.0, 0.0, 0.0, 0.0, peak.shortest)
+    return replace(bounds, peak=still, body=performed)
 
 
 def is_too_fast(peak: Peak) -> bool:

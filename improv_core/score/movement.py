@@ -51,6 +51,9 @@ class Velocity(NamedTuple):
 
 STILL = Velocity()
 SAME = Velocity(1, 1, 1, 1)
+SILENT = Velocity(0, 0, 0, 0)
+"""The gain of what stands still."""
+DIRECTIONS = Velocity._fields
 
 
 def exact(number: Fraction) -> Exact:
@@ -109,6 +112,43 @@ class Peak(NamedTuple):
     shortest: float
 
 
+class Asked(NamedTuple):
+    """What a word asks of a body part: a direction, which is a component of the velocity, or a pose; neither if it is
+    the word for the part itself.
+
+    `part` is "" under no part. It is `mirrored` in an odd number of reflections that swap left and right.
+    """
+
+    part: str
+    mirrored: bool = False
+    direction: str = ""
+    pose: str = ""
+
+
+class BodyWords(NamedTuple):
+    """What is asked of body parts in a movement, and the bounds of how fast they move, as `Bounds.peak` has them."""
+
+    asked: frozenset[Asked]
+    peak: Peak
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """The words for body parts."""
+        return frozenset(each.part for each in self.asked if each.part)
+
+    @property
+    def has_poses(self) -> bool:
+        return any(each.pose for each in self.asked)
+
+    @property
+    def loose_poses(self) -> Sequence[str]:
+        """The poses that stand under no part."""
+        return sorted(each.pose for each in self.asked if not each.part)
+
+
+NO_BODY_WORDS = BodyWords(frozenset(), Peak(0.0, 0.0, 0.0, 0.0, math.inf))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounds:
     """What bounds a movement. Thousands of movements share a few, so they are compared by identity.
@@ -116,7 +156,8 @@ class Bounds:
     `peak` bounds all moments. `width` is how many voices may play at once. `bits` is how many bits the factors around
     its moments may add to their fractions. `depth` is how deeply walks are nested (in voices, ramps, and all that is
     open). `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of
-    its stream it takes. `open` tells whether senses decide what is performed (see `reactions`).
+    its stream it takes. `open` tells whether senses decide what is performed (see `reactions`). All of this is about
+    the base; `body` is about what stands under words for body parts.
     """
 
     peak: Peak
@@ -126,6 +167,7 @@ class Bounds:
     dice: bool
     throws: int
     open: bool = False
+    body: BodyWords = NO_BODY_WORDS
 
 
 NOWHERE = -1
@@ -271,6 +313,10 @@ class Movement:
     @property
     def open(self) -> bool:
         return self.bounds.open
+
+    @property
+    def body_words(self) -> BodyWords:
+        return self.bounds.body
 
 
 @dataclass(frozen=True, slots=True, eq=False)

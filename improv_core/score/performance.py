@@ -29,8 +29,15 @@ class SenseSpan(NamedTuple):
         return mine and (self.start <= beat < self.end or self.start == beat == self.end)
 
 
-def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[SenseSpan]) -> Iterator[tuple[str, Moment]]:
-    """What each robot does, in order of time. Each scene lists all robots.
+class Mover(NamedTuple):
+    """The base of a robot, or one of its body parts."""
+
+    robot: str
+    part: str = ""
+
+
+def perform(scenes: Sequence[Mapping[Mover, Movement]], script: Sequence[SenseSpan]) -> Iterator[tuple[Mover, Moment]]:
+    """What each robot and each body part does, in order of time. Each scene lists all of them.
 
     A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands,
     unless it plays in no later scene.
@@ -62,10 +69,10 @@ def _may_play(movement: Movement) -> bool:
     return movement.open or bool(movement.duration)
 
 
-def _plays(performer: Performer, robot: str, script: Sequence[SenseSpan]) -> bool:
+def _plays(performer: Performer, robot: Mover, script: Sequence[SenseSpan]) -> bool:
     performer.settle(partial(_holds, script, robot, performer.beat))
     return not performer.is_over
 
 
-def _holds(script: Sequence[SenseSpan], robot: str, beat: Exact, sense: str) -> bool:
-    return any(each.holds(robot, sense, beat) for each in script)
+def _holds(script: Sequence[SenseSpan], mover: Mover, beat: Exact, sense: str) -> bool:
+    return any(each.holds(mover.robot, sense, beat) for each in script)

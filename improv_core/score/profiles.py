@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from improv_core.score.body import Body, BodyGroup, BodyPart, BodyPose, Drive, Joint
 from improv_core.score.motion import Twist
 
 MOTIONS = ("forward", "turn", "strafe", "climb")
@@ -34,7 +35,7 @@ class Profile:
     motors would. With motors, `wheel_error` holds how far its left and right wheels really roll for each meter that
     their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether its movements begin
     and end gently, stretch by stretch. `near`: meters ahead of it in which it senses what is near; None stands for one
-    step.
+    step. `body`: what it has besides its base.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Profile:
     noise: float = 0.0
     smooth: bool = False
     near: float | None = None
+    body: Body | None = None
 
     @property
     def reach(self) -> float:
@@ -190,6 +192,36 @@ HOLONOMIC = Profile(
 # which is 2.61 rad/s. None of them has an acceleration that fits all.
 QUADROTOR = Profile("quadrotor", step=0.5, max_linear=1.0, max_angular=2.61, motions=MOTIONS, radius=0.25)
 
+
+def _arm(side: str, left: float, roll: tuple[float, float]) -> tuple[BodyPart, Sequence[Joint]]:
+    """An arm of the puppet. `left` is the sign of the way to the left, and `roll` the limits of that joint."""
+    pitch, out, elbow = (f"{side}_{joint}" for joint in ("shoulder_pitch", "shoulder_roll", "elbow"))
+    drives = (_drive("z", pitch, 45), _drive("yaw", out, 30), _drive("x", elbow, 40))
+    poses = (BodyPose("high", {"z": 150 / 45}), BodyPose("wide", {"yaw": left * 80 / 30}))
+    other = "right_arm" if side == "left" else "left_arm"
+    joints = (_joint(pitch, -60, 180), _joint(out, *roll), _joint(elbow, 0, 140))
+    return BodyPart(f"{side}_arm", drives, other, poses), joints
+
+
+def _drive(direction: str, joint: str, degrees: float) -> Drive:
+    return Drive(direction, joint, math.radians(degrees))
+
+
+def _joint(name: str, least: float, most: float) -> Joint:
+    return Joint(name, math.radians(least), math.radians(most))
+
+
+def _puppet() -> Body:
+    head = BodyPart("head", (_drive("yaw", "head_yaw", 30), _drive("z", "head_pitch", 20)))
+    left, left_joints = _arm("left", 1, (-30, 120))
+    right, right_joints = _arm("right", -1, (-120, 30))
+    joints = (_joint("head_yaw", -90, 90), _joint("head_pitch", -45, 45), *left_joints, *right_joints)
+    return Body((head, left, right), (BodyGroup("arms", ("left_arm", "right_arm")),), joints)
+
+
+# No machine either: a body for a first dance, in the simulator only. All of its numbers are our choice.
+PUPPET = Profile("puppet", step=1.0, body=_puppet())
+
 BUILT_IN: Mapping[str, Profile] = {
     profile.name: profile
     for profile in (
@@ -203,5 +235,6 @@ BUILT_IN: Mapping[str, Profile] = {
         LEO_ROVER,
         HOLONOMIC,
         QUADROTOR,
+        PUPPET,
     )
 }

@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from improv_core.score import fields
-from improv_core.score.bounds import faster
+from improv_core.score.bounds import faster, words_faster
 from improv_core.score.movement import (
     NORMAL,
     Bounds,
@@ -203,6 +203,7 @@ def _stepped(
     bounds = replace(
         inner,
         peak=faster(inner.peak, float(rate)),  # its shortest item is one of the body: a step is no item
+        body=words_faster(inner.body, float(rate)),
         bits=inner.bits + longer,
         depth=inner.depth + 1,
     )

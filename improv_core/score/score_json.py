@@ -8,10 +8,11 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple, TypedDict
 
-from improv_core.score import senses
+from improv_core.score import body, senses
 from improv_core.score import world as worlds
 from improv_core.score.algebra import Gain, Hold, Pace, Parallel, Repeat, Reverse, Series, Use
 from improv_core.score.bounds import is_too_fast
+from improv_core.score.by_part import ByPart, ToPose
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.fields import above_zero
@@ -43,7 +44,7 @@ _KINDS: Mapping[str, type[Movement]] = {
     kind.NAME: kind
     for kind in (
         *(Hold, Series, Parallel, Repeat, Pace, Gain, Reverse, Use, Ramp, Ease),
-        *(Choose, Shuffle, Chance, Seed, Throwing, Until, Pause, If),
+        *(Choose, Shuffle, Chance, Seed, Throwing, Until, Pause, If, ByPart, ToPose),
     )
 }
 
@@ -235,7 +236,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
     return Part(
         name,
         tuple(_at(scene, made) for scene in data["scenes"]),
-        checked(Profile, data["profile"]),
+        checked(Profile, {**data["profile"], "body": body.from_json(data["profile"].get("body"))}),
         checked(Pose, data["start"]),
         data["topic"],
         data["reset"],
@@ -290,7 +291,7 @@ def _are_playable(bounds: Bounds) -> bool:
         and bounds.depth <= MOST_DEPTH + _AROUND_STATEMENTS
         and bounds.bits <= MOST_BITS
         and bounds.throws <= MOST_THROWS
-        and not is_too_fast(bounds.peak)
+        and not (is_too_fast(bounds.peak) or is_too_fast(bounds.body.peak))
     )
 
 

@@ -17,6 +17,7 @@ from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
+from improv_core.program.joint_check import check_joints
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import Known
 from improv_core.stage.editing import (
@@ -68,18 +69,19 @@ class PageEditor:
         return self._analyzed(ask["number"], analysis, analysis.diagnostics)
 
     def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
-        """What `analyze` has answered, with whom robots meet and what they hit. May take a second.
+        """What `analyze` has answered, with whom robots meet, what they hit, and what joints can't do.
 
-        None if that is nothing, or if the page has another text by then.
+        May take a second. None if that is nothing, or if the page has another text by then.
         """
         analysis = self._text(page, ask["number"])
-        report = room.check(analysis, self._known) if analysis else None
-        if not analysis or not report:
+        if not analysis:
             return None
-        self._known = report.known
-        if not report.diagnostics or not self._text(page, ask["number"]):
+        report = room.check(analysis, self._known)
+        found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
+        self._known = report.known if report else self._known
+        if not found or not self._text(page, ask["number"]):
             return None
-        return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *report.diagnostics])
+        return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *found])
 
     def complete(self, page: int, ask: Complete) -> Completed | None:
         """The words that may be written at an offset: those that begin like what is there, or if none does, contain it.

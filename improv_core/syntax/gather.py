@@ -1,12 +1,26 @@
-"""Gives names the movements that they take. How many that is only their definitions say, so the parser can't."""
+"""Gives names the movements that they take. How many that is only their definitions say, so the parser can't.
+
+Nor does it know which names are words for body parts, which take one.
+"""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
 
-from improv_core.syntax.nodes import Apply, Bracket, Call, Choice, Name, Node, Parallel, Series
+from improv_core.syntax.nodes import (
+    Apply,
+    Bracket,
+    Call,
+    Choice,
+    Name,
+    Node,
+    Parallel,
+    PartTerm,
+    PoseTerm,
+    Series,
+)
 from improv_core.syntax.parser import DEEPEST
 from improv_core.text import Span
 
@@ -19,17 +33,22 @@ class TooDeepError(Exception):
         self.span = span
 
 
-def gather(body: Node, movements_of: Callable[[str], int]) -> Node:
+def gather(
+    body: Node, movements_of: Callable[[str], int], parts: Container[str] = (), poses: Container[str] = ()
+) -> Node:
     """The tree in which each name has as many of the terms after it as `movements_of` says, or as there are.
 
-    A name binds as tightly as a transformer. Raises TooDeepError.
+    `parts` are words for body parts, and the name of a pose follows those in `poses`. A name binds as tightly as a
+    transformer. Raises TooDeepError.
     """
-    return _Gatherer(movements_of).whole(body, 0)
+    return _Gatherer(movements_of, parts, poses).whole(body, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class _Gatherer:
     movements_of: Callable[[str], int]
+    parts: Container[str]
+    poses: Container[str]
 
     def whole(self, node: Node, level: int) -> Node:
         """A node that is not followed by terms it could take."""
@@ -47,6 +66,13 @@ class _Gatherer:
         """A term that begins with this node and takes what it needs from the rest."""
         if level > DEEPEST:
             raise TooDeepError(node.span)
+        if isinstance(node, Name) and node.text in self.parts and rest:
+            performed = self._term(rest.popleft(), rest, level + 1)
+            return PartTerm(_until(node, performed), node, performed)
+        if isinstance(node, Name) and node.text in self.poses and rest and isinstance(rest[0], Name):
+            pose = rest.popleft()
+            assert isinstance(pose, Name)
+            return PoseTerm(_until(node, pose), node, pose)
         if isinstance(node, (Name, Call)):
             return self._called(node, rest, level)
         if isinstance(node, Apply):

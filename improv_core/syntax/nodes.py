@@ -110,6 +110,24 @@ class Apply:
 
 
 @dataclass(frozen=True, slots=True)
+class PartTerm:
+    """A word for a body part and the term that it performs. Only `gather` makes it: it is a name until then."""
+
+    span: Span
+    name: Name
+    body: Node
+
+
+@dataclass(frozen=True, slots=True)
+class PoseTerm:
+    """`to POSE`. Only `gather` makes it, of two names. The name of the pose is none of the program's names."""
+
+    span: Span
+    word: Name
+    pose: Name
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
     """`if condition then else otherwise`. `then` must be one term."""
 
@@ -163,7 +181,7 @@ class BarLength:
 
 OpeningNode: TypeAlias = AtPoint | InFormation | OfKind | FloorSize | BarLength
 
-Node: TypeAlias = Primitive | Name | Call | Missing | Series | Parallel | Bracket | Apply | Choice
+Node: TypeAlias = Primitive | Name | Call | Missing | Series | Parallel | Bracket | Apply | Choice | PartTerm | PoseTerm
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +243,7 @@ def children(node: Node) -> tuple[Node, ...]:
         return node.items
     if isinstance(node, Parallel):
         return node.voices
-    if isinstance(node, Apply):
+    if isinstance(node, (Apply, PartTerm)):
         return (node.body,)
     if isinstance(node, Bracket) and node.body:
         return (node.body,)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 from improv_core.score import algebra, dice, ramps, reactions
+from improv_core.score.bounds import swaps_sides
 from improv_core.score.movement import Movement, Velocity, all_by, exact
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.syntax.words import (
@@ -30,7 +31,7 @@ def _primitive(text: str, about: str) -> Word:
 
 
 def _plane(text: str, about: str, gain: Velocity) -> Word:
-    return Word(text, Kind.PLANE, about, shown=f"reflect {text} movement", velocity=gain)
+    return Word(text, Kind.PLANE, about, shown=f"reflect {text} movement", velocity=gain, poses=swaps_sides(gain))
 
 
 def _paced(text: str, about: str, rate: Callable[[Fraction], Fraction]) -> Word:
@@ -127,6 +128,7 @@ WORDS: Mapping[str, Word] = {
             make=lambda it: algebra.reverse(it.body),
             needs=Needs.END,
             timing=Timing.BACKWARD,
+            poses=False,
         ),
         Word(
             "retrograde",
@@ -135,6 +137,7 @@ WORDS: Mapping[str, Word] = {
             make=lambda it: algebra.gain(algebra.reverse(it.body), all_by(-1)),
             needs=Needs.END,
             timing=Timing.BACKWARD,
+            poses=False,
             keeps_path=True,
         ),
         Word(
@@ -161,6 +164,7 @@ WORDS: Mapping[str, Word] = {
             "Makes the path this many times as large, in the same time.",
             (_FACTOR,),
             make=lambda it: algebra.gain(it.body, all_by(it.number)),
+            poses=False,
             needless=_by_one,
         ),
         Word(

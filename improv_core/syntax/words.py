@@ -153,6 +153,8 @@ class Word:
     """Whether it throws dice, or chooses which are thrown."""
     by_robot: bool = False
     """Whether it means something else for each robot of a line."""
+    poses: bool = True
+    """Whether poses may stand in what it applies to, or in what is reflected across it."""
     keeps_path: bool = False
     """Whether a detour with the same end may be written in it instead of a step."""
     wrong: Says | None = None

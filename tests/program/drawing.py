@@ -8,6 +8,7 @@ from textwrap import dedent
 from improv_core.diagnostics import Severity
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.joint_check import check_joints
 from improv_core.robots.config import read_robots
 
 _LOUD = (Severity.ERROR, Severity.WARNING)
@@ -17,7 +18,8 @@ _CARETS = re.compile(r" *\^+ [a-z-]+: ")
 def check(expected: str, *, hints: bool = False, robots: str = "", in_room: bool = False) -> Analysis:
     """Analyze the lines without carets, for the robots of an `improv.toml`; what is drawn must be all lines.
 
-    Errors and warnings, and with `hints` all else too; `in_room`, also whom robots meet, and what they hit.
+    Errors and warnings, and with `hints` all else too; `in_room`, also whom robots meet, what they
+    hit, and what joints can't do.
     """
     expected = dedent(expected).strip("\n")
     source = "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
@@ -29,7 +31,8 @@ def check(expected: str, *, hints: bool = False, robots: str = "", in_room: bool
 def drawn(analysis: Analysis, *, hints: bool, in_room: bool = False) -> str:
     """The source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
     report = room.check(analysis) if in_room else None
-    diagnostics = [*analysis.diagnostics, *(report.diagnostics if report else ())]
+    joints = check_joints(analysis) if in_room else ()
+    diagnostics = [*analysis.diagnostics, *(report.diagnostics if report else ()), *joints]
     rows = []
     for number in range(len(analysis.lines.starts)):
         rows.append(analysis.lines.line(number))

@@ -15,7 +15,7 @@ from improv_core.ide.signature_help import signature
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.equality import same
-from improv_core.score.performance import perform
+from improv_core.score.performance import Mover, perform
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import walk
 from improv_core.syntax.formatter import format_text
@@ -57,7 +57,7 @@ def test_what_it_makes_is_read_back_from_json_and_performed_alike(word: Word) ->
         assert same(copy.parts[robot].movement, part.movement)
         walked = list(islice(walk(part.movement), MOST_MOMENTS))
         assert list(islice(walk(copy.parts[robot].movement), MOST_MOMENTS)) == walked
-        performed = [moment for _, moment in islice(perform([{robot: part.movement}], ()), MOST_MOMENTS)]
+        performed = [moment for _, moment in islice(perform([{Mover(robot): part.movement}], ()), MOST_MOMENTS)]
         assert walked
         assert [moment.velocity for moment in performed] == [moment.velocity for moment in walked]
 

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
 from improv_core.robots.schema import known
+from improv_core.score.body import from_json as body_from_json
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from improv_core.score.score import Deadman, Safety, Score
@@ -785,6 +786,7 @@ def test_no_text_raises(table: dict[str, str], end: str) -> None:
 def test_profiles_survive_json() -> None:
     for profile in BUILT_IN.values():
         data: dict[str, Any] = json.loads(json.dumps(asdict(profile)))
+        data["body"] = body_from_json(data["body"])
         assert Profile(**data) == profile
         assert hash(Profile(**data)) == hash(profile)
 

@@ -99,7 +99,7 @@ def test_every_built_in_robot_can_step_at_the_default_tempo_and_turn_as_the_page
     assert unsupported(Velocity(x=Fraction(-1), yaw=Fraction(1)), profile) == ()
 
 
-@pytest.mark.parametrize("name", sorted(BUILT_IN.keys() - {"turtlesim"}))
+@pytest.mark.parametrize("name", sorted(BUILT_IN.keys() - {"turtlesim", "puppet"}))
 def test_every_built_in_robot_that_is_real_has_limits(name: str) -> None:
     for velocity in (FORWARD, LEFT):
         too_fast = excess(velocity, BUILT_IN[name], Fraction(6000))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from improv_core.score.algebra import hold, pace, parallel, repeat, series
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Duration, Movement, Velocity
-from improv_core.score.performance import SenseSpan, perform
+from improv_core.score.performance import Mover, SenseSpan, perform
 from improv_core.score.reactions import Condition, if_else, pause, until
 
 FORWARD = hold(Velocity(x=1))
@@ -73,7 +73,7 @@ scripts = st.lists(
 def test_every_performance_lasts_so_long(movement: Movement, script: list[SenseSpan]) -> None:
     found = lengths(movement)
     lasted: Duration = 0
-    for _, moment in perform([{"robot": movement}], script):
+    for _, moment in perform([{Mover("robot"): movement}], script):
         lasted = moment.start + moment.duration
         if lasted > 200:  # pausing for ever
             lasted = ENDLESS

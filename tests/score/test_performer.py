@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from improv_core.score.algebra import hold, pace, parallel, repeat, series
 from improv_core.score.movement import ENDLESS, Exact, Movement, Velocity, all_by
-from improv_core.score.performance import SenseSpan, perform
+from improv_core.score.performance import Mover, SenseSpan, perform
 from improv_core.score.performer import Performer
 from improv_core.score.performing import Decision
 from improv_core.score.reactions import Condition, if_else, pause, until
@@ -38,7 +38,7 @@ def performed(movement: Movement, *script: SenseSpan) -> str:
     """What is done, and up to which beat: `forward 2.3, rest 3`."""
     words = {FORWARD.uniform: "forward", LEFT.uniform: "left", REST.uniform: "rest"}
     parts: list[tuple[str, float]] = []
-    for _, moment in perform([{"robot": movement}], script):
+    for _, moment in perform([{Mover("robot"): movement}], script):
         if moment.start >= SHORT:
             break
         parts.append((words.get(moment.velocity, str(moment.velocity)), float(moment.start + moment.duration)))
@@ -77,7 +77,7 @@ def test_what_is_performed(movement: Movement, script: Sequence[SenseSpan], expe
 def test_open_movements_without_edges_play_like_closed_ones(movement: Movement, rate: Fraction) -> None:
     """Also within words of senses, and at another pace."""
     open_movement = pace(until(pause(movement, NEAR), BUMP), rate)
-    moments = [moment for _, moment in perform([{"robot": open_movement}], [])]
+    moments = [moment for _, moment in perform([{Mover("robot"): open_movement}], [])]
     assert sum(moment.duration for moment in moments) == pace(movement, rate).duration
     assert distance(moments) == distance(list(walk(movement)))
 

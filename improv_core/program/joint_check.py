@@ -1,0 +1,97 @@
+"""Whether joints can do what a program asks of them: where they would go beyond their limits, or move too fast."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import islice
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.program.analysis import Analysis
+from improv_core.program.compiler import score_of
+from improv_core.score.body import Joint
+from improv_core.score.joints import JointMoment, Limb, joint_moments, limbs_of
+from improv_core.score.movement import Source
+from improv_core.score.strokes import pictured
+from improv_core.slices import checkpoint
+from improv_core.text import Span
+
+MOST_MOMENTS = 10_000
+LAST_BEAT = 1_000
+"""A body part is followed through so many moments, and so many beats."""
+MOST_MARKED = 100
+_SLACK = 1e-9
+_LONGEST_FRACTION = 4
+
+
+def needs_check(analysis: Analysis) -> bool:
+    """Whether a program is right and moves joints."""
+    words = analysis.predefined
+    return analysis.ok and any(name in analysis.bindings.used for name in words)
+
+
+def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
+    """What a program asks of joints that they can't do. Nothing of one that has errors.
+
+    As in pictures, no sense ever holds. Each word is marked once for each joint and code.
+    """
+    if not needs_check(analysis):
+        return ()
+    score = pictured(score_of(analysis))
+    indices = {statement: index for index, statement in enumerate(analysis.statement_ids)}
+    found: dict[tuple[str, str, Span], Diagnostic] = {}
+    for part in score.parts.values():
+        for limb in limbs_of(part, score.tempo):
+            turns = Counter[tuple[Source, ...]]()
+            moments = islice(joint_moments(part.movement, limb, merge=False), MOST_MOMENTS)
+            for each in moments:
+                checkpoint()
+                if each.moment.start > LAST_BEAT or len(found) >= MOST_MARKED:
+                    break
+                turns[each.moment.sources] += 1
+                for code, joint, message in _wrong(each, limb, turns[each.moment.sources]):
+                    source = each.moment.sources[0]
+                    span = source.span.shifted(analysis.offsets[indices[source.statement]])
+                    found.setdefault((code, joint, span), Diagnostic(code, span, message))
+    return tuple(sorted(found.values(), key=lambda each: each.span))
+
+
+def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, str, str]]:
+    """What joints can't do in a moment: codes, joints, and messages."""
+    if not each.moment.sources:
+        return
+    end = each.moment.start + each.moment.duration
+    seconds = float(each.moment.duration * 60 / limb.tempo)
+    for name, velocity in each.velocities.items():
+        joint = limb.body.joint[name]
+        wanted = each.begin[name] + velocity * seconds
+        reached = joint.within(wanted)
+        if velocity and abs(wanted - reached) > _SLACK:
+            in_turn = f", in round {turn}" if turn > 1 else ""
+            goes = "slides" if joint.slides else "turns"
+            message = f"at beat {_number(float(end))}{in_turn}, {name} would be at {_shown(wanted, joint)}"
+            advice = "go back first, or less far"
+            yield "joint-limit", name, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
+        if joint.max_velocity is not None and abs(velocity) > joint.max_velocity * (1 + _SLACK):
+            limit = f"{_shown(joint.max_velocity, joint)}/s"
+            fitting = _fitting(abs(velocity) / joint.max_velocity, limb.tempo)
+            message = f"{_shown(abs(velocity), joint)}/s is over the limit of {name}, {limit}: {fitting}"
+            yield "too-fast", name, message
+
+
+def _fitting(factor: float, tempo: Fraction) -> str:
+    """What to do so that what is `factor` times too fast fits."""
+    slow = min(Fraction(math.ceil(factor * parts * (1 - _SLACK)), parts) for parts in range(1, _LONGEST_FRACTION + 1))
+    fitting = math.floor(float(tempo) / factor * (1 + _SLACK))
+    return f"use `beat {fitting}` or `slow {slow}`" if fitting else f"use `slow {slow}`"
+
+
+def _shown(position: float, joint: Joint) -> str:
+    """`119.5°`, or `0.25 m`."""
+    return f"{_number(position)} m" if joint.slides else f"{_number(math.degrees(position))}°"
+
+
+def _number(value: float) -> str:
+    return f"{value:,.2f}".rstrip("0").rstrip(".")

@@ -1,0 +1,213 @@
+"""Whether robots have the body parts, directions, and poses that a statement asks for. Spans count from its start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.plain import printable
+from improv_core.program.meaning import Meaning, movement_of
+from improv_core.program.reader import Scope
+from improv_core.robots.bodies import DIRECTIONS
+from improv_core.robots.config import Robots
+from improv_core.score.algebra import Gain, Parallel, Use
+from improv_core.score.body import START, Body
+from improv_core.score.bounds import swaps_sides
+from improv_core.score.by_part import ByPart, ToPose
+from improv_core.score.movement import Asked, Movement
+from improv_core.score.profiles import PUPPET, Profile
+from improv_core.slices import checkpoint
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node, Statement
+from improv_core.text import Span
+
+MOST_NAMED = 3
+"""How many robots a message names."""
+_OPPOSITES = {"x": "backward", "y": "straferight", "z": "down", "yaw": "right"}
+_WORDS = {component: (word, _OPPOSITES[component]) for word, component in DIRECTIONS.items()}
+
+
+def check_pose_names(body: Node, robots: Robots) -> Iterator[Diagnostic]:
+    """The poses in a statement that no body part has."""
+    known = sorted({name for each in robots.profiles.values() if each.body for name in each.body.pose_names} | {START})
+    for node in nodes.nodes(body):
+        if isinstance(node, nodes.PoseTerm) and node.pose.text not in known:
+            near = get_close_matches(node.pose.text, known, n=1)
+            hint = f"did you mean `{near[0]}`?" if near else "declare it in the poses of a body part in improv.toml"
+            fixes = replace(f"Change to {near[0]}", node.pose.span, near[0]) if near else ()
+            message = f"`{node.pose.text}` is not a pose: {hint}"
+            yield Diagnostic("no-such-pose", node.pose.span, message, fixes)
+
+
+def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iterator[Diagnostic]:
+    """What the bodies of a line's robots lack, and poses that other voices disturb."""
+    kinds: dict[Profile, list[str]] = {}
+    for robot, part in meaning.parts:
+        if part.body_words.asked:
+            kinds.setdefault(robots.robot(robot).profile, []).append(robot)
+    if not meaning.body or not kinds:
+        return
+    asked = meaning.movement.body_words.asked
+    poses = frozenset(name for each in robots.profiles.values() if each.body for name in each.body.pose_names)
+    look = _Looking(dict(zip(statement.uses, meaning.scope, strict=True)), len(meaning.robots))
+    without: dict[str, list[str]] = {}
+    found: dict[tuple[str, Span, str], Diagnostic] = {}
+    for profile, names in kinds.items():
+        body = profile.body or Body()
+        for word in sorted({each.part for each in asked if each.part and each.part not in body.words}):
+            without.setdefault(word, []).extend(names)
+        for each in sorted(asked):
+            for name in body.performers(each.part, each.mirrored):
+                one = body.part[name]
+                if each.direction and not one.drive(each.direction):
+                    forward, backward = _WORDS[each.direction]
+                    message = f"`{name}` has no direction `{forward}`, so `{forward}` and `{backward}` do nothing: use"
+                    message += f" another, or declare it in the profile {profile.name}"
+                    code = "part-direction"
+                elif each.pose in poses and not one.has_pose(each.pose):
+                    message = (
+                        f"`{name}` has no pose `{each.pose}`, so it rests: declare it in the profile {profile.name}"
+                    )
+                    code = "no-such-pose"
+                else:
+                    continue
+                for span in look.spans(meaning.body, each):
+                    warns = code == "no-such-pose"
+                    found.setdefault((code, span, message), Diagnostic(code, span, message, warns=warns))
+        if meaning.movement.body_words.has_poses:
+            for span, message in _disturbed(meaning.movement, body):
+                found.setdefault(("pose-disturbed", span, ""), Diagnostic("pose-disturbed", span, message))
+    for word, names in without.items():
+        for span in look.uses(meaning.body, word):
+            yield _lacking(word, names, span, robots)
+    yield from found.values()
+
+
+def _lacking(word: str, names: Sequence[str], span: Span, robots: Robots) -> Diagnostic:
+    shown = ", ".join(f"`{printable(each)}`" for each in names[:MOST_NAMED])
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    verb = "has" if len(names) == 1 else "have"
+    assert PUPPET.body
+    is_puppets = word in PUPPET.body.words and robots.profiles.get(PUPPET.name) == PUPPET
+    kindless = [each for each in names if not robots.robot(each).has_profile]
+    advice, fixes = "give a profile with it in improv.toml", tuple[Fix, ...]()
+    if is_puppets and kindless:
+        line = f"{' '.join(kindless)} is puppet"
+        advice = f"add `{line}`, or {advice}"
+        fixes = (Fix(f"Add {line}", (Edit(Span(0, 0), f"{line}\n"),)),)
+    return Diagnostic("no-such-part", span, f"{shown}{more} {verb} no `{word}`, so this rests: {advice}", fixes)
+
+
+class _Looking:
+    """Finds where in a statement something is asked of a body part."""
+
+    def __init__(self, scope: Scope, robots: int) -> None:
+        self._scope, self._robots = scope, robots
+
+    def uses(self, node: Node, word: str) -> Iterator[Span]:
+        """Each use of a word for a body part, and of a name in which it stands."""
+        if isinstance(node, nodes.PartTerm) and node.name.text == word:
+            yield node.name.span
+        if isinstance(node, nodes.Name) and word in self._movement(node).body_words.parts:
+            yield node.span
+        inside = [span for child in nodes.children(node) for span in self.uses(child, word)]
+        yield from inside
+        if isinstance(node, nodes.Call) and not inside and word in self._movement(node).body_words.parts:
+            yield node.name.span
+
+    def spans(self, node: Node, asked: Asked, inside: bool = False) -> Iterator[Span]:
+        """Each word, or name, that asks this; `inside` the term of the word for the body part."""
+        checkpoint()
+        if isinstance(node, nodes.Primitive):
+            if inside and asked.direction and getattr(node.word.velocity, asked.direction):
+                yield node.span
+        elif isinstance(node, nodes.PoseTerm):
+            if inside and asked.pose == node.pose.text:
+                yield node.pose.span
+        elif isinstance(node, nodes.PartTerm):
+            yield from self.spans(node.body, asked, node.name.text == asked.part and not asked.mirrored)
+        elif isinstance(node, (nodes.Name, nodes.Call)):
+            made = self._movement(node)
+            if not (asked in made.body_words.asked or (inside and self._asks(made, asked))):
+                return
+            arguments = node.movements if isinstance(node, nodes.Call) else ()
+            found = [span for each in arguments for span in self.spans(each, asked, inside)]
+            yield from found or [node.name.span if isinstance(node, nodes.Call) else node.span]
+        elif isinstance(node, nodes.Apply) and node.plane and swaps_sides(node.plane.velocity) and not inside:
+            yield from self.spans(node.body, asked._replace(mirrored=not asked.mirrored))
+        else:
+            for child in nodes.children(node):
+                yield from self.spans(child, asked, inside)
+
+    def _asks(self, made: Movement, asked: Asked) -> bool:
+        """Whether a movement asks this of whatever body part is around it."""
+        if asked.pose:
+            return asked.pose in made.body_words.loose_poses
+        return bool(asked.direction and getattr(made.peak, asked.direction))
+
+    def _movement(self, node: Node) -> Movement:
+        return movement_of(node, self._scope, self._robots)
+
+
+def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:
+    """The poses beside which another voice moves the same joint: where they stand in the line, and what to do."""
+    waiting: list[tuple[Movement, str, bool, bool, Span | None]] = [(whole, "", False, False, None)]
+    seen = set[tuple[int, str, bool, bool, Span | None]]()
+    while waiting:
+        checkpoint()
+        movement, word, mirrored, flipped, outer = waiting.pop()
+        key = (id(movement), word, mirrored, flipped, outer)
+        if key in seen or not movement.body_words.has_poses:
+            continue
+        seen.add(key)
+        if isinstance(movement, ByPart):
+            word, mirrored = movement.part, flipped
+        elif isinstance(movement, Gain) and swaps_sides(movement.gain):
+            flipped = not flipped
+        elif isinstance(movement, Use) and outer is None:
+            outer = movement.span
+        elif isinstance(movement, Parallel):
+            moved = [_moved(each, word, mirrored, flipped, body) for each in movement.items]
+            for place, voice in enumerate(movement.items):
+                others = set[str]().union(*(each[0] for other, each in enumerate(moved) if other != place))
+                if both := sorted(moved[place][1] & others):
+                    span = outer or _pose_in(voice)
+                    if span:
+                        yield (
+                            span,
+                            f"another voice moves `{both[0]}` too, so it ends elsewhere: play one after the other",
+                        )
+        waiting += [(each, word, mirrored, flipped, outer) for each in movement.parts]
+
+
+def _moved(
+    movement: Movement, word: str, mirrored: bool, flipped: bool, body: Body
+) -> tuple[frozenset[str], frozenset[str]]:
+    """The joints that a movement moves where it stands, and those that its poses move."""
+    words = movement.body_words
+    asked = {each._replace(mirrored=each.mirrored != flipped) for each in words.asked if each.part}
+    asked |= {Asked(word, mirrored, pose=pose) for pose in words.loose_poses}
+    asked |= {Asked(word, mirrored, direction) for direction in _WORDS if getattr(movement.peak, direction)}
+    moved, posed = set[str](), set[str]()
+    for each in asked:
+        for name in body.performers(each.part, each.mirrored):
+            part = body.part[name]
+            pose = part.pose(each.pose)
+            for drive in part.drives:
+                if each.pose and (each.pose == START or (pose and drive.direction in pose.steps)):
+                    posed.add(drive.joint)
+                elif drive.direction == each.direction:
+                    moved.add(drive.joint)
+    return frozenset(moved | posed), frozenset(posed)
+
+
+def _pose_in(movement: Movement) -> Span | None:
+    """Where the first pose in a movement stands in its line."""
+    waiting = [movement]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, ToPose) or (isinstance(part, Use) and part.body_words.has_poses and part.span):
+            return part.span
+        waiting += [each for each in reversed(part.parts) if each.body_words.has_poses]
+    return None

@@ -1,0 +1,34 @@
+"""Poses that stand where no body part can reach them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.program.reader import Reader
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node
+
+
+def misplaced_poses(body: Node, reader: Reader) -> Iterator[Diagnostic]:
+    """The poses, and the uses of names with poses, that stand under no word for a body part. `reader` has read them."""
+    if isinstance(body, nodes.PoseTerm):
+        pose = f"{body.word.text} {body.pose.text}"
+        yield _misplaced(body, f"only body parts reach poses: write one before `{pose}`, such as `head {pose}`")
+    elif isinstance(body, nodes.Name):
+        if poses := reader.movement_made(body).body_words.loose_poses:
+            yield _misplaced(body, f"`{body.text}` reaches the pose `{poses[0]}`: write a body part before it")
+    elif isinstance(body, nodes.Call):
+        if poses := reader.movement_made(body).body_words.loose_poses:
+            found = [each for argument in body.movements for each in misplaced_poses(argument, reader)]
+            name = body.name.text
+            yield from found or [
+                _misplaced(body.name, f"`{name}` reaches the pose `{poses[0]}`: write a body part before it")
+            ]
+    elif not isinstance(body, nodes.PartTerm):
+        for child in nodes.children(body):
+            yield from misplaced_poses(child, reader)
+
+
+def _misplaced(node: Node, message: str) -> Diagnostic:
+    return Diagnostic("misplaced-pose", node.span, message)

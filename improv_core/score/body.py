@@ -1,0 +1,178 @@
+"""Bodies: the parts of a robot besides its base, the joints that move them, and poses. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+from improv_core.score.fits import checked
+from improv_core.score.movement import Asked
+
+Interface = Literal["trajectory", "position", "velocity"]
+START = "start"
+"""The pose that every body part has: all its joints at their starts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint: its limits, its highest speed, and where it starts, in radians, or in meters if it `slides`. None is no
+    limit."""
+
+    name: str
+    min: float | None = None
+    max: float | None = None
+    max_velocity: float | None = None
+    start: float = 0.0
+    slides: bool = False
+
+    def within(self, position: float) -> float:
+        """The nearest position within its limits."""
+        if self.max is not None and position > self.max:
+            return self.max
+        return self.min if self.min is not None and position < self.min else position
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """The joint that a direction moves, by how many radians or meters a step. A direction is a component of the
+    velocity."""
+
+    direction: str
+    joint: str
+    per_step: float
+
+
+@dataclass(frozen=True, slots=True)
+class BodyPose:
+    """A pose of a body part: where each of its named directions leads, in steps from a joint's zero."""
+
+    name: str
+    steps: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class BodyPart:
+    """A body part: the joints of its directions, its poses, and the part on the other side, if there is one."""
+
+    name: str
+    drives: Sequence[Drive]
+    mirror: str | None = None
+    poses: Sequence[BodyPose] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("drives", "poses"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+
+    def drive(self, direction: str) -> Drive | None:
+        """What a direction moves."""
+        return next((each for each in self.drives if each.direction == direction), None)
+
+    def pose(self, name: str) -> BodyPose | None:
+        """A pose of this part, but not its start."""
+        return next((each for each in self.poses if each.name == name), None)
+
+    def has_pose(self, name: str) -> bool:
+        return name == START or self.pose(name) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class BodyGroup:
+    """A word for several body parts at once."""
+
+    name: str
+    parts: Sequence[str]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parts", tuple(self.parts))
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """What moves some joints of a real robot: its interface, and its topic if that isn't the usual one."""
+
+    name: str
+    joints: Sequence[str]
+    interface: Interface = "trajectory"
+    topic: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joints", tuple(self.joints))
+
+
+@dataclass(frozen=True)
+class Body:
+    """All that a robot has besides its base. `joint_states` is the topic on which a real one says where its joints
+    are."""
+
+    parts: Sequence[BodyPart] = ()
+    groups: Sequence[BodyGroup] = ()
+    joints: Sequence[Joint] = ()
+    controllers: Sequence[Controller] = ()
+    joint_states: str | None = None
+
+    def __hash__(self) -> int:
+        return hash(self._names)  # profiles are keys, and there are few
+
+    def __post_init__(self) -> None:
+        for name in ("parts", "groups", "joints", "controllers"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return (*self.words, *self.joint)
+
+    @cached_property
+    def part(self) -> Mapping[str, BodyPart]:
+        """The parts by name."""
+        return {each.name: each for each in self.parts}
+
+    @cached_property
+    def joint(self) -> Mapping[str, Joint]:
+        """The joints by name."""
+        return {each.name: each for each in self.joints}
+
+    @cached_property
+    def words(self) -> Mapping[str, Sequence[str]]:
+        """What each word for a part or a group stands for."""
+        return {each.name: (each.name,) for each in self.parts} | {each.name: each.parts for each in self.groups}
+
+    def performers(self, word: str, mirrored: bool) -> Sequence[str]:
+        """The parts that perform what stands under a word; none if this body lacks it."""
+        named = self.words.get(word, ())
+        return [self.part[each].mirror or each for each in named] if mirrored else named
+
+    def moved_by(self, asked: Iterable[Asked]) -> Sequence[str]:
+        """The parts that perform what is asked for, in the order of the body."""
+        found = {part for each in asked for part in self.performers(each.part, each.mirrored)}
+        return [each.name for each in self.parts if each.name in found]
+
+    @cached_property
+    def pose_names(self) -> frozenset[str]:
+        return frozenset(pose.name for part in self.parts for pose in part.poses)
+
+
+def from_json(data: Mapping[str, Any] | None) -> Body | None:
+    """The body that `asdict` wrote. Raises ValueError, TypeError, or KeyError on anything else."""
+    if data is None:
+        return None
+    joints = [checked(Joint, each) for each in data["joints"]]
+    names = {each.name for each in joints}
+    parts = [_part(each) for each in data["parts"]]
+    groups = [checked(BodyGroup, {**each, "parts": list(each["parts"])}) for each in data["groups"]]
+    controllers = [checked(Controller, {**each, "joints": list(each["joints"])}) for each in data["controllers"]]
+    body = Body(parts, groups, joints, controllers, data["joint_states"])
+    known = set(body.part)
+    mentioned = {name for group in groups for name in group.parts} | {part.mirror for part in parts if part.mirror}
+    if not (mentioned <= known and {drive.joint for part in parts for drive in part.drives} <= names):
+        raise ValueError("a body lacks a part or a joint")
+    return body
+
+
+def _part(data: Mapping[str, Any]) -> BodyPart:
+    drives = [checked(Drive, each) for each in data["drives"]]
+    poses = [checked(BodyPose, each) for each in data["poses"]]
+    if any(not drive.per_step for drive in drives):
+        raise ValueError("a direction moves nothing")
+    return checked(BodyPart, {**data, "drives": drives, "poses": poses})

@@ -1,0 +1,78 @@
+"""From beats to joints: how fast and how far the joints of a robot move. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.score.body import Body, BodyPart
+from improv_core.score.movement import Movement, Velocity
+from improv_core.score.projection import project
+from improv_core.score.score import Part
+from improv_core.score.walk import Moment, walk
+
+
+@dataclass(slots=True)
+class Limb:
+    """One body part of one robot as it moves. `positions` are those of its joints, in radians or meters."""
+
+    part: BodyPart
+    body: Body
+    tempo: Fraction
+    positions: dict[str, float] = field(init=False)
+
+    def __post_init__(self) -> None:
+        joints = [self.body.joint[drive.joint] for drive in self.part.drives]
+        self.positions = {joint.name: joint.within(joint.start) for joint in joints}
+
+    def steps(self, direction: str) -> float:
+        """How many steps the joint of a direction is from its zero."""
+        drive = self.part.drive(direction)
+        return self.positions[drive.joint] / drive.per_step if drive else 0.0
+
+    def velocities(self, velocity: Velocity) -> Mapping[str, float]:
+        """How fast a velocity in steps per beat asks its joints to move, in rad/s or m/s."""
+        return {
+            drive.joint: self._speed(getattr(velocity, drive.direction), drive.per_step) for drive in self.part.drives
+        }
+
+    def _speed(self, steps: Fraction | int, per_step: float) -> float:
+        return float(steps * self.tempo / 60) * per_step if steps else 0.0
+
+    def move(self, velocities: Mapping[str, float], beats: Fraction | int) -> None:
+        """Move the joints for some beats. Each stops at its limits, and continues from there."""
+        seconds = float(beats * 60 / self.tempo)
+        for name, velocity in velocities.items():
+            if velocity:
+                self.positions[name] = self.body.joint[name].within(self.positions[name] + velocity * seconds)
+
+    def performs(self, movement: Movement) -> Movement:
+        """What it performs of a movement. Before each of its moments, `positions` must be those that it begins with."""
+        return project(movement, self.part.name, self.body, self)
+
+
+def limbs_of(part: Part, tempo: Fraction) -> list[Limb]:
+    """The body parts that move in a robot's part, where they stand at its beginning."""
+    body = part.profile.body
+    if not body:
+        return []
+    asked = part.movement.body_words.asked.union(*(scene.body_words.asked for scene in part.scenes))
+    return [Limb(body.part[name], body, tempo) for name in body.moved_by(asked)]
+
+
+class JointMoment(NamedTuple):
+    """A moment of a body part, how fast its joints are asked to move, and where they stand when it begins."""
+
+    moment: Moment
+    velocities: Mapping[str, float]
+    begin: Mapping[str, float]
+
+
+def joint_moments(movement: Movement, limb: Limb, *, merge: bool = True) -> Iterator[JointMoment]:
+    """The moments of a body part in a movement that no sense decides, or as if none ever held. Moves the limb along."""
+    for moment in walk(limb.performs(movement), merge=merge):
+        velocities, begin = limb.velocities(moment.velocity), dict(limb.positions)
+        limb.move(velocities, moment.duration)
+        yield JointMoment(moment, velocities, begin)

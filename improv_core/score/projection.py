@@ -1,0 +1,146 @@
+"""What one body part performs of a movement, as a movement like any other. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple, Protocol
+
+from improv_core.score.algebra import STANDING, Gain, Hold, Use, hold, stand, use
+from improv_core.score.body import START, Body
+from improv_core.score.bounds import held, swaps_sides
+from improv_core.score.by_part import ByPart, ToPose
+from improv_core.score.inner_first import inner_first
+from improv_core.score.movement import Duration, Exact, Movement, Through, Velocity, Visit, exact
+from improv_core.score.throws import Dice
+from improv_core.text import Span
+
+BASE = ""
+FINEST_STEP = 10**12
+"""Positions of joints are rounded to this many parts of a step when a pose is reached from them."""
+
+
+class Posture(Protocol):
+    """Where the joints of a body part stand now. Who performs the part's movement keeps it up to date before asking
+    for the next moment."""
+
+    def steps(self, direction: str) -> float:
+        """How many steps the joint of a direction is from its zero."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach(Through):
+    """A pose that is reached from where the joints stand when this begins, which decides its velocity.
+
+    `goal` has a number of steps for each direction that moves. It is `mirrored` if what is around it negates its
+    velocity to the left.
+    """
+
+    goal: Velocity
+    moved: tuple[str, ...]
+    mirrored: bool
+    posture: Posture
+    span: Span | None
+
+    NAME = "reach"
+
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        left = Fraction(1) if backward or isinstance(at, float) else Fraction(1 - at)
+        way = {each: (getattr(self.goal, each) - _exact(self.posture.steps(each))) / left for each in self.moved}
+        velocity = Velocity(**{each: exact(Fraction(value)) for each, value in way.items()})
+        return Visit(hold(velocity.times(_MIRROR) if self.mirrored else velocity, 1, self.span), at, backward, dice)
+
+
+class _Under(NamedTuple):
+    """What surrounds a part of a movement: whether our body part performs it, and whether there is an odd number of
+    reflections that swap sides, in all and outside the word for the body part."""
+
+    mine: bool
+    flipped: bool = False
+    flipped_outside: bool = False
+
+
+_MIRROR = Velocity(1, -1, 1, -1)
+_At = tuple[Movement, _Under]
+
+
+def project(whole: Movement, part: str, body: Body, posture: Posture) -> Movement:
+    """What a body part performs of a movement: it has the same duration, dice, and senses, and rests while others move.
+
+    What no word for a body part stands in is shared, and rests are as short as they can be. `BASE` is the base.
+    """
+    begin = (whole, _Under(part == BASE))
+    made: dict[tuple[int, _Under], Movement] = {}
+    for each, under in inner_first(begin, lambda at: _inside(at, part, body), _key):
+        inner = [made[_key(at)] for at in _inside((each, under), part, body)]
+        made[id(each), under] = _projected(each, under, inner, part, body, posture)
+    return made[_key(begin)]
+
+
+def _key(at: _At) -> tuple[int, _Under]:
+    return id(at[0]), at[1]
+
+
+def _inside(at: _At, part: str, body: Body) -> list[_At]:
+    """What has to be projected to project a part of a movement."""
+    whole, under = at
+    if not whole.body_words.asked and (under.mine or not (whole.dice or whole.open)):
+        return []
+    if isinstance(whole, ByPart):
+        mine = part in body.performers(whole.part, under.flipped)
+        return [(whole.body, _Under(mine, under.flipped, under.flipped))]
+    if isinstance(whole, Gain) and swaps_sides(whole.gain):
+        return [(whole.body, under._replace(flipped=not under.flipped))]
+    return [(each, under) for each in whole.parts]
+
+
+def _projected(
+    whole: Movement, under: _Under, inner: list[Movement], part: str, body: Body, posture: Posture
+) -> Movement:
+    if isinstance(whole, ToPose):
+        return _reach(whole, under, part, body, posture) if under.mine else stand(1)
+    if not whole.body_words.asked:
+        if under.mine:
+            return whole
+        if not (whole.dice or whole.open):
+            return _rest(whole.duration)
+        if isinstance(whole, Hold):
+            return _rest(whole.duration)
+    if isinstance(whole, ByPart):
+        return inner[0]
+    if isinstance(whole, Use) and not under.mine and not whole.body_words.asked:
+        return use(inner[0], None, whole.statement)  # what rests is not lit
+    return whole.made_of(inner)
+
+
+def _rest(duration: Duration) -> Movement:
+    return STANDING if isinstance(duration, float) else stand(duration)
+
+
+def _reach(word: ToPose, under: _Under, part: str, body: Body, posture: Posture) -> Movement:
+    """A pose as this part reaches it. A reflection negates a pose unless it exchanges the part for its mirror."""
+    if part == BASE or not body.part[part].has_pose(word.pose):
+        return stand(1)
+    goal = dict(goal_of(part, word.pose, body))
+    exchanges = body.part[part].mirror is not None
+    if under.flipped != (exchanges and under.flipped_outside):
+        goal = {name: -value if getattr(_MIRROR, name) < 0 else value for name, value in goal.items()}
+    steps = Velocity(**{name: _exact(value) for name, value in goal.items()})
+    bounds = held(0.0, 0.0, 0.0, 0.0, 1.0)
+    return Reach(1, None, bounds, steps, tuple(goal), under.flipped, posture, word.span)
+
+
+def goal_of(part: str, pose: str, body: Body) -> Iterator[tuple[str, float]]:
+    """Where a pose leads the directions of a part, in steps."""
+    found = body.part[part].pose(pose)
+    for drive in body.part[part].drives:
+        if pose == START:
+            yield drive.direction, body.joint[drive.joint].start / drive.per_step
+        elif found and drive.direction in found.steps:
+            yield drive.direction, found.steps[drive.direction]
+
+
+def _exact(steps: float) -> Exact:
+    return exact(Fraction(round(steps * FINEST_STEP), FINEST_STEP))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
+from improv_core.ide import body_words
 from improv_core.ide.completion_item import Item
 from improv_core.ide.completion_opening import after_robots, first_words, offers, usual_numbers
 from improv_core.ide.cursor import BeforeCursor, before
@@ -17,9 +18,10 @@ from improv_core.ide.senses import source
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
 from improv_core.program.feasibility import impossible
-from improv_core.program.reader import Definition
+from improv_core.program.reader import Definition, Takes
 from improv_core.program.timing import in_beats
 from improv_core.score.algebra import hold
+from improv_core.score.body import Body
 from improv_core.score.lengths import lengths
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.syntax.derivation import may_come_next
@@ -67,6 +69,10 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
     """The words that may come in a movement, and whether all names are among them. `bare` if what a word would apply
     to already follows the cursor."""
     assert found.sign
+    bodies = _bodies(analysis, found)
+    last = found.tokens[-1] if found.tokens else None
+    if last and last.type == "NAME" and body_words.takes(analysis, last.text, found.statement) is Takes.POSE:
+        return list(body_words.poses_offered(bodies)), True
     heads = 1 if found.sign.type == "EQUAL" else max(len(found.heads), 1)
     accepted = may_come_next(["HEAD"] * heads + [found.sign.type, *(token.type for token in found.tokens)])
     if (wanted := _number_wanted(analysis, found)) is not None:
@@ -79,15 +85,28 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
         if ("PARAM" if each.is_number else "NAME") in accepted
     )
     senses = [Item(name, "sense", source(analysis.cast, name)) for name in analysis.cast.sense_names]
-    return [*parameters, *offered, *(senses if "SENSE" in accepted else ()), *_words(accepted, found, bare)], whole
+    own = [each.name for each in found.parameters]
+    hidden = [*own, *(name for name in analysis.predefined if analysis.definition(name, found.statement))]
+    parts = body_words.offered(bodies, hidden) if "NAME" in accepted else ()
+    words = _words(accepted, found, bare)
+    return [*parameters, *offered, *(senses if "SENSE" in accepted else ()), *parts, *words], whole
+
+
+def _bodies(analysis: Analysis, found: BeforeCursor) -> list[Body]:
+    """The bodies of the robots that perform what is being written."""
+    return [profile.body for profile in _players(analysis, found) if profile.body]
+
+
+def _players(analysis: Analysis, found: BeforeCursor) -> Mapping[Profile, str]:
+    """The profiles of the robots that perform what is being written, and the first robot of each."""
+    if found.sign and found.sign.type == "EQUAL":
+        return performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
+    return by_profile(analysis.opening.cast, [head.text for head in found.heads])
 
 
 def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) -> list[Item]:
     """The words in order, except that those that a robot here can't perform come last, and say so."""
-    if found.sign and found.sign.type == "EQUAL":
-        players = performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
-    else:
-        players = by_profile(analysis.opening.cast, [head.text for head in found.heads])
+    players = _players(analysis, found)
     limited = {profile: robot for profile, robot in players.items() if len(profile.motions) < len(MOTIONS)}
     if not limited:
         return items

@@ -64,7 +64,9 @@ class Fragment:
     @property
     def takes_items(self) -> bool:
         """Whether several items can replace the fragment, which is one term."""
-        takes_one = self.around and isinstance(self.around[-1], nodes.Apply | nodes.Call | nodes.Choice)
+        takes_one = self.around and isinstance(
+            self.around[-1], nodes.Apply | nodes.Call | nodes.Choice | nodes.PartTerm
+        )
         return not (self.is_counted or takes_one)
 
     @property

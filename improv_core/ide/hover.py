@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from improv_core.ide.body_words import about_part, about_pose, moved_by
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.hover_opening import about_opening, stand_at
 from improv_core.ide.performers import performers
@@ -160,10 +161,18 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
             return None
         given = [each.text for each in nodes.numbers(node)]
         return replace(found, word=" ".join([found.word, *given]))
+    if isinstance(node, nodes.PoseTerm):
+        facts = about_pose(analysis, placed, node.pose.text)
+        word = _code(f"{node.word.text} {node.pose.text}")
+        return Hover(node.span, word, ": brings the body part around it to this pose, in one beat", (*facts, *here))
     described = _described(node)
     if not described:
         return None
     word, about = described
+    if isinstance(node, nodes.PartTerm):
+        here = (*about_part(analysis, placed, node.name.text), *here)
+    elif meaning and any(isinstance(each, nodes.PartTerm) for each in around):
+        return Hover(node.span, word, about, (timing(lengths(meaning), analysis.tempo), *here))
     if not meaning:
         return Hover(node.span, word, about)
     facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive)), *here)
@@ -178,6 +187,8 @@ def _described(node: nodes.Node) -> tuple[str, str] | None:
         return "||", ": these movements play at the same time, until the shortest one ends"
     if isinstance(node, nodes.Primitive):
         return node.word.text, f": {node.word.about}"
+    if isinstance(node, nodes.PartTerm):
+        return _code(node.name.text), " (body part): performs the term after it, while the base stands"
     if not isinstance(node, nodes.Apply | nodes.Choice):
         return None
     arguments = [each.text for each in (*node.numbers, node.across) if each] if isinstance(node, nodes.Apply) else []
@@ -296,6 +307,8 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
     lasts, goes = timing(lengths(meaning), analysis.tempo), {}
     if meaning.open:
         return lasts, deciding(meaning)
+    if moved := moved_by(analysis, placed, meaning):
+        return (lasts, *moved)
     for profile, robot in performers(analysis, placed.index).items():
         goes[printable(robot)] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
     if len(set(goes.values())) == 1:

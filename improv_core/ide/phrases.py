@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator, Sequence
 
 from improv_core.program.analysis import Analysis
+from improv_core.program.predefined import TO
 from improv_core.program.program import Placed
-from improv_core.syntax.nodes import Call, Node, Number, Parameter
+from improv_core.syntax.nodes import Call, Node, Number, Parameter, PoseTerm, nodes
 from improv_core.text import Span
 
 MOST_COMMENT = 10
@@ -24,6 +25,13 @@ def parameters(analysis: Analysis, name: str, before: int) -> Sequence[Parameter
 def tree(placed: Placed) -> Node | None:
     """The movement of a statement, with every use of a phrase together with its arguments."""
     return placed.meaning.body or placed.statement.body
+
+
+def poses_at(placed: Placed) -> set[Span]:
+    """The names of poses in a statement: they are none of the program's names. Spans count from its start."""
+    body = tree(placed)
+    every = nodes(body) if body and TO in placed.statement.uses else ()
+    return {each.pose.span for each in every if isinstance(each, PoseTerm)}
 
 
 def movements(taken: Sequence[Parameter]) -> int:

@@ -8,6 +8,7 @@ from functools import lru_cache
 from heapq import heappop, heappush
 from itertools import chain
 
+from improv_core.ide.phrases import poses_at
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
@@ -61,8 +62,9 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
     for token in _parameters(statement):
         if token.span.holds(place):
             return Symbol(token.text, token.span.shifted(placed.start), False, placed.index, True)
+    poses = poses_at(placed)
     for name in names_used(statement):
-        if name.span.holds(place):
+        if name.span.holds(place) and name.span not in poses:
             definer = analysis.bindings.definer(name.text, placed.index)
             return Symbol(name.text, name.span.shifted(placed.start), False, definer)
     return None
@@ -88,8 +90,10 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
         found.append(Reference(head.span.shifted(analysis.offsets[symbol.definer]), defines=True))
     for index in analysis.bindings.users(symbol.text, -1 if symbol.definer is None else symbol.definer):
         start = analysis.offsets[index]
-        names = names_used(analysis.statements[index])
-        found += [Reference(name.span.shifted(start)) for name in names if name.text == symbol.text]
+        names, poses = names_used(analysis.statements[index]), poses_at(analysis.placed(index))
+        found += [
+            Reference(name.span.shifted(start)) for name in names if name.text == symbol.text and name.span not in poses
+        ]
     return found
 
 

@@ -7,6 +7,7 @@ import re
 from improv_core.diagnostics import Edit
 from improv_core.ide.references import Symbol, plays, references, scenes_called, symbol_at
 from improv_core.program.analysis import Analysis
+from improv_core.program.predefined import TO
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.lexer import NAME
@@ -25,6 +26,9 @@ def renamable(analysis: Analysis, offset: int) -> Symbol:
     symbol = symbol_at(analysis, offset)
     if symbol is None:
         raise RefusalError("only names, parameters, robots, and scenes can be renamed: put the cursor on one")
+    if not symbol.is_robot and not symbol.is_scene and symbol.definer is None and symbol.text in analysis.predefined:
+        where = "a word of the language" if symbol.text == TO else "a body part: rename it in improv.toml"
+        raise RefusalError(f"`{symbol.text}` is {where}")
     if not symbol.is_robot and not symbol.is_scene and symbol.definer is None:
         raise RefusalError(f"`{symbol.text}` is not defined above this line: define it first")
     return symbol

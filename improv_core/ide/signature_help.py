@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from improv_core.ide.body_words import takes
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.phrases import comment, label, movements
 from improv_core.program.analysis import Analysis
+from improv_core.program.reader import Takes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
@@ -32,6 +34,12 @@ class _Use:
     parameters: tuple[Span, ...]
     numbers: int
     given: int = 0
+
+
+_ABOUT = {
+    Takes.MOVEMENT: "A body part performs this; the base stands meanwhile.",
+    Takes.POSE: "Brings the body part around it to this pose, in one beat.",
+}
 
 
 def signature(analysis: Analysis, offset: int) -> Signature | None:
@@ -111,6 +119,9 @@ def _use(analysis: Analysis, found: BeforeCursor, token: Token) -> _Use | None:
         return _Use(token, text, word.about, tuple(spans), len(word.arguments))
     if token.type != "NAME" or any(each.name == token.text for each in found.parameters):
         return None
+    if word_takes := takes(analysis, token.text, found.statement):
+        text, about = f"{token.text} {word_takes.value}", _ABOUT[word_takes]
+        return _Use(token, text, about, (Span(len(token.text) + 1, len(text)),), 0)
     definer = analysis.bindings.definer(token.text, found.statement)
     taken = analysis.statements[definer].parameters if definer is not None else ()
     if definer is None or not taken:

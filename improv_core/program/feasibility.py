@@ -14,6 +14,7 @@ from improv_core.robots.config import Robots
 from improv_core.robots.limits import Excess, excess, too_tight, unsupported
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
+from improv_core.score.projection import base_of
 from improv_core.score.ramps import FASTEST_EASE
 from improv_core.score.smoothing import smoothed
 from improv_core.score.suppositions import with_all_sides
@@ -126,7 +127,7 @@ def _too_much(
     told: set[str] = set()  # report only the first item of each kind, and of those that are too fast the fastest
     fastest: tuple[Excess, Moment] | None = None
     known: set[Velocity] = set()
-    for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
+    for moment in islice(walk(with_all_sides(base_of(part))), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
         checkpoint()
@@ -140,6 +141,9 @@ def _too_much(
         over = excess(moment.velocity, profile, tempo)
         if over and (fastest is None or over.factor > fastest[0].factor):
             fastest = over, moment
+    if part.body_words.asked and "too-short" not in told:  # a word under one for a body part may be too short too
+        short = (_too_short(moment, robot, profile, tempo) for moment in islice(walk(part), MOST_MOMENTS))
+        yield from islice(filter(None, short), 1)
     if fastest and brief:
         yield Diagnostic("too-fast", fastest[1].sources[0].span, "")
     elif fastest:
@@ -193,10 +197,16 @@ def _about(
             advice = f"it needs a radius of {profile.turning_radius:g} m, as in `{curve('left', profile)}`"
         message = f"`{robot}` can't {lacking}: {advice}"
         yield Diagnostic("unsupported-direction", word.span if word else span, message, fixes)
+    if short := _too_short(moment, robot, profile, tempo):
+        yield short
+
+
+def _too_short(moment: Moment, robot: str, profile: Profile, tempo: Fraction) -> Diagnostic | None:
     lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
-    if lasts * SLACK < period:
-        message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"
-        yield Diagnostic("too-short", span, message)
+    if lasts * SLACK >= period or not moment.sources:
+        return None
+    message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"
+    return Diagnostic("too-short", moment.sources[0].span, message)
 
 
 def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primitive | None:

@@ -72,7 +72,7 @@ def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, str,
             in_turn = f", in round {turn}" if turn > 1 else ""
             goes = "slides" if joint.slides else "turns"
             message = f"at beat {_number(float(end))}{in_turn}, {name} would be at {_shown(wanted, joint)}"
-            advice = "go back first, or less far"
+            advice = "go less far"
             yield "joint-limit", name, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
         if joint.max_velocity is not None and abs(velocity) > joint.max_velocity * (1 + _SLACK):
             limit = f"{_shown(joint.max_velocity, joint)}/s"

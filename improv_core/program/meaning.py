@@ -83,7 +83,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     others: list[Movement] = []
     if body and not statement.parameters:
         meant = reader.movement(body)
-        if robots and (meant.body_words.asked or "to" in scope):
+        if robots and ("to" in scope or meant.body_words.loose_poses):
             diagnostics += misplaced_poses(body, reader)
         if statement.has_voices or isinstance(meant.duration, float) or reader.calls:  # otherwise all of it plays
             diagnostics += unperformed(body, reader)

@@ -128,6 +128,8 @@ def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
             # A bracket counts its items. If one were removed, the others would last longer.
             yield voice, inside.times(Fraction(nodes.items(voice))), True
+    elif isinstance(node, nodes.PartTerm):
+        yield node.body, window, False
     elif isinstance(node, nodes.Apply) and WORDS[node.word.text].timing is Timing.DRAWN:
         for item in items_written(node.body) or (node.body,):  # dice decide when each begins, if at all
             yield item, _Window(0, _latest(item, reader), True), False

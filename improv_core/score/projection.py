@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
@@ -13,6 +13,7 @@ from improv_core.score.bounds import held, swaps_sides
 from improv_core.score.by_part import ByPart, ToPose
 from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import Duration, Exact, Movement, Through, Velocity, Visit, exact
+from improv_core.score.reactions import Reaction
 from improv_core.score.throws import Dice
 from improv_core.text import Span
 
@@ -93,7 +94,8 @@ def _inside(at: _At, part: str, body: Body) -> list[_At]:
         return [(whole.body, _Under(mine, under.flipped, under.flipped))]
     if isinstance(whole, Gain) and swaps_sides(whole.gain):
         return [(whole.body, under._replace(flipped=not under.flipped))]
-    return [(each, under) for each in whole.parts]
+    assumed = (whole.assumed,) if isinstance(whole, Reaction) else ()
+    return [(each, under) for each in (*whole.parts, *assumed)]
 
 
 def _projected(
@@ -112,7 +114,22 @@ def _projected(
         return inner[0]
     if isinstance(whole, Use) and not under.mine and not whole.body_words.asked:
         return use(inner[0], None, whole.statement)  # what rests is not lit
+    if isinstance(whole, Reaction):  # pictures and checks may assume something else than `made_of` does
+        *items, assumed = inner
+        made = whole.made_of(items)
+        assert isinstance(made, Reaction)
+        return replace(made, assumed=assumed, duration=assumed.duration)
     return whole.made_of(inner)
+
+
+def base_of(whole: Movement) -> Movement:
+    """What the base performs, without the words that body parts perform: these are rests."""
+    return project(whole, BASE, Body(), _Nowhere()) if whole.body_words.asked else whole
+
+
+class _Nowhere:
+    def steps(self, direction: str) -> float:
+        return 0.0
 
 
 def _rest(duration: Duration) -> Movement:

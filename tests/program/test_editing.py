@@ -24,6 +24,8 @@ PIECES += ["\n", "\n", "\n", "\r\n", "\r", "\u2028", "\f", "\ufeff", "\nr $ ", "
 PIECES += ["\nx = x left\n", "\nr $ x || y\n", "\nbeat 30\n", "\nx n (m) = repeat n m\n", "\ny (m) = m x 2 m\n"]
 PIECES += ["\nr $ x 3 left\n", "\nr q $ canon 1 y left\n", "\nr $ choose (left right)\n", "\nq $ chance 1/2 left\n"]
 PIECES += ["\nr at 1 2\n", "\nr q at circle 1\n", "\nr is husky\n", "\nq is nobody\n", "\nroom 6 4\n", "\nbar 3\n"]
+PIECES += ["\nr is puppet\n", "\nhead = head left\n", "\nr $ head x\n", "\nx = arms y\n", "\nto (m) = m left\n"]
+PIECES += ["head ", "arms ", "to high", "to ", "left_arm ", "\nr $ head to start\n", "\nr $ left_arm (to high || up)\n"]
 PIECES += ["\n--- x\n", "at", "is", "room", "bar", "\nr at "]
 texts = st.lists(st.sampled_from(PIECES), max_size=40).map("".join)
 edits = st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1), st.lists(st.sampled_from(PIECES), max_size=4)), max_size=6)

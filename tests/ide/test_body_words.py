@@ -1,0 +1,77 @@
+"""Words for body parts and poses in editors."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.ide.completion import complete
+from improv_core.ide.hover import hover
+from improv_core.ide.rename import RefusalError, renamable, rename
+from improv_core.ide.signature_help import signature
+from tests.ide.cursor import at_cursor
+
+PUPPET = "ada is puppet\n"
+
+
+def labels(program: str) -> list[str]:
+    found = complete(*at_cursor(program))
+    assert found
+    return [item.label for item in found.items]
+
+
+def test_body_parts_are_offered_to_robots_that_have_them() -> None:
+    offered = labels(f"{PUPPET}ada $ |>")
+    assert [each for each in offered if each in ("head", "left_arm", "right_arm", "arms", "to")] == [
+        *("head", "left_arm", "right_arm", "arms", "to"),
+    ]
+    assert "head" not in labels("ada $ |>")
+    assert labels(f"{PUPPET}head = left\nada $ |>").count("head") == 1
+
+
+def test_poses_are_offered_after_to_unless_it_is_hidden() -> None:
+    assert labels(f"{PUPPET}ada $ head to |>") == ["start", "high", "wide"]
+    assert labels("ada $ head to |>") == ["start"]
+    assert "high" not in labels(f"{PUPPET}to (m) = m\nada $ to |>")
+
+
+def check_hover(program: str, marked: str, *said: str) -> None:
+    analysis, offset = at_cursor(program)
+    found = hover(analysis, offset)
+    assert found
+    assert analysis.text[found.span.start : found.span.end] == marked
+    for part in said:
+        assert part in found.markdown
+
+
+def test_hovers_say_which_joints_move_how_far_and_how_long() -> None:
+    check_hover(
+        f"{PUPPET}ada $ he|>ad (left left right)",
+        "head (left left right)",
+        "3 beats",
+        "head_yaw between 0° and 60°, ends at 30°",
+        "left moves head_yaw",
+    )
+    check_hover(f"{PUPPET}ada $ left_arm to hi|>gh", "to high", "left_shoulder_pitch at 150°")
+    check_hover(f"{PUPPET}ada $ head le|>ft", "left", "1 beat")
+
+
+def test_names_of_poses_are_not_renamed_with_names() -> None:
+    analysis, offset = at_cursor(f"{PUPPET}hi|>gh = left\nada $ high left_arm to high\n")
+    edits = rename(analysis, renamable(analysis, offset), "tall")
+    assert len(edits) == 2
+
+
+@pytest.mark.parametrize(("marked", "why"), [("he|>ad left", "improv.toml"), ("head t|>o start", "a word of")])
+def test_words_that_no_program_defines_can_not_be_renamed_there(marked: str, why: str) -> None:
+    analysis, offset = at_cursor(f"{PUPPET}ada $ {marked}")
+    with pytest.raises(RefusalError, match=why):
+        renamable(analysis, offset)
+
+
+def test_signatures_say_what_follows() -> None:
+    found = signature(*at_cursor(f"{PUPPET}ada $ head |>"))
+    assert found
+    assert found.label == "head movement"
+    found = signature(*at_cursor(f"{PUPPET}ada $ head to |>"))
+    assert found
+    assert found.label == "to POSE"

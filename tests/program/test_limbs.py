@@ -1,0 +1,117 @@
+"""What bodies lack, and what joints can't do, drawn under the program."""
+
+from __future__ import annotations
+
+from improv_core.program.analysis import analyze
+from improv_core.program.joint_check import check_joints
+from improv_core.robots.config import read_robots
+from tests.program.drawing import check
+
+PUPPET = '[profiles.p]\nbase = "puppet"\n[robots.r1]\nprofile = "p"\n[robots.r2]\nprofile = "turtlesim"\n'
+FAST = """
+[profiles.a]
+step = 1
+[profiles.a.body.head]
+left = { joint = "yaw", degrees = 30 }
+[profiles.a.body.head.poses]
+far = { left = 100 }
+[profiles.a.joints.yaw]
+min = -119.5
+max = 119.5
+max_velocity = 45
+[robots.r]
+profile = "a"
+"""
+
+
+def test_each_use_of_a_part_that_robots_lack_is_marked_with_their_names() -> None:
+    lacks = "`r2` has no `head`, so this rests: give a profile with it in improv.toml"
+    check(
+        f"""
+        x = head left
+        r1 r2 $ head up x
+                ^^^^ no-such-part: {lacks}
+                        ^ no-such-part: {lacks}
+        """,
+        robots=PUPPET,
+    )
+
+
+def test_the_base_ignores_words_under_parts() -> None:
+    robots = PUPPET.replace('base = "puppet"', 'base = "puppet"\nmotions = ["forward", "turn"]\nmax_linear = 1')
+    check("r1 $ left_arm (up fast 10 down) || forward", robots=robots)
+
+
+def test_a_pose_that_only_this_part_lacks_is_a_warning() -> None:
+    analysis = analyze("r1 $ head to high", read_robots(PUPPET))
+    assert [(each.code, each.severity.value) for each in analysis.diagnostics] == [("no-such-pose", "warning")]
+    assert analysis.ok
+
+
+def test_poses_beside_other_voices_are_marked_through_names() -> None:
+    why = "another voice moves `left_shoulder_pitch` too, so it ends elsewhere: play one after the other"
+    check(
+        f"""
+        x = left_arm (up || to high)
+        y = reflect sagittal right_arm to high
+        r1 $ x
+             ^ pose-disturbed: {why}
+        r1 $ y || left_arm up
+             ^ pose-disturbed: {why}
+        r1 $ y || left_arm left
+        """,
+        robots=PUPPET,
+    )
+
+
+def test_joints_are_followed_from_line_to_line() -> None:
+    most = "it turns to 119.5° at most: go less far"
+    check(
+        f"""
+        r $ head repeat 5 left
+                          ^^^^ joint-limit: at beat 4, in round 4, yaw would be at 120°; {most}
+        r $ head right head left
+        r $ head left
+                 ^^^^ joint-limit: at beat 8, yaw would be at 149.5°; {most}
+        """,
+        robots=FAST,
+        in_room=True,
+    )
+
+
+def test_a_pose_that_is_too_far_for_one_beat_is_too_fast() -> None:
+    check(
+        """
+        r $ head to far
+                 ^^^^^^ too-fast: 100°/s is over the limit of yaw, 45°/s: use `beat 27` or `slow 9/4`
+        r $ head slow 9/4 to start
+        """,
+        robots=FAST,
+        in_room=True,
+    )
+
+
+def test_programs_without_parts_and_those_with_errors_are_not_followed() -> None:
+    robots = read_robots(FAST)
+    assert check_joints(analyze("r $ forward", robots)) == ()
+    assert check_joints(analyze("r $ head fast 9 left nonsense", robots)) == ()
+
+
+def test_a_change_of_the_robots_file_changes_what_words_mean() -> None:
+    text = "x = tail left\nr $ x\n"
+    robots = read_robots(FAST.replace("body.head", "body.tail"))
+    before = analyze(text)
+    assert [each.code for each in before.diagnostics] == ["unknown-name"]
+    after = before.with_robots(robots)
+    assert after.diagnostics == analyze(text, robots).diagnostics == ()
+    assert [each.code for each in after.with_robots(read_robots("")).diagnostics] == ["unknown-name"]
+
+
+def test_edits_that_hide_a_part_are_followed() -> None:
+    robots = read_robots(FAST)
+    text = "x = forward\nr $ head left\n"
+    edited = analyze(text, robots).edited(0, 1, "head")
+    assert edited.diagnostics == analyze(edited.text, robots).diagnostics
+    assert edited.meanings[1].movement.duration == 2
+    again = edited.edited(0, 4, "x")
+    assert again.meanings[1].movement.duration == 1

@@ -74,9 +74,9 @@ class _Bodies:
         self.own = {name: own[name] for name in named if "parts" not in own[name]}
         for name, table in self.own.items():
             drives = tuple(
-                filter(None, (self._drive((*keys, name, each), table[each]) for each in DIRECTIONS if each in table))
+                filter(None, (self._drive((*keys, name, each), table[each]) for each in table if each in DIRECTIONS))
             )
-            if not drives:
+            if isinstance(tables[name], dict) and tables[name].keys() <= {"mirror", "poses"}:
                 message = f"`{name}` moves nothing: add a direction, such as `{_EXAMPLE}`"
                 reading.at_key((*keys, name), message, given=((*keys, name),))
             parts[name] = BodyPart(name, drives)
@@ -238,6 +238,7 @@ class _Bodies:
         keys, reading = (*self.keys, "controllers"), self.reading
         made = []
         taken: dict[str, str] = {}
+        before = len(reading.diagnostics)
         for name, value in tables.items():
             table = reading.table((*keys, name), value)
             found = table.get("joints")
@@ -260,7 +261,7 @@ class _Bodies:
             topic = table.get("topic")
             used = tuple(dict.fromkeys(each for each in found if isinstance(each, str)))
             made.append(Controller(name, used, cast(Interface, interface), topic if isinstance(topic, str) else None))
-        if made and (left := [joint for joint in joints if joint not in taken]):
+        if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):
             reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the joints of one", given=(PROFILES,))
         return made or [each for each in base.controllers if set(each.joints) <= set(joints)]
 

@@ -5,12 +5,14 @@ Reading the file, the editor's help, and what `schema_tables.py` makes go by it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
 from typing import get_args
 
+from improv_core.robots.schema_bodies import BODY
+from improv_core.robots.schema_key import Key
+from improv_core.robots.schema_key import number as _number
+from improv_core.robots.schema_key import table as _table
 from improv_core.robots.toml_positions import Keys
-from improv_core.score.body import Interface
 from improv_core.score.faults import Fault, Response
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
 from improv_core.score.score import OdomFrame, Rejoin
@@ -19,37 +21,6 @@ from improv_core.score.senses import Message
 MOST_BUTTON = 99
 SHAPES = "line", "circle", "grid"
 FACING = "in", "out"
-
-
-@dataclass(frozen=True, slots=True)
-class Key:
-    """One key: what it sets, as Markdown, and what its value may be.
-
-    `type` is that of JSON schema. A number is in `unit`, from `least` to `most`. A text with `choices` is one of them;
-    `profile` says that profiles are. `keys` are those of a table, `required` those it must have, `named` what a table
-    has under names that people choose, and `items` what a list has, `count` of them. `default` is shown to people;
-    `example` is a value to start from.
-    """
-
-    about: str
-    type: str = "string"
-    default: str = ""
-    unit: str = ""
-    least: float = 0
-    most: float = 0
-    choices: Sequence[str] = ()
-    profile: bool = False
-    keys: Mapping[str, Key] = field(default_factory=dict)
-    required: Sequence[str] = ()
-    named: Key | None = None
-    items: Key | None = None
-    count: int = 0
-    example: str = ""
-
-    @property
-    def range(self) -> str:
-        """`0.001, 100`; empty if there is no range."""
-        return f"{self.least:g}, {self.most:g}" if self.least < self.most else ""
 
 
 def find(keys: Keys) -> Key | None:
@@ -68,20 +39,12 @@ def known(keys: Keys) -> Key:
     return found
 
 
-def _number(about: str, unit: str, least: float, most: float, default: str = "") -> Key:
-    return Key(about, "number", default, unit, least, most)
-
-
 def _place(about: str) -> Key:
     return _number(about, "meters", -1000, 1000, "0")
 
 
 def _length(about: str) -> Key:
     return _number(about, "meters", 0.001, 1000)
-
-
-def _table(about: str, keys: Mapping[str, Key], example: str = "", required: Sequence[str] = ()) -> Key:
-    return Key(about, "object", keys=keys, required=required, example=example)
 
 
 _HEADING = _number("the heading, counterclockwise from the x axis", "degrees", -360, 360, "0")
@@ -144,55 +107,6 @@ _ROBOT = {
         default="false",
         example="true",
     ),
-}
-MOST_DEGREES, MOST_METERS = 720, 10
-
-
-def _amount(about: str) -> Key:
-    return _number(about, "degrees, or meters", -MOST_DEGREES, MOST_DEGREES)
-
-
-def _direction(about: str) -> Key:
-    keys = {
-        "joint": Key("the joint that it moves; no other direction may move it", example='"head_yaw"'),
-        "degrees": _number("how far that turns in a beat", "degrees", -MOST_DEGREES, MOST_DEGREES),
-        "meters": _number("how far that slides in a beat, if it is a slider", "meters", -MOST_METERS, MOST_METERS),
-    }
-    return _table(about, keys, '{ joint = "head_yaw", degrees = 30 }', ("joint",))
-
-
-_DIRECTIONS = {
-    "forward": _direction("what `forward` moves; `backward` is the opposite"),
-    "strafeleft": _direction("what `strafeleft` moves; `straferight` is the opposite"),
-    "up": _direction("what `up` moves; `down` is the opposite"),
-    "left": _direction("what `left` moves; `right` is the opposite"),
-}
-_POSE = {name: _amount(f"where `{name}` leads") for name in _DIRECTIONS}
-_BODY_PART = {
-    **_DIRECTIONS,
-    "mirror": Key("the body part on the other side, which `reflect YZ` exchanges with it", example='"right_arm"'),
-    "poses": Key("its poses, by the names that follow `to`", "object", named=_table("a pose", _POSE)),
-    "parts": Key(
-        "the body parts that this word stands for, instead of directions",
-        "array",
-        items=Key("a body part"),
-        example='["left_arm", "right_arm"]',
-    ),
-}
-_JOINT = {
-    "min": _amount("its lower limit"),
-    "max": _amount("its upper limit"),
-    "max_velocity": _number("its highest speed", "degrees or meters per second", 0.001, 10_000, "no limit"),
-    "start": replace(_amount("where it is at beat 0"), default="0"),
-}
-_CONTROLLER = {
-    "joints": Key("the joints that it moves", "array", items=Key("a joint"), example='["head_yaw", "head_pitch"]'),
-    "interface": Key(
-        'what it is sent: `"trajectory"`, `"position"`, or `"velocity"`',
-        default='`"trajectory"`',
-        choices=get_args(Interface),
-    ),
-    "topic": Key("its topic, in the robot's namespace", example='"head_controller/joint_trajectory"'),
 }
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
 _PROFILE = {
@@ -264,19 +178,7 @@ _PROFILE = {
     "near": _number(
         "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
     ),
-    "joint_states": Key(
-        "a topic of type `sensor_msgs/msg/JointState` that says where its joints really are, in the robot's namespace",
-        default="none",
-        example='"joint_states"',
-    ),
-    "body": Key("its body parts, by their words in programs", "object", named=_table("a body part", _BODY_PART)),
-    "joints": Key("the joints of its body parts, by name", "object", named=_table("a joint", _JOINT)),
-    "controllers": Key(
-        "what moves the joints of the real robot in ROS 2, by name",
-        "object",
-        default="one for all joints",
-        named=_table("a controller", _CONTROLLER, required=("joints",)),
-    ),
+    **BODY,
 }
 _ROS = {
     "namespace": Key(

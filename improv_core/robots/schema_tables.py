@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from improv_core.robots.schema import SCHEMA, Key
+from improv_core.robots.schema import SCHEMA
+from improv_core.robots.schema_key import Key
 
 
 def rows(keys: Mapping[str, Key]) -> list[str]:

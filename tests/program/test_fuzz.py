@@ -57,8 +57,8 @@ EXAMPLES += [
     if case["source"] == "language 2"
 ]
 BODIES = json.loads(Path("tests/bodies.json").read_text(encoding="utf-8"))
-EXAMPLES += [f"r1 is puppet\n{each['program']}" for suite in (BODIES, BODIES["poses"]) for each in suite["cases"]]
-SIGNS = "head arms left_arm to start high puppet is x y größe = $ ( ) [ ] || | { * / \\ 2 1/0 3/2 -1 1e9 .5 n (m) near 😀 \0"
+EXAMPLES += [f"r1 is puppet\n{case['program']}" for part in (BODIES, BODIES["poses"]) for case in part["cases"]]
+SIGNS = "head arms left_arm to start high x y größe = $ ( ) [ ] || | { * / \\ 2 1/0 3/2 -1 1e9 .5 n (m) near 😀 \0"
 PIECES = [*WORDS, *SIGNS.split(" "), "9" * 40, '"', "# ", "(" * 30, "[" * 30, ")" * 30]
 PIECES += ["\n", "\r\n", "\r", " ", "\t", "\f", "\u2028", "\ufeff", "\ud800", "\n---\n", "\n|| ", "\nelse "]
 PIECES += ["x = ", "x n (m) = ", "y (m) = m m\n", "x 3 y ", "a b $ ", "r $ ", "beat 60\n", "until near repeat "]

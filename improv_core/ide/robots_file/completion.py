@@ -7,7 +7,8 @@ from collections.abc import Collection, Iterator, Mapping
 
 from improv_core.ide.completion import Completion
 from improv_core.ide.completion_item import Item
-from improv_core.robots.schema import Key, find
+from improv_core.robots.schema import find
+from improv_core.robots.schema_key import Key
 from improv_core.robots.sources import SOURCES
 from improv_core.robots.toml_positions import KeyAndValue, Keys, Positions, beginning
 from improv_core.robots.toml_text import read_toml
@@ -46,6 +47,9 @@ def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], cast: Collection[
             yield Item(name, "section", inner.about, f"{name}.${{1:name}}{end}")
         elif (name,) not in others:
             yield Item(name, "section", inner.about, f"{name}{end}")
+    for name, inner in (key.keys if key and table else {}).items():
+        if inner.named and (*table, name) not in others:
+            yield Item(name, "section", inner.about, f"{name}.${{1:name}}{end}")
     known = {"robots": dict.fromkeys(cast, "in a program"), "senses": dict.fromkeys((BUMP, NEAR), "built in")}
     for name, about in known.get(str(table[0]), {}).items() if len(table) == 1 else ():
         if (*table, name) not in others:
@@ -55,7 +59,7 @@ def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], cast: Collection[
 def _keys(before: Positions, others: Mapping[Keys, KeyAndValue], has_value: bool, begun: str) -> Iterator[Item]:
     key = find(before.keys)
     for name, inner in (key.keys if key and before.keys else {}).items():
-        if (*before.keys, name) not in others:
+        if (*before.keys, name) not in others and not inner.named:
             yield Item(name, "key", _detail(inner), "" if has_value else f"{name} = {_placeholder(inner)}")
     table = before.headers[-1][1] if before.headers else ()
     if not begun and not has_value and before.keys == table:  # between sections; not in an inline table

@@ -70,6 +70,17 @@ def test_values() -> None:
     check("[robots.anna]\nstart = |", "{ x = 0, y = 0, heading = 0 }")
 
 
+def test_the_sections_and_keys_of_a_body() -> None:
+    check("[profiles.a.|]", "body", "joints", "controllers")
+    check("[profiles.a.body.|]")
+    check("[profiles.a.body.head]\nmirror = 'x'\nparts = []\nup = {}\nleft = {}\n|", "forward", "strafeleft", *SECTIONS)
+    check("[profiles.a.controllers.c]\ninterface = |", '"trajectory"', '"position"', '"velocity"')
+    _, found = completed("[profiles.a]\n|")
+    assert found
+    assert "joint_states" in [item.label for item in found.items]
+    assert "body" not in [item.label for item in found.items]
+
+
 def test_nothing_where_nothing_is_known() -> None:
     check("[robots.anna]\nwings = |")
     check("[rooms]\n|", *SECTIONS)

@@ -1,0 +1,47 @@
+"""What is known about one key of an `improv.toml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key: what it sets, as Markdown, and what its value may be.
+
+    `type` is that of JSON schema. A number is in `unit`, from `least` to `most`. A text with `choices` is one of them;
+    `profile` says that profiles are. `keys` are those of a table, `required` those it must have, `named` what a table
+    has under names that people choose, and `items` what a list has, `count` of them. `default` is shown to people;
+    `example` is a value to start from.
+    """
+
+    about: str
+    type: str = "string"
+    default: str = ""
+    unit: str = ""
+    least: float = 0
+    most: float = 0
+    choices: Sequence[str] = ()
+    profile: bool = False
+    keys: Mapping[str, Key] = field(default_factory=dict)
+    required: Sequence[str] = ()
+    named: Key | None = None
+    items: Key | None = None
+    count: int = 0
+    example: str = ""
+
+    @property
+    def range(self) -> str:
+        """`0.001, 100`; empty if there is no range."""
+        return f"{self.least:g}, {self.most:g}" if self.least < self.most else ""
+
+
+def number(about: str, unit: str, least: float, most: float, default: str = "") -> Key:
+    """A number in a unit and a range."""
+    return Key(about, "number", default, unit, least, most)
+
+
+def table(about: str, keys: Mapping[str, Key], example: str = "", required: Sequence[str] = ()) -> Key:
+    """A table with these keys."""
+    return Key(about, "object", keys=keys, required=required, example=example)

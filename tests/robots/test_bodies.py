@@ -1,0 +1,115 @@
+"""What is wrong with the body of a profile, at its place."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from improv_core.robots.config import read_robots
+
+HEAD = '[profiles.a]\nstep = 1\n[profiles.a.body.h]\nleft = { joint = "j", degrees = 30 }\n'
+ARMS = (
+    '[profiles.a]\nstep = 1\n[profiles.a.body.l]\nmirror = "r"\nleft = { joint = "lj", degrees = 30 }\n'
+    '[profiles.a.body.r]\nleft = { joint = "rj", degrees = -30 }\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "marked", "message"),
+    [
+        (HEAD + 'up = { joint = "j", degrees = 3 }', '"j"', "`left` of `h` already moves `j`: give each direction"),
+        (HEAD + '[profiles.a.body.k]\nup = { joint = "j", degrees = 3 }', '"j"', "`left` of `h` already moves `j`"),
+        (HEAD.replace("30", "nan"), "nan", "write `degrees` in degrees, from -720 to 720"),
+        (HEAD.replace("30", "1e300"), "1e300", "write `degrees` in degrees, from -720 to 720"),
+        (HEAD.replace("30", "0"), "0", "write `degrees` as a number other than 0"),
+        (
+            HEAD.replace("degrees = 30", "meters = 1, degrees = 2"),
+            '{ joint = "j", meters',
+            "a joint and degrees, or meters",
+        ),
+        (HEAD.replace("body.h", "body.forward"), "forward", "`forward` is a word of the language"),
+        (HEAD.replace("body.h", "body.to"), "to", "`to` is a word of the language"),
+        (HEAD.replace("body.h", 'body."a b"'), '"a b"', "`a b` can't be the name of a body part"),
+        (HEAD.replace("left = ", "lefd = "), "lefd", "did you mean `left`?"),
+        ("[profiles.a]\nstep = 1\n[profiles.a.body.h]\n", "h", "`h` moves nothing: add a direction"),
+        (HEAD + 'mirror = "k"', '"k"', "`k` is not another body part of this profile"),
+        (HEAD + 'mirror = "h"', '"h"', "`h` is not another body part of this profile"),
+        (
+            ARMS + '[profiles.a.body.m]\nmirror = "r"\nup = { joint = "m", degrees = 1 }',
+            '"r"',
+            "has another mirror already",
+        ),
+        (HEAD + '[profiles.a.body.g]\nparts = ["h"]\n[profiles.a.body.gg]\nparts = ["g"]', '"g"', "not for groups"),
+        (HEAD + "[profiles.a.body.g]\nparts = []", "[]", "write `parts` as a list of body parts"),
+        (HEAD + '[profiles.a.body.g]\nparts = ["h"]\nmirror = "h"', "mirror", "is a group of body parts"),
+        (HEAD + "[profiles.a.joints.j]\nmin = 3\nmax = 1", "3", "`min` is greater than `max`: swap them"),
+        (HEAD + "[profiles.a.joints.j]\nmax = nan", "nan", "write `max`"),
+        (HEAD + "[profiles.a.joints.j]\nmax = 3\nstart = 4", "4", "`start` is beyond `min` or `max`"),
+        (HEAD + "[profiles.a.joints.q]\nmax = 3", "q", "no direction moves `q`"),
+        (HEAD + "[profiles.a.body.h.poses]\nstart = { left = 3 }", "start", "`start` is a word of the language"),
+        (HEAD + "[profiles.a.body.h.poses]\nleft = { left = 3 }", "left", "`left` is a word of the language"),
+        (HEAD + "[profiles.a.body.h.poses]\nup = 3", "up", "`up` is a word of the language"),
+        (HEAD + "[profiles.a.body.h.poses]\nhigh = { up = 3 }", "up", "`h` has no direction `up`"),
+        (
+            HEAD + "[profiles.a.body.h.poses]\nfar = { left = 90 }\n[profiles.a.joints.j]\nmin = -3\nmax = 10",
+            "90",
+            "this is beyond the limits of `j`: from -3 to 10 degrees",
+        ),
+        (
+            ARMS + "[profiles.a.body.l.poses]\nfar = { left = 90 }\n[profiles.a.joints.rj]\nmin = -3\nmax = 10",
+            "far",
+            "its mirror image is beyond the limits of `rj`: from -3 to 10 degrees",
+        ),
+        (HEAD + '[profiles.a.controllers.c]\njoints = ["x"]', '"x"', "write one of the joints: `j`"),
+        (HEAD + "[profiles.a.controllers.c]\n", "c", "add the joints of `c`"),
+        (
+            HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\n[profiles.a.controllers.d]\njoints = ["j"]',
+            '"j"',
+            "`c` already moves `j`: remove one",
+        ),
+        (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ninterface = "effort"', '"effort"', "is not valid here"),
+        (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ntopic = "a b"', '"a b"', "use the letters a to z"),
+        (ARMS + '[profiles.a.controllers.c]\njoints = ["lj"]', "controllers", "no controller moves `rj`"),
+        ("[profiles.a]\nstep = 1\nbody = 3", "3", "write `body` as a section"),
+    ],
+)
+def test_what_is_wrong_is_reported_once_at_its_place(text: str, marked: str, message: str) -> None:
+    robots = read_robots(text)
+    (found,) = robots.diagnostics
+    assert text[found.span.start : found.span.end].startswith(marked)
+    assert message in found.message
+    assert "\n" not in found.message
+
+
+def test_a_body_is_inherited_and_its_parts_are_replaced() -> None:
+    body = (
+        read_robots(
+            '[profiles.p]\nbase = "puppet"\n[profiles.p.body.head]\nup = { joint = "neck", degrees = 10 }\n'
+            "[profiles.p.joints.left_elbow]\nmax = 90\n"
+        )
+        .profiles["p"]
+        .body
+    )
+    assert body
+    assert [each.name for each in body.parts] == ["left_arm", "right_arm", "head"]
+    assert "head_yaw" not in body.joint
+    assert body.joint["left_elbow"].max == pytest.approx(math.pi / 2)
+    assert body.joint["left_elbow"].min == 0
+
+
+def test_a_puppet_of_your_own_replaces_the_built_in_one() -> None:
+    robots = read_robots('[profiles.puppet]\nstep = 1\n[profiles.puppet.body.tail]\nup = { joint = "t", degrees = 9 }')
+    assert robots.diagnostics == ()
+    assert robots.part_words == {"tail"}
+
+
+def test_pose_values_are_in_the_sense_of_their_direction() -> None:
+    body = (
+        read_robots(HEAD.replace("degrees = 30", "degrees = -20") + "[profiles.a.body.h.poses]\naside = { left = 40 }")
+        .profiles["a"]
+        .body
+    )
+    assert body
+    (pose,) = body.part["h"].poses
+    assert pose.steps == {"yaw": pytest.approx(2)}

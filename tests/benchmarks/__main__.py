@@ -6,6 +6,7 @@ import os
 from argparse import ArgumentParser
 
 from tests.benchmarks import (
+    bodies,
     calibration,
     continuity,
     edit,
@@ -24,6 +25,7 @@ from tests.benchmarks import (
 )
 
 BENCHMARKS = {
+    "bodies": (bodies.run, "a key in a long program with words for body parts, and without"),
     "calibration": (
         calibration.run,
         "how far off bases that drift end, calibrated or following or not",

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import math
+
+import pytest
+
 from improv_core.program.analysis import analyze
+from improv_core.program.compiler import compiled
 from improv_core.program.joint_check import check_joints
+from improv_core.program.script import read_script
 from improv_core.robots.config import read_robots
 from tests.program.drawing import check
 
@@ -115,3 +122,23 @@ def test_edits_that_hide_a_part_are_followed() -> None:
     assert edited.meanings[1].movement.duration == 2
     again = edited.edited(0, 4, "x")
     assert again.meanings[1].movement.duration == 1
+
+
+def test_senses_decide_for_the_base_and_for_body_parts_alike() -> None:
+    """A pose that `pause` interrupts goes on with the velocity that it began with."""
+    program = "ada is puppet\nada $ until cue head repeat left\nada $ pause near left_arm (to wide up) forward\n"
+    senses = [{"sense": "cue", "from": 1.5, "to": 1.5}, {"sense": "near", "from": 2.5, "to": 3.2}]
+    found = compiled(analyze(program), script=read_script(json.dumps(senses)))["robots"]["ada"]
+    assert found["segments"] == [[0, 5, 0, 0, 0, 0], [5, 1, 1, 0, 0, 0]]
+    turning, raising, rolling = (math.radians(each) for each in (30, 45, 80))
+    assert found["joints"] == {
+        "head_yaw": [[0, 1.5, pytest.approx(turning)], [1.5, 4.5, 0]],
+        "left_shoulder_roll": [
+            [0, 2, 0],
+            [2, 0.5, pytest.approx(rolling)],
+            [2.5, 1, 0],
+            [3.5, 0.5, pytest.approx(rolling)],
+            [4, 2, 0],
+        ],
+        "left_shoulder_pitch": [[0, 4, 0], [4, 1, pytest.approx(raising)], [5, 1, 0]],
+    }

@@ -67,7 +67,7 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
     show = replace(
         show,
         is_on=state in ("waiting", "playing", "paused"),
-        waits_for=transport.get("waits_for", ()),
+        waits_for=transport.get("waits_for", transport.get("too_near", ())),
         editions=show.editions.plays(transport["generation"]),
     )
     if show.twin and state == "playing":

@@ -292,6 +292,13 @@ _WORLD = {
         1000,
         "0",
     ),
+    "keep_apart": _number(
+        "real robots nearer to each other than this, from edge to edge, pause everything unless they move apart",
+        "meters",
+        0.01,
+        10,
+        "not guarded",
+    ),
 }
 _SENSE = {
     "topic": Key(

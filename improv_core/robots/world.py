@@ -1,4 +1,4 @@
-"""Reads the section `[world]` of an `improv.toml`: the size of the floor, walls, circles, boxes, and the margin."""
+"""Reads the section `[world]` of an `improv.toml`: the floor, walls, circles, boxes, and the distances to keep."""
 
 from __future__ import annotations
 
@@ -19,12 +19,14 @@ def read_world(reading: TomlReading, value: Any) -> World:
     walls = [_numbers(reading, keys, item, ": from x, y to x, y") for keys, item in _items(reading, table, "walls")]
     circles = [_obstacle(reading, keys, item) for keys, item in _items(reading, table, "circles")]
     boxes = [_obstacle(reading, keys, item) for keys, item in _items(reading, table, "boxes")]
+    numbers = reading.numbers(("world",), table)
     return World(
         (size[0], size[1]) if size else None,
         tuple(Wall(*wall) for wall in walls if wall),
         tuple(Circle(**circle) for circle in circles if circle),
         tuple(Box(**{**box, "heading": math.radians(box["heading"])}) for box in boxes if box),
-        reading.numbers(("world",), table).get("margin", 0.0),
+        numbers.get("margin", 0.0),
+        numbers.get("keep_apart"),
     )
 
 

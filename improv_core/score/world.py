@@ -42,7 +42,8 @@ class World:
     """All obstacles, and the size of the floor along x and y if it has walls around it.
 
     The origin is the center of the floor. Obstacles are infinitely high. `margin` is how far robots should stay from
-    each other and from all that.
+    each other and from all that. Real robots pause if their edges come nearer to each other than `keep_apart`; None if
+    nobody guards that.
     """
 
     size: tuple[float, float] | None = None
@@ -50,6 +51,7 @@ class World:
     circles: tuple[Circle, ...] = ()
     boxes: tuple[Box, ...] = ()
     margin: float = 0.0
+    keep_apart: float | None = None
 
     @property
     def has_obstacles(self) -> bool:
@@ -82,6 +84,7 @@ def to_json(world: World) -> dict[str, Any] | None:
         "circles": [circle._asdict() for circle in world.circles],
         "boxes": [box._asdict() for box in world.boxes],
         "margin": world.margin,
+        "keep_apart": world.keep_apart,
     }
 
 
@@ -90,11 +93,12 @@ def from_json(data: Mapping[str, Any] | None) -> World:
     if data is None:
         return EMPTY
     size = data["size"]
-    margin = data["margin"]
+    margin, keep_apart = data["margin"], data["keep_apart"]
     if (
         not fits(size, Sequence[float] | None)
         or not fits(data["walls"], Sequence[Sequence[float]])
         or not fits(margin, float)
+        or not fits(keep_apart, float | None)
     ):
         raise ValueError("the world has a wrong value")
     return World(
@@ -103,4 +107,5 @@ def from_json(data: Mapping[str, Any] | None) -> World:
         tuple(checked(Circle, circle) for circle in data["circles"]),
         tuple(checked(Box, box) for box in data["boxes"]),
         float(margin),
+        None if keep_apart is None else float(keep_apart),
     )

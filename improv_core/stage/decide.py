@@ -50,6 +50,7 @@ from improv_core.stage.faults import FaultBegan
 from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.stage.interlocks import waits_for
 from improv_core.stage.messages import refused_by
+from improv_core.stage.nearness import as_line
 from improv_core.stage.run import EMPTY, Mode, Run, Silenced
 from improv_core.stage.swap import Before, Swap, edited, entering, joined
 
@@ -275,6 +276,15 @@ def _stand(run: Run, event: events.Stand, facts: Facts) -> Decided:
     return replace(run, stood={**run.stood, robot: facts.now}), [*resent, Report()]
 
 
+def _too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
+    keep_apart = run.score.world.keep_apart
+    if run.mode != "playing" or keep_apart is None:
+        return run, []
+    run, acts = _leave(run, "paused", facts)
+    robots = dict.fromkeys(robot for near in event.found for robot in near.robots)
+    return replace(run, too_near=tuple(robots)), [*acts, _warning(as_line(event.found, keep_apart))]
+
+
 def _due(run: Run, due: Due, facts: Facts) -> Decided:
     if due.rank == Rank.TAKEOVER:
         assert run.next
@@ -352,7 +362,7 @@ def _play_from(
     if swap := run.next:
         at = run.switch_time(swap.when, performed, swap.beats_per_bar, facts.over)
         run = replace(run, next=replace(swap, at=at))
-    run = replace(run, mode="playing", continues=False)
+    run = replace(run, mode="playing", continues=False, too_near=())
     return run, _begin(run, run.score.parts, beat, performed)
 
 
@@ -378,7 +388,7 @@ def _leave(run: Run, mode: Mode, facts: Facts) -> Decided:
     """Stop all robots here."""
     run = run.left_at(run.beat(facts.now, facts.over))
     following = run.next if mode == "paused" else None
-    return replace(run, mode=mode, continues=False, next=following), [Zero(), Report()]
+    return replace(run, mode=mode, continues=False, too_near=(), next=following), [Zero(), Report()]
 
 
 def _error(line: str) -> Tell:
@@ -408,5 +418,6 @@ _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
     events.Overloaded: _overloaded,
     events.Faults: _faults,
     events.Stand: _stand,
+    events.TooNear: _too_near,
     Due: _due,
 }

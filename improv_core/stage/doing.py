@@ -75,6 +75,7 @@ def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
     tracks.sensing.forget_announced()
     tracks.sensing.announce(senses or ())
     tracks.listeners.forget()
+    tracks.guard.forget()
     tracks.listeners.begin(score, both, now)
     tracks.listeners.expect(new, now)
 

@@ -11,6 +11,7 @@ from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.agenda import Due
 from improv_core.stage.messages import Takeover, When
+from improv_core.stage.nearness import Near
 from improv_core.stage.preflight import Standing
 from improv_core.stage.sensing import Foreseen
 from improv_core.stage.watches import RobotNews
@@ -152,9 +153,16 @@ class Stand:
     robot: str
 
 
+@dataclass(frozen=True, slots=True)
+class TooNear:
+    """These pairs of real robots are too near to each other, the nearest first."""
+
+    found: Sequence[Near]
+
+
 Event = (
     Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
-    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | Due
+    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Due
 )  # fmt: skip
 """`Due` is something that the agenda says is due: a scene, a takeover, or the end."""
 

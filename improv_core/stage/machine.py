@@ -113,6 +113,7 @@ class Machine:
         tracks.queue.silence(standing)
         if done:
             tracks.tell_news()
+            tracks.tell_unguarded(now)
         return events.Changed()
 
     @property

@@ -211,9 +211,11 @@ class Poses(TypedDict, total=False):
 
 
 class Waiting(TypedDict, total=False):
-    """What must change before robots move: an emergency stop, a deadman button, robots that are gone."""
+    """What must change before robots move: an emergency stop, a deadman button, robots that are gone. Or else somebody
+    must resume, because robots were `too_near` to each other."""
 
     waits_for: Sequence[str]
+    too_near: Sequence[str]
 
 
 class _TransportMessage(TypedDict):

@@ -174,10 +174,13 @@ class Player(Machine):
         self._catch_up(now)
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
-        """Take measured poses, and report where robots were and where they ideally would have been."""
+        """Take measured poses, and report where robots were and where they ideally would have been. Real robots that
+        are too near to each other pause everything."""
         self._tracks.measure(poses, now)
         if self.run.misplaced is not None:
             self._take(events.Stood(), now)
+        if self._sink.real and (event := self._tracks.guard.look(self.run, now)):
+            self._take(event, now)
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""

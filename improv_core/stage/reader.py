@@ -24,7 +24,7 @@ from improv_core.stage.sinks import Edge, RawPose
 NICENESS = 5
 """If all processors are busy, commands come first."""
 LOOK = 0.05
-"""Seconds between two looks for silence, for poses, and for what the stage says."""
+"""Seconds between two looks for silence and for what the stage says, at most."""
 
 
 def main() -> int:
@@ -50,13 +50,15 @@ def main() -> int:
     # As in the stage: collections of garbage over all that has been imported would make edges late.
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)
+    period = LOOK
     while not lines.ended:
         for message in lines.read():
             tell_edges(senses.read(_sources(message), time.monotonic()))
             subscriptions.keep(senses.topics)
+            period = message["period"]
             subscriptions.poses.keep(message["odometry"])
             subscriptions.batteries.keep(message["batteries"])
-        subscriptions.spin(LOOK)
+        subscriptions.spin(min(period, LOOK))
         if poses := subscriptions.poses.take():
             tell({"type": "poses", "poses": [*map(_pose, poses)]})
         if batteries := subscriptions.batteries.take():

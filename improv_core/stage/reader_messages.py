@@ -18,9 +18,11 @@ class SenseToRead(TypedDict):
 
 
 class Read(TypedDict):
-    """Read these senses, and the poses and batteries of these robots (robot: topic), and no others."""
+    """Read these senses, and the poses and batteries of these robots (robot: topic), and no others. `period` is the
+    seconds between two looks for poses."""
 
     type: Literal["read"]
+    period: float
     senses: Sequence[SenseToRead]
     odometry: Mapping[str, str]
     batteries: Mapping[str, str]

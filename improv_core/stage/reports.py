@@ -52,6 +52,8 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
     """The playback position at a time on the clock, which is `wall` in Unix time."""
     beats = run.beats(over)
     waiting: Waiting = {"waits_for": waits} if waits else {}
+    if run.mode == "paused" and run.too_near:
+        waiting["too_near"] = run.too_near
     begins = {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}
     began: Begins = {"begins": begins} if begins else {}
     if run.score.scene or run.score.since:

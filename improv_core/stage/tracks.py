@@ -19,6 +19,7 @@ from improv_core.stage.cast import Cast, closed_part
 from improv_core.stage.decide import waits
 from improv_core.stage.events import Event, Facts, Load
 from improv_core.stage.fields import PoseJson
+from improv_core.stage.guard import Guard
 from improv_core.stage.listeners import Listeners
 from improv_core.stage.messages import SIMULATED, Poses
 from improv_core.stage.odometry import Odometry
@@ -53,6 +54,7 @@ class Tracks:
         self.listeners = Listeners(sink)
         self.odometry = Odometry()
         self.watches = Watches()
+        self.guard = Guard()
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self.advanced = 0.0
@@ -269,7 +271,8 @@ class Tracks:
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""
-        run = self.run
+        run, poses = self.run, [*poses]
+        self.guard.hear(poses)
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
         for comparison in found if self.sink.real else ():
             self.watches.take(comparison)
@@ -303,4 +306,9 @@ class Tracks:
     def tell_news(self) -> None:
         """Report what has been found about robots."""
         for line in self.listeners.news():
+            self.tell({"type": "warning", "message": line})
+
+    def tell_unguarded(self, now: float) -> None:
+        """Report which real robots aren't guarded, if people don't know that."""
+        for line in self.guard.news(self.run, now) if self.sink.real else ():
             self.tell({"type": "warning", "message": line})

@@ -13,6 +13,7 @@ from tests.benchmarks import (
     faults,
     first_beat,
     heavy,
+    keep_apart,
     keystroke,
     meetings,
     odometry,
@@ -35,6 +36,10 @@ BENCHMARKS = {
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),
     "first_beat": (first_beat.run, "how much of their first movement robots miss that were just started"),
     "heavy": (heavy.run, "keys and requests in and beside programs that take seconds to understand"),
+    "keep_apart": (
+        keep_apart.run,
+        "from the pose that shows two robots too near to their zeros",
+    ),
     "keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls"),
     "meetings": (meetings.run, "how long it takes to find who meets whom"),
     "odometry": (odometry.run, "how late commands are beside the odometry of twenty robots, and what it costs"),

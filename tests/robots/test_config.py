@@ -243,7 +243,7 @@ def test_wrong_parts_of_a_world_are_left_out() -> None:
         boxes = { width = 1, height = "2" }
                 ^^^^^^^^^^^^^^^^^^^^^^^^^^^ robots: write `boxes` as a list, in `[` and `]`
         lake = 1
-        ^^^^ robots: `lake` is not valid here: write one of `size`, `walls`, `circles`, `boxes`, `margin`
+        ^^^^ robots: `lake` is not valid here: write one of `size`, `walls`, `circles`, `boxes`, `margin`, `keep_apart`
     """)
     assert found.world == World(walls=(Wall(0, 0, 1, 1),), circles=(Circle(0, 0, 0.3),))
 

@@ -15,6 +15,7 @@ from improv_core.score.faults import FaultRules, Response
 from improv_core.score.movement import Duration
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.transport import Switch, Transport
+from improv_core.score.world import World
 from improv_core.stage import acts, doing, events
 from improv_core.stage.acts import (
     Act,
@@ -48,6 +49,7 @@ from improv_core.stage.events import Event, Facts
 from improv_core.stage.faults import FaultBegan, FaultOver, Worst
 from improv_core.stage.interlocks import GAMEPAD, OLDER, EmergencyStops
 from improv_core.stage.messages import Takeover, When
+from improv_core.stage.nearness import Near
 from improv_core.stage.run import Mode, Run, Silenced
 from improv_core.stage.swap import Swap
 from improv_core.stage.watches import RobotNews
@@ -229,6 +231,20 @@ def test_robots_stop_before_people_are_told_why() -> None:
     assert names(late) == names(slow) == ["Zero", "Report", "Tell"]
     assert lines(late) == ["the stage stalled for 1.2 s, so all robots were stopped: save to play again"]
     assert lines(slow) == ["this machine is too slow for 2 robots, so all were stopped: play fewer robots"]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_real_robots_too_near_to_each_other_pause_until_somebody_resumes(mode: Mode) -> None:
+    guarded = replace(DANCE, world=World(keep_apart=0.3))
+    then, done = decide(run(mode, 3, dance=guarded), events.TooNear([Near(("a", "b"), 0.2)]), real(3))
+    if mode != "playing":
+        assert (then.mode, done) == (mode, [])
+        return
+    assert (then.mode, then.continues, then.too_near) == ("paused", False, ("a", "b"))
+    assert names(done) == ["Zero", "Report", "Tell"]
+    assert decide(then, events.Changed(), real(9))[0].mode == "paused"
+    resumed_run, done = decide(then, events.Resume(), real(9))
+    assert (resumed_run.mode, resumed_run.too_near, names(done)) == ("playing", (), ["Begin", "Report", "ReportSenses"])
 
 
 # Saves

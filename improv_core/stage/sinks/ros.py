@@ -25,7 +25,7 @@ from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
 from improv_core.stage.sinks.ros_owed import ZERO, OwedZeros
 from improv_core.stage.sinks.ros_publishing import Publishing
-from improv_core.stage.sinks.ros_reader import RosReader
+from improv_core.stage.sinks.ros_reader import PROMPT, USUAL, RosReader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import PULSE_PERIOD, Standby
@@ -133,7 +133,8 @@ class Ros:
             self._publishing.health.zero = None  # performance time starts over
         odometry = {name: part.odom for name, part in parts.items() if part.odom}
         batteries = {name: part.battery for name, part in parts.items() if part.battery}
-        self._reader.read(_read_from_topics(parts), odometry, batteries)
+        period = USUAL if score.world.keep_apart is None else PROMPT
+        self._reader.read(_read_from_topics(parts), odometry, batteries, period)
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
         for robot, part in parts.items():

@@ -34,6 +34,9 @@ POLICY = Policy(2.0, waits=False)
 POSE_LIMIT = 1.0
 """Seconds for which a robot may move until its first pose."""
 
+USUAL, PROMPT = 0.05, 0.02
+"""Seconds between two looks for poses: usually, and while robots have to keep apart."""
+
 
 class RosReader:
     """Has another process read senses and poses, starts it for the first of them, and passes on edges and poses on a
@@ -57,6 +60,7 @@ class RosReader:
         self._doubts = 0  # how many signs of life are missing until what it says counts again
         self._odometry: Mapping[str, str] = {}
         self._batteries: Mapping[str, str] = {}
+        self._period = USUAL
         self.alive = -math.inf
         """When the process last showed signs of life: all that came by then has been heard."""
         self.batteries: dict[str, float] = {}
@@ -66,13 +70,21 @@ class RosReader:
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def read(
-        self, sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str], batteries: Mapping[str, str]
+        self,
+        sources: Mapping[RobotSense, Topic],
+        odometry: Mapping[str, str],
+        batteries: Mapping[str, str],
+        period: float = USUAL,
     ) -> None:
-        """From now on, read these senses, and the poses and batteries of these robots (robot: topic), and no others."""
+        """From now on, read these senses, and the poses and batteries of these robots (robot: topic), and no others.
+
+        `period` is the seconds between two looks for poses.
+        """
         if sources.items() - self._sources.items() or odometry.items() - self._odometry.items():
             self._asked = self._clock()
         self._posed = {robot for robot in self._posed if self._odometry.get(robot) == odometry.get(robot)}
         self._sources, self._odometry, self._batteries = dict(sources), dict(odometry), dict(batteries)
+        self._period = period
         self.batteries = {robot: share for robot, share in self.batteries.items() if robot in batteries}
         if (sources or odometry or batteries) and not self._thread.ident:
             self._thread.start()
@@ -120,7 +132,7 @@ class RosReader:
         asked: object = None
         waited, limit = 0.0, START_LIMIT
         while not self._closing.is_set():
-            if asked != (wanted := (self._sources, self._odometry, self._batteries)):
+            if asked != (wanted := (self._sources, self._odometry, self._batteries, self._period)):
                 asked, self.unread = wanted, {}
                 child.write(_request(*wanted))
             try:
@@ -182,9 +194,17 @@ class RosReader:
             self._turn(sense, None, now)
 
 
-def _request(sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str], batteries: Mapping[str, str]) -> bytes:
+def _request(
+    sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str], batteries: Mapping[str, str], period: float
+) -> bytes:
     senses: list[SenseToRead] = [
         {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in sources.items()
     ]
-    request: ToReader = {"type": "read", "senses": senses, "odometry": odometry, "batteries": batteries}
+    request: ToReader = {
+        "type": "read",
+        "period": period,
+        "senses": senses,
+        "odometry": odometry,
+        "batteries": batteries,
+    }
     return json.dumps(request).encode() + b"\n"

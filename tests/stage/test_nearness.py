@@ -1,0 +1,199 @@
+"""Robots that come too near to each other: what is seen, and when → who is too near, and what the player does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.score.motion import Pose
+from improv_core.score.score import OdomFrame
+from improv_core.score.world import World
+from improv_core.stage.nearness import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
+from improv_core.stage.odometry import CONTINUOUS
+from improv_core.stage.sinks import RawPose
+from tests.stage.test_player import Stage, score
+
+KEEP_APART = 0.3
+RADIUS = 0.1
+
+
+def seen(at: float, **places: float) -> list[RawPose]:
+    """Robots along the x axis, seen at a time."""
+    return [RawPose(robot, CONTINUOUS, Pose(x), at) for robot, x in places.items()]
+
+
+def check(*steps: tuple[float, float], expected: Sequence[float], playing: bool = True) -> None:
+    """Two robots of which the gaps between their edges are seen at these times, as `(time, gap)`; the times at which
+    they are too near."""
+    nearness, found = Proximity(), []
+    for now, gap in steps:
+        nearness = nearness.heard(seen(now, a=0, b=gap + 2 * RADIUS))
+        nearness, near = nearness.looked(playing, dict.fromkeys("ab", RADIUS), KEEP_APART, now)
+        found += [now for _ in near]
+        playing = True
+    assert found == list(expected)
+
+
+@pytest.mark.parametrize(
+    ("steps", "expected"),
+    [
+        ([(0, 0.5), (1, 0.31), (2, 0.31)], []),
+        ([(0, 0.5), (1, 0.29)], [1]),  # at once
+        ([(0, 0.5), (1, -0.1)], [1]),
+        # They begin too near to each other, and move apart:
+        ([(0, 0.1), (1, 0.15), (2.5, 0.2), (4, 0.29), (5, 0.31)], []),
+        # ... or not:
+        ([(0, 0.1), (0.1, 0.06)], [0.1]),
+        ([(0, 0.1), (1, 0.11), (PATIENCE, 0.11)], [PATIENCE]),
+        ([(0, 0.1), (1, 0.1 - JITTER / 2), (1.5, 0.2), (1.6, 0.16)], [1.6]),
+        ([(0, 0.1), (1, 0.2), (1 + PATIENCE, 0.2)], [1 + PATIENCE]),
+        # After they have been apart, coming near again counts at once:
+        ([(0, 0.1), (1, 0.4), (2, 0.28)], [2]),
+    ],
+)
+def test_who_comes_too_near(steps: list[tuple[float, float]], expected: list[float]) -> None:
+    check(*steps, expected=expected)
+
+
+def test_robots_that_do_not_play_are_too_near_to_nobody() -> None:
+    check((0, 0.1), (0.1, 0.1), expected=[], playing=False)
+
+
+def test_a_pose_that_is_old_shows_nothing() -> None:
+    nearness = Proximity().heard([*seen(0, a=0), *seen(0.15, b=1)])
+    radii = dict.fromkeys("ab", RADIUS)
+    nearness, _ = nearness.looked(True, radii, KEEP_APART, 0.15)
+    nearness = nearness.heard(seen(0.25, b=0.1))
+    assert nearness.looked(True, radii, KEEP_APART, 0.25).found == []
+    assert [near.robots for near in nearness.heard(seen(0.26, a=0)).looked(True, radii, KEEP_APART, 0.26).found] == [
+        ("a", "b")
+    ]
+
+
+places = st.dictionaries(
+    st.sampled_from([f"r{number}" for number in range(30)]),
+    st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+    min_size=2,
+)
+
+
+@given(places, st.floats(0.05, 0.5))
+def test_all_pairs_are_found_and_no_others(where: Mapping[str, tuple[float, float]], radius: float) -> None:
+    poses = [RawPose(robot, CONTINUOUS, Pose(x, y), 1.0) for robot, (x, y) in where.items()]
+    far = [RawPose(robot, CONTINUOUS, Pose(100.0 * index), 0.0) for index, robot in enumerate(where)]
+    radii = dict.fromkeys(where, radius)
+    nearness, none = Proximity().heard(far).looked(True, radii, KEEP_APART, 0.0)
+    assert none == []
+    found = {frozenset(near.robots) for near in nearness.heard(poses).looked(True, radii, KEEP_APART, 1.0).found}
+    names = list(where)
+    expected = {
+        frozenset((one, other))
+        for index, one in enumerate(names)
+        for other in names[:index]
+        if Pose(*where[one]).apart(Pose(*where[other]))[0] - 2 * radius < KEEP_APART
+    }
+    assert found == expected
+
+
+def test_a_line_names_the_nearest_pairs() -> None:
+    pairs = [Near(("a", "b"), -0.02), *(Near(("c", f"r{number}"), 0.2) for number in range(MOST_NAMED + 1))]
+    assert as_line(pairs[:1], 0.3) == (
+        "paused: a and b are 0.00 m apart, and `keep_apart` is 0.3 m: make room, then resume"
+    )
+    assert as_line(pairs, 0.3).startswith("paused: a and b are 0.00 m apart, c and r0 are 0.20 m apart, ")
+    assert "(and 2 more pairs)" in as_line(pairs, 0.3)
+
+
+# The player
+
+
+def playing(frame: OdomFrame = "world", keep_apart: float | None = KEEP_APART, poses: bool = True) -> Stage:
+    """Two real robots that have driven for a second, seen with 3 m between their edges."""
+    stage = Stage()
+    stage.sink.real = True
+    read = score("beat 60\na b $ repeat 8 forward")
+    parts = {
+        robot: replace(part, odom=f"/{robot}/pose" if poses else None, odom_frame=frame)
+        for robot, part in read.parts.items()
+    }
+    dance = replace(read, parts=parts, world=World(keep_apart=keep_apart))
+    stage.player.load(dance, 1, "restart", stage.now, anyway=True)
+    stage.run(1)
+    see(stage, 3)
+    return stage
+
+
+def see(stage: Stage, gap: float) -> None:
+    """Poses of both robots, with so many meters between their edges."""
+    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
+
+
+def paused(stage: Stage) -> bool:
+    zeros = [command for robot in "ab" for command in stage.sink.changes(robot)[-1:] if command[1:] == (0, 0)]
+    return stage.states[-1] == "paused" and len(zeros) == 2
+
+
+def unguarded(stage: Stage) -> list[str]:
+    return [line for line in stage.lines if "doesn't guard" in line]
+
+
+def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() -> None:
+    stage = playing()
+    see(stage, 0.31)
+    assert stage.states[-1] == "playing"
+    see(stage, 0.2)
+    assert paused(stage)
+    assert stage.lines[-1] == "paused: a and b are 0.20 m apart, and `keep_apart` is 0.3 m: make room, then resume"
+    assert stage.transports[-1].get("too_near") == ("a", "b")
+    see(stage, 2)
+    stage.run(5)
+    assert paused(stage)
+    stage.player.resume(stage.now, anyway=True)
+    assert stage.states[-1] == "playing"
+    assert "too_near" not in stage.transports[-1]
+
+
+def test_robots_that_are_still_too_near_may_move_apart_and_no_nearer() -> None:
+    stage = playing()
+    see(stage, 0.2)
+    for gap in (0.2, 0.25, 0.28):
+        stage.player.resume(stage.now, anyway=True)
+        stage.run(0.5)
+        see(stage, gap)
+        assert stage.states[-1] == "playing"
+    see(stage, 0.2)
+    assert paused(stage)
+
+
+@pytest.mark.parametrize(
+    "stage", [playing("own"), playing(keep_apart=None), playing(poses=False)], ids=["own", "unset", "unseen"]
+)
+def test_only_robots_with_poses_in_the_world_are_guarded(stage: Stage) -> None:
+    see(stage, 0.1)
+    assert stage.states[-1] == "playing"
+
+
+def test_robots_that_are_not_guarded_are_named_once() -> None:
+    stage = playing("own")
+    stage.run(1)
+    assert unguarded(stage) == ['`keep_apart` doesn\'t guard a, b: that needs poses with `odom_frame = "world"`']
+    assert unguarded(playing(keep_apart=None)) == []
+
+
+def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -> None:
+    stage = playing()
+    lost = "`keep_apart` doesn't guard a, b now: no pose came for 0.2 s"
+    stage.run(1)
+    before = unguarded(stage).count(lost)
+    stage.run(1)
+    assert unguarded(stage).count(lost) == before
+    for _ in range(20):
+        see(stage, 3)
+        stage.run(0.1)
+    stage.run(1)
+    assert unguarded(stage).count(lost) == before + 1

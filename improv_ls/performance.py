@@ -333,13 +333,15 @@ class Performance:
             self._editor.report(message["message"])
 
     def _tell_fault(self, message: FaultMessage) -> None:
-        """Show a person what is wrong with a robot, or that it no longer is."""
+        """Show a person what is wrong with robots, or that it no longer is."""
+        if not (line := message["line"]):
+            return
         if message["over"]:
-            self._editor.say(message["message"])
+            self._editor.say(line)
         elif message["response"] == "stop":
-            self._editor.report(message["message"])
+            self._editor.report(line)
         else:
-            self._editor.warn(message["message"])
+            self._editor.warn(line)
 
     async def _offer_to_begin(self, message: Misplaced) -> None:
         """Once robots are not in their places, offer a button to begin anyway. After a stop it does nothing."""

@@ -308,8 +308,8 @@ class TerminalSession:
         elif message["type"] == "fault":
             if leads:
                 self._errors.note(message)
-                if not self.interrupted.is_set():
-                    self.screen.complain(f"improv: {message['message']}")
+                if message["line"] and not self.interrupted.is_set():
+                    self.screen.complain(f"improv: {message['line']}")
         elif message["type"] == "misplaced":
             if leads and message["robots"] and not self.has_page:  # where it could begin anyway
                 self.refused.set()

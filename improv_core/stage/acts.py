@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from improv_core.score.faults import Response
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 from improv_core.stage.events import Event, Load
@@ -21,11 +20,10 @@ class Tell:
 
 
 @dataclass(frozen=True, slots=True)
-class TellFault:
-    """Report what is new about a fault of a robot, and what follows from it."""
+class TellFaults:
+    """Report what is new about the faults of robots, in one line for those of which the same is new."""
 
-    found: RobotNews
-    response: Response
+    found: Sequence[RobotNews]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +174,7 @@ class Welcome:
 
 
 Act = (
-    Tell
-    | TellFault | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop | SendUntil
-    | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then | Welcome
+    Tell | TellFaults | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop
+    | SendUntil | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then
+    | Welcome
 )  # fmt: skip

@@ -39,7 +39,7 @@ from improv_core.stage.acts import (
     StartMeasuring,
     Still,
     Tell,
-    TellFault,
+    TellFaults,
     Then,
     Welcome,
     Zero,
@@ -264,8 +264,7 @@ def _faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
     for robot in [robot for robot, response in began if response == "stand"]:
         run, more = _stand(run, events.Stand(robot), facts)
         acts += more
-    acts += [TellFault(each, rules.response(each.news.fault)) for each in event.found]
-    return run, acts
+    return run, [*acts, TellFaults(event.found)]
 
 
 def _stand(run: Run, event: events.Stand, facts: Facts) -> Decided:

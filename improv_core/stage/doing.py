@@ -31,8 +31,8 @@ def _report(act: acts.Report, tracks: Tracks, now: float) -> None:
     tracks.report(now, now if act.at is None else act.at)
 
 
-def _tell_fault(act: acts.TellFault, tracks: Tracks, now: float) -> None:
-    tracks.tell_fault(act.found, act.response, now)
+def _tell_faults(act: acts.TellFaults, tracks: Tracks, now: float) -> None:
+    tracks.tell_faults(act.found, now)
 
 
 def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
@@ -168,7 +168,7 @@ def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> No
 
 _HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.Tell: _tell,
-    acts.TellFault: _tell_fault,
+    acts.TellFaults: _tell_faults,
     acts.Report: _report,
     acts.ReportSenses: _report_senses,
     acts.Zero: _zero,

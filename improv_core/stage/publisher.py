@@ -65,7 +65,8 @@ def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
             elif message["type"] == "health":
                 health = message
             elif message["type"] == "fault":
-                publications.log("error" if message["response"] == "stop" else "warning", message["message"])
+                if message["line"]:
+                    publications.log("error" if message["response"] == "stop" else "warning", message["line"])
             else:
                 publications.log(message["type"], message["message"])
         now = time.monotonic()

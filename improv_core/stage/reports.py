@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
-from improv_core.score.faults import Response
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
-from improv_core.stage.fault_lines import as_line
+from improv_core.stage.fault_lines import SeenNews, as_line, as_lines
 from improv_core.stage.faults import FaultBegan, Worst
 from improv_core.stage.fields import PoseJson, to_pose_json
 from improv_core.stage.messages import (
@@ -112,23 +111,23 @@ def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> M
     }
 
 
-def fault(run: Run, over: Duration, found: RobotNews, response: Response, now: float, wall: float) -> Told:
-    """What is new about a fault of a robot, with a line for people."""
-    robot, news = found
-    beat = run.beat(now, over)
-    begins = isinstance(news, FaultBegan)
-    line = as_line(
-        run.score.parts[robot], news, beat_in_words(run, beat), response, robot in run.stood, run.score.safety.rejoin
-    )
-    return {
-        "type": "fault",
-        "fault": news.fault,
-        "over": not begins,
-        "response": response,
-        "worst": worst_json(news.worst),
-        "message": line,
-        **_moment(run, robot, beat, run.transport.performed(now), wall),
-    }
+def faults(run: Run, over: Duration, news: Sequence[RobotNews], now: float, wall: float) -> Iterator[FaultMessage]:
+    """What is new about the faults of robots: a message about each, and lines for people."""
+    found = [SeenNews(run.score.parts[robot], each, robot in run.stood) for robot, each in news]
+    beat, responses, rejoin = run.beat(now, over), run.score.safety.faults.response, run.score.safety.rejoin
+    words = beat_in_words(run, beat)
+    for each, line in zip(found, as_lines(found, words, responses, rejoin), strict=True):
+        response = responses(each.news.fault)
+        yield {
+            "type": "fault",
+            "fault": each.news.fault,
+            "over": not isinstance(each.news, FaultBegan),
+            "response": response,
+            "worst": worst_json(each.news.worst),
+            "message": as_line(each, words, response, rejoin),
+            "line": line,
+            **_moment(run, each.part.robot, beat, run.transport.performed(now), wall),
+        }
 
 
 def vitals(run: Run, posed: Mapping[str, float], batteries: Mapping[str, float]) -> Told:

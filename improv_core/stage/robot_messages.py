@@ -32,8 +32,9 @@ class WorstJson(TypedDict, total=False):
 
 
 class FaultMessage(RobotInstant):
-    """A fault of a real robot has begun, or is over. `response` is what follows from it besides `message`, a line for
-    people: nothing, the robot stands, or all robots were stopped."""
+    """A fault of a real robot has begun, or is over. `response` is what follows from it: nothing, the robot stands, or
+    all robots were stopped. `message` is a line about it, and `line` is what people are told now: the same, or if it is
+    new of several robots at once, one line about all of them in the first one's message, and "" in the others'."""
 
     type: Literal["fault"]
     fault: Fault
@@ -41,6 +42,7 @@ class FaultMessage(RobotInstant):
     response: Response
     worst: WorstJson
     message: str
+    line: str
 
 
 class VitalsRobot(TypedDict):

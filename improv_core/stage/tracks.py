@@ -6,9 +6,8 @@ It never reads a clock. `performed` and `at` are performance times: seconds sinc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 
-from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.score import twist
@@ -294,9 +293,10 @@ class Tracks:
             self.tell(reports.vitals(self.run, posed, noticed.batteries))
         return list(self.watches.look_around(self.run.score, self.listeners.gone, noticed, now))
 
-    def tell_fault(self, found: RobotNews, response: Response, now: float) -> None:
-        """Report what is new about a fault of a robot."""
-        self.tell(reports.fault(self.run, self.cast.over, found, response, now, self._wall()))
+    def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:
+        """Report what is new about the faults of robots."""
+        for message in reports.faults(self.run, self.cast.over, found, now, self._wall()):
+            self.tell(message)
 
     def look(self, robots: Collection[str]) -> None:
         """Check robots at once, and report what was found."""

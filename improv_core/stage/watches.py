@@ -16,7 +16,10 @@ from improv_core.stage.odometry import Comparison
 from improv_core.stage.sinks import Noticed
 
 PERIOD = 0.1
-"""Seconds in which every robot is looked at once, a few at a time."""
+"""Seconds in which every robot is looked at once."""
+TOGETHER = 100
+"""So many robots are looked at together, so that what is new of them at once is told in one line: more would take
+longer than a command may wait."""
 
 
 class RobotNews(NamedTuple):
@@ -56,11 +59,13 @@ class Watches:
             self._moves.setdefault(robot, at)
 
     def look_around(self, score: Score, gone: Collection[str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
-        """Look at as many robots as the time since the last call asks for, and find what is new."""
+        """Look at as many robots as the time since the last look asks for, if that is due, and find what is new."""
         for robot, seconds in noticed.late.items():
             self._late[robot] = max(self._late.get(robot, 0.0), seconds)
         robots = list(score.parts)
         due = len(robots) * min((now - self._looked) / PERIOD, 1.0)
+        if due < min(len(robots), TOGETHER):
+            return
         for robot in robots[self._place : self._place + math.ceil(due)]:
             news = self._look(robot, score.parts[robot], score, robot in gone, min(noticed.heard, now), now)
             yield from (RobotNews(robot, each) for each in news)

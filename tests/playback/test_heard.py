@@ -236,6 +236,36 @@ def test_real_poses_are_shown_on_the_page() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "known", "muted"),
+    [
+        ("ros", {}, {"r", "s"}),
+        ("ros", {"response": "tell"}, {"s"}),
+        ("ros", {"over": True}, {"s"}),
+        ("simulator", {}, {"s"}),  # it follows, so what it says counts for nobody
+    ],
+)
+def test_a_robot_that_stands_because_of_a_fault_is_known_as_muted_and_can_be_unmuted(
+    name: SinkName, known: Any, muted: set[str]
+) -> None:
+    story = Story.playing()
+    story({"type": "silence", "muted": ["s"], "soloed": ["t"]})
+    fault: Any = {"type": "fault", "robot": "r", "response": "stand", "over": False, "message": "gone", **known}
+    assert story((name, fault)) == (["simulator: fault", "gone"] if name == "ros" else ["gone (the other)"])
+    assert story.show.silenced == (frozenset(muted), frozenset("t"))
+    story({"type": "silence", "muted": [], "soloed": []})
+    assert story.show.silenced == (frozenset(), frozenset())
+
+
+def test_a_stage_that_starts_in_place_of_a_dead_one_has_a_robot_with_a_fault_stand() -> None:
+    story = Story.playing()
+    fault: Any = {"type": "fault", "robot": "r", "response": "stand", "over": False, "message": "gone"}
+    story(("ros", fault))
+    story(("ros", GONE))
+    story(("ros", READY["ros"]))
+    assert {"type": "silence", "muted": ["r"], "soloed": []} in story.sent("ros")
+
+
+@pytest.mark.parametrize(
     ("name", "generation", "follows"),
     [("ros", 1, []), ("ros", 2, ["ros: score 2 whole"]), ("simulator", 2, ["simulator: score 2 whole from beat 6"])],
 )

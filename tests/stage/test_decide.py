@@ -39,7 +39,7 @@ from improv_core.stage.acts import (
     StartMeasuring,
     Still,
     Tell,
-    TellFault,
+    TellFaults,
     Then,
     Zero,
 )
@@ -455,11 +455,11 @@ def with_response(response: Response) -> Score:
 @pytest.mark.parametrize(
     ("mode", "response", "then", "stood", "done"),
     [
-        ("playing", "tell", "playing", [], [TellFault(SILENT, "tell")]),
-        ("playing", "stand", "playing", ["a"], [Resend(["a"]), Report(), TellFault(SILENT, "stand")]),
-        ("playing", "stop", "stopped", [], [Zero(), Report(), TellFault(SILENT, "stop")]),
-        ("paused", "stand", "paused", ["a"], [Report(), TellFault(SILENT, "stand")]),
-        ("paused", "stop", "stopped", [], [Zero(), Report(), TellFault(SILENT, "stop")]),
+        ("playing", "tell", "playing", [], [TellFaults([SILENT])]),
+        ("playing", "stand", "playing", ["a"], [Resend(["a"]), Report(), TellFaults([SILENT])]),
+        ("playing", "stop", "stopped", [], [Zero(), Report(), TellFaults([SILENT])]),
+        ("paused", "stand", "paused", ["a"], [Report(), TellFaults([SILENT])]),
+        ("paused", "stop", "stopped", [], [Zero(), Report(), TellFaults([SILENT])]),
     ],
 )
 def test_what_a_fault_does(mode: Mode, response: Response, then: Mode, stood: list[str], done: list[Act]) -> None:
@@ -469,7 +469,7 @@ def test_what_a_fault_does(mode: Mode, response: Response, then: Mode, stood: li
 
 def test_a_fault_that_is_over_moves_nobody() -> None:
     stands = run("playing", dance=with_response("stand"), stood={"a": ZERO})
-    assert decide(stands, events.Faults([HEARD]), real(3)) == (stands, [TellFault(HEARD, "stand")])
+    assert decide(stands, events.Faults([HEARD]), real(3)) == (stands, [TellFaults([HEARD])])
 
 
 def test_one_fault_that_stops_all_stops_them_first() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from typing import Any, get_args
 
@@ -420,6 +421,24 @@ def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> 
     assert robot.stage.sink.sent[-1][2] == STILL
     robot.player.set_silent([], [], robot.stage.now)
     assert robot.stage.sink.sent[-1][2] == Twist(2)
+
+
+@pytest.mark.parametrize(("count", "most"), [(30, 1), (300, 3)])
+def test_many_robots_that_fail_at_once_are_told_in_one_line(count: int, most: int) -> None:
+    """Of more than a hundred, a hundred are looked at together."""
+    robot, names = Robot(frame=Pose()), [f"r{number}" for number in range(count)]
+    robot.play(f"beat 60\n{' '.join(names)} $ repeat forward\n")
+    for _ in range(20):
+        at = robot.stage.now
+        robot.player.measure([RawPose(name, ODOMETRY, Pose(2 * (at - 1000)), at) for name in names], at)
+        robot.run(0.05)
+    robot.run(2.0)
+    faults = [message for message in robot.stage.told if message["type"] == "fault"]
+    assert sorted(each["robot"] for each in faults) == sorted(names)
+    assert all(f"no pose of {each['robot']} has come" in each["message"] for each in faults)
+    lines = [each["line"] for each in faults if each["line"]]
+    assert len(lines) <= most
+    assert all(re.search(r"no poses of r\d+, r\d+, r\d+, and \d+ more have come for 1\.\d s:", line) for line in lines)
 
 
 def test_how_real_robots_are_is_reported_every_second() -> None:

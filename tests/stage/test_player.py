@@ -553,7 +553,7 @@ def test_a_robot_that_stops_listening_is_named_once_each_time() -> None:
     for deaf in (GONE, GONE, {}, GONE):
         stage.sink.deaf = deaf
         stage.run(1.5)
-    back = "beat 5: r listens again, after 3.0 s, and continues in the middle of the program"
+    back = "beat 5: r listens again, after 2.9 s, and continues in the middle of the program"
     assert stage.lines == [f"beat 2: {LOST}", back, f"beat 7: {LOST}"]
 
 
@@ -758,7 +758,7 @@ def test_a_robot_that_comes_back_stands_until_the_next_play() -> None:
     stage.run(2)
     assert [line.partition(": ")[2] for line in stage.lines] == [
         LOST,
-        "r listens again, after 1.0 s, and stands until the next play",
+        "r listens again, after 0.9 s, and stands until the next play",
     ]
     assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0]
     assert [x for _, x, _ in stage.sink.changes("s")] == [2]

@@ -44,6 +44,7 @@ def faults(count: int) -> Iterator[FaultMessage]:
             yield {
                 "type": "fault", "generation": 1, "robot": robots(count)[number], "fault": fault, "over": False,
                 "response": "tell", "worst": {}, "message": f"beat 3: {robots(count)[number]} is in trouble",
+                "line": f"beat 3: {robots(count)[number]} is in trouble",
                 "beat": 2.0, "performed": 2.0, "wall": 0,
             }  # fmt: skip
 

@@ -96,11 +96,17 @@ function take(message) {
   else if (message.type === "sensed") takeSensed(message)
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "vitals") wall.takeVitals(message)
-  else if (message.type === "fault") notices.announce(wall.takeFault(message))
+  else if (message.type === "fault") takeFault(message)
   else if (message.type === "source") takeSource(message)
   else if (message.type === "stopped") notices.end(message)
   else editor.takeAnswer(message)
   view.touch()
+}
+
+/** @param {Messages["fault"]} message */
+function takeFault(message) {
+  wall.takeFault(message)
+  if (message.line) notices.announce(message.line)
 }
 
 /** @param {Messages["score"]} message */

@@ -44,17 +44,13 @@ export class Wall {
     this.#off = off
   }
 
-  /**
-   * Returns the line to announce.
-   * @param {Messages["fault"]} message
-   */
+  /** @param {Messages["fault"]} message */
   takeFault({ robot, fault, over, message }) {
     const open = this.#faults.get(robot) ?? new Map()
     if (over) open.delete(fault)
     else open.set(fault, message)
     this.#faults.set(robot, open)
     this.#looked = -Infinity
-    return message
   }
 
   /** @param {Messages["vitals"]} message */

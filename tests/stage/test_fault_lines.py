@@ -1,0 +1,130 @@
+"""Faults in words: what is new about robots at one look → the lines that people are told."""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import pytest
+
+from improv_core.score.faults import Fault, FaultRules, Response
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Part, Rejoin
+from improv_core.stage.fault_lines import SeenNews, as_lines
+from improv_core.stage.faults import FaultBegan, FaultOver, News, Worst
+
+BAD = Worst(0.31, math.radians(4), 1.25)
+
+
+def part(robot: str) -> Part:
+    return Part(robot, (), Profile("disc", step=2.0), Pose(), f"/{robot}/cmd_vel", odom=f"/{robot}/odom")
+
+
+def lines(
+    *news: tuple[str, News], response: Response = "tell", rejoin: Rejoin = "continue", stand: str = ""
+) -> list[str]:
+    found = [SeenNews(part(robot), each, robot in stand) for robot, each in news]
+    return as_lines(found, "beat 3", FaultRules(dict.fromkeys(get_args(Fault), response)).response, rejoin)
+
+
+def same(robots: str, news: News) -> list[tuple[str, News]]:
+    return [(robot, news) for robot in robots]
+
+
+@pytest.mark.parametrize(
+    ("robots", "who"),
+    [
+        ("ab", "a and b are"),
+        ("abc", "a, b, and c are"),
+        ("abcd", "a, b, c, and 1 more are"),
+        ("abcdefghijklmnopqrstuvwxyzABCD", "a, b, c, and 27 more are"),
+    ],
+)
+def test_one_line_names_three_robots_and_counts_the_others(robots: str, who: str) -> None:
+    (line, *others) = lines(*same(robots, FaultBegan("gone", BAD)))
+    follows = "gone, nothing listens on their topics: check the network, or start their drivers again"
+    assert line == f"beat 3: {who} {follows}"
+    assert others == [""] * (len(robots) - 1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "begins", "ends"),
+    [
+        (
+            "off_path",
+            "a and b are up to 0.31 m and 4 degrees off their paths: "
+            "put them back, calibrate them, or look for what holds them up",
+            "a and b are back on their paths, they were at most 0.31 m and 4 degrees off",
+        ),
+        (
+            "silent",
+            "no poses of a and b have come for 1.2 s: check the network and what publishes their poses",
+            "poses of a and b come again, after up to 1.2 s",
+        ),
+        (
+            "jumped",
+            "the poses of a and b jumped by up to 0.31 m and 4 degrees: check what publishes them",
+            "the poses of a and b no longer jump",
+        ),
+        (
+            "stuck",
+            "a and b are told to move but stand: check their motors, their batteries, and what is in their way",
+            "a and b are no longer stuck, they were for up to 1.2 s",
+        ),
+        (
+            "gone",
+            "a and b are gone, nothing listens on their topics: check the network, or start their drivers again",
+            "a and b listen again, after up to 1.2 s, and continue in the middle of the program",
+        ),
+        (
+            "late",
+            "commands for a and b leave up to 1250 ms late: close other programs on this machine or play fewer robots",
+            "commands for a and b leave in time again, they were at most 1250 ms late",
+        ),
+    ],
+)
+def test_what_is_said_of_two_robots(fault: Fault, begins: str, ends: str) -> None:
+    """The worst of them counts."""
+    mild = Worst(0.26, BAD.turn, 1.0)
+    assert lines(("a", FaultBegan(fault, mild)), ("b", FaultBegan(fault, BAD))) == [f"beat 3: {begins}", ""]
+    assert lines(("a", FaultOver(fault, BAD)), ("b", FaultOver(fault, mild))) == [f"beat 3: {ends}", ""]
+
+
+@pytest.mark.parametrize(
+    ("response", "follows"),
+    [
+        ("tell", ""),
+        ("stand", "; they stand until you unmute them"),
+        ("stop", "; all robots were stopped: save to play again"),
+    ],
+)
+def test_what_follows_for_several(response: Response, follows: str) -> None:
+    line, _ = lines(*same("ab", FaultBegan("stuck", BAD)), response=response)
+    assert line.endswith(f"what is in their way{follows}")
+
+
+@pytest.mark.parametrize(
+    ("rejoin", "back"),
+    [
+        ("continue", ", and continue in the middle of the program"),
+        ("scene", ", and stand until the next scene"),
+        ("next", ", and stand until the next play"),
+        ("pause", ""),
+    ],
+)
+def test_how_several_come_back(rejoin: Rejoin, back: str) -> None:
+    line, _ = lines(*same("ab", FaultOver("gone", BAD)), rejoin=rejoin)
+    assert line == f"beat 3: a and b listen again, after up to 1.2 s{back}"
+
+
+def test_what_differs_has_a_line_of_its_own() -> None:
+    """Another kind, that it is over, or that a robot stands."""
+    over = FaultOver("jumped", BAD)
+    news = [("a", FaultBegan("jumped", BAD)), ("b", FaultBegan("stuck", BAD)), *same("cdef", over)]
+    jumped, stuck, back, still, *others = lines(*news, stand="df")
+    assert jumped.startswith("beat 3: the pose of a jumped")
+    assert stuck.startswith("beat 3: b is told to move")
+    assert back == "beat 3: the poses of c and e no longer jump"
+    assert still == "beat 3: the poses of d and f no longer jump; they stand until you unmute them"
+    assert others == ["", ""]

@@ -61,9 +61,10 @@ def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Fol
         client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
         client.change(uri, 2, {"text": ROBOTS + 'mess\n[robots.b]\nprofile = "rovr"\n'})
         found = client.request("textDocument/completion", place(5, 4, uri))["items"]
-        assert [each["label"] for each in found][:3] == ["start", "topic", "message"]
-        assert found[2]["textEdit"]["newText"] == 'message = ${1|"auto","Twist","TwistStamped"|}'
-        assert spot(found[2]["textEdit"]) == (5, 0, 4)
+        assert [each["label"] for each in found][:3] == ["start", "namespace", "topic"]
+        (message,) = (each for each in found if each["label"] == "message")
+        assert message["textEdit"]["newText"] == 'message = ${1|"auto","Twist","TwistStamped"|}'
+        assert spot(message["textEdit"]) == (5, 0, 4)
         (label,) = [
             each["label"]
             for each in client.request("textDocument/completion", place(7, 15, uri))["items"]
@@ -95,7 +96,7 @@ def test_a_space_offers_only_values(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, "[ros]\nrejoin = \nstop \n")
         found = client.request("textDocument/completion", place(1, 9, uri, **asked))["items"]
-        assert [each["label"] for each in found] == ['"continue"', '"next"', '"pause"']
+        assert [each["label"] for each in found] == ['"continue"', '"scene"', '"next"', '"pause"']
         assert client.request("textDocument/completion", place(2, 5, uri, **asked)) is None
 
 

@@ -74,6 +74,8 @@ class Client:
         self.log: list[Spoken] = []
         self.notifications: list[Message] = []
         self.shown: list[str] = []
+        self.presses: str | None = None
+        """The button that is pressed in each message that has one with this title."""
         self.configuration = configuration
         self._answers = answers
         self._unanswered: list[Message] = []
@@ -252,6 +254,8 @@ class Client:
         elif method == "window/showDocument":
             self.shown.append(request["params"]["uri"])
             result = {"success": True}
+        elif method == "window/showMessageRequest":
+            result = next((each for each in request["params"]["actions"] if each["title"] == self.presses), None)
         elif method == "workspace/applyEdit":
             result = {"applied": True}
         elif method in ("client/registerCapability", "window/workDoneProgress/create") or method.endswith("/refresh"):

@@ -1,0 +1,146 @@
+"""What the stage of real robots says about them → what the editor shows, and what a person's answer does."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from lsprotocol import types
+
+from improv_core.stage.messages import Misplaced, ToStage
+from tests.ls.client import LIMIT, Client
+from tests.stage_on_thread import StageOnThread
+
+URI = "file:///dances/dance.improv"
+PLACE = {"x": 1.0, "y": 0.0, "z": 0.0, "heading": 0.0}
+ONE = "1 robot is not in its place, so the dance doesn't begin"
+TWO = "2 robots are not in their places, so the dance doesn't begin"
+FAULT = {"robot": "r", "fault": "gone", "worst": {}, "generation": 1, "beat": 0.0, "performed": 0.0, "wall": 0}
+
+
+class Stages:
+    """The stages that were started, and all that they were sent."""
+
+    def __init__(self) -> None:
+        self.started: list[StageOnThread] = []
+        self.sent: queue.SimpleQueue[ToStage] = queue.SimpleQueue()
+
+    def say(self, message: Any) -> None:
+        """Have the latest stage say this, as one of real robots would."""
+        self.started[-1]._tell(message)
+
+    def asked(self, client: Client) -> list[str]:
+        """What people have asked for since the last time, until a cue that is given now, and a moment later again."""
+        kinds = []
+        for _ in range(2):
+            command(client, "cue")
+            while (kind := self.sent.get(timeout=LIMIT)["type"]) != "cue":
+                kinds.append(kind)
+        return [kind for kind in kinds if kind in ("anyway", "resume")]
+
+
+@pytest.fixture
+def stages(monkeypatch: pytest.MonkeyPatch) -> Stages:
+    stages, start, send = Stages(), StageOnThread.__init__, StageOnThread.send
+
+    def started(stage: StageOnThread, *arguments: Any) -> None:
+        start(stage, *arguments)
+        stages.started.append(stage)
+
+    def sent(stage: StageOnThread, message: ToStage) -> None:
+        stages.sent.put(message)
+        send(stage, message)
+
+    monkeypatch.setattr(StageOnThread, "__init__", started)
+    monkeypatch.setattr(StageOnThread, "send", sent)
+    return stages
+
+
+@pytest.fixture
+def client(stages: Stages) -> Iterator[Client]:
+    """Plays a program."""
+    with Client({"backend": "sim"}) as client:
+        client.open(URI, "r s $ repeat forward\n")
+        client.save(URI)
+        client.wait_for_line("▶")
+        yield client
+
+
+def command(client: Client, name: str) -> None:
+    client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": []})
+
+
+def misplaced(*robots: str, waits: bool = True) -> Misplaced:
+    found: Any = {robot: {"place": PLACE, "pose": None, "line": f"move {robot}"} for robot in robots}
+    return {"type": "misplaced", "generation": 1, "waits": waits, "robots": found}
+
+
+def offers(client: Client) -> list[str]:
+    """The messages with a button, as far as they have come. What was asked for before has come by then."""
+    command(client, "cue")
+    asked = (each.message for each in client.log if each.message.get("method") == "window/showMessageRequest")
+    return [each["params"]["message"] for each in asked]
+
+
+def test_the_button_of_a_message_begins_anyway(stages: Stages, client: Client) -> None:
+    client.presses = "Begin anyway"
+    stages.say(misplaced("r"))
+    asked = client.wait("window/showMessageRequest")
+    assert (asked["message"], asked["actions"]) == (ONE, [{"title": "Begin anyway"}])
+    assert stages.asked(client) == ["anyway"]
+
+
+def test_a_message_that_is_closed_begins_nothing(stages: Stages, client: Client) -> None:
+    stages.say(misplaced("r", "s"))
+    assert client.wait("window/showMessageRequest")["message"] == TWO
+    assert stages.asked(client) == []
+
+
+def test_people_are_asked_once_until_robots_no_longer_have_to_be_put_in_place(stages: Stages, client: Client) -> None:
+    """Each pose that comes while they are moved there asks nobody."""
+    for message in (misplaced("r", "s"), misplaced("r"), misplaced(), misplaced("s")):
+        stages.say(message)
+    client.wait("window/showMessageRequest")
+    assert offers(client) == [TWO]
+    for message in (misplaced(waits=False), misplaced("s")):
+        stages.say(message)
+    client.wait("window/showMessageRequest")
+    assert offers(client) == [TWO, ONE]
+
+
+def test_a_stop_is_stronger_than_a_button_of_before(stages: Stages) -> None:
+    with Client({"backend": "sim"}, answers=False, configuration={}) as client:
+        client.open(URI, "r s $ repeat forward\n")
+        client.save(URI)
+        client.wait_for_line("▶")
+        client.presses = "Begin anyway"
+        stages.say(misplaced("r"))
+        client.wait("window/showMessageRequest")
+        command(client, "hush")
+        client.answer_late()
+        assert stages.asked(client) == []
+
+
+def test_a_command_begins_anyway(stages: Stages, client: Client) -> None:
+    command(client, "anyway")
+    assert stages.asked(client) == ["anyway"]
+
+
+@pytest.mark.parametrize(
+    ("known", "kind"),
+    [
+        ({"over": False, "response": "tell"}, types.MessageType.Warning),
+        ({"over": False, "response": "stand"}, types.MessageType.Warning),
+        ({"over": False, "response": "stop"}, types.MessageType.Error),
+        ({"over": True, "response": "stop"}, types.MessageType.Info),
+    ],
+)
+def test_a_fault_is_shown_as_serious_as_it_is(
+    stages: Stages, client: Client, known: Any, kind: types.MessageType
+) -> None:
+    stages.say({"type": "fault", **FAULT, **known, "message": "beat 1: r is gone", "line": ""})
+    stages.say({"type": "fault", **FAULT, **known, "message": "beat 2: s is gone", "line": "beat 2: r and s are gone"})
+    shown = client.wait("window/showMessage", lambda params: "beat" in params["message"])
+    assert (shown["message"], shown["type"]) == ("beat 2: r and s are gone", kind)

@@ -111,7 +111,7 @@ def test_people_are_asked_once_until_robots_no_longer_have_to_be_put_in_place(st
 
 
 def test_a_stop_is_stronger_than_a_button_of_before(stages: Stages) -> None:
-    with Client({"backend": "sim"}, answers=False, configuration={}) as client:
+    with Client({"backend": "sim"}, answers=False) as client:
         client.open(URI, "r s $ repeat forward\n")
         client.save(URI)
         client.wait_for_line("▶")
@@ -119,7 +119,7 @@ def test_a_stop_is_stronger_than_a_button_of_before(stages: Stages) -> None:
         stages.say(misplaced("r"))
         client.wait("window/showMessageRequest")
         command(client, "hush")
-        client.answer_late()
+        client.answer_late(1)
         assert stages.asked(client) == []
 
 

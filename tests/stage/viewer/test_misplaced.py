@@ -1,0 +1,88 @@
+"""Robots that are not in their places: what the page says, where its arrows point, and what its buttons ask for."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.score.motion import Pose
+from improv_core.stage.commands import PageRequest, Watched
+from improv_core.stage.preflight import Standing, message
+from improv_core.stage.viewer.server import Viewer
+from tests.stage.viewer.conftest import LIMIT, Keep, wait
+from tests.stage.viewer.looks import PIXEL
+
+Commands = queue.SimpleQueue[PageRequest | Watched]
+ADA = {"ada": Standing(Pose(), Pose(2.0))}
+ADVICE = "move ada 2.00 m toward 180°"
+
+
+@pytest.fixture
+def waiting(still: Callable[..., Page], viewer: Viewer) -> Page:
+    """The page of a dance that doesn't begin, since ada stands two meters off."""
+    page = still("ada bo $ forward\n", "[robots.ada]\nstart = { x = 0 }\n[robots.bo]\nstart = { y = 2 }\n")
+    viewer.publish(message(ADA, 1))
+    return page
+
+
+def asked(commands: Commands) -> dict[str, Any]:
+    """The next request for what plays, without when it was made."""
+    while (command := commands.get(timeout=LIMIT))["type"] in ("watched", "window"):
+        pass
+    return {key: value for key, value in command.items() if key != "at"}
+
+
+def test_the_page_says_who_has_to_go_where(waiting: Page) -> None:
+    panel = waiting.get_by_role("region", name="Robots that are not in their places")
+    expect(panel.get_by_role("heading")).to_have_text("Not in place")
+    expect(panel.get_by_role("listitem")).to_have_text([ADVICE])
+    expect(waiting.locator("#news")).to_have_text(f"Not in place: {ADVICE}")
+
+
+@pytest.mark.parametrize(("button", "request_"), [("Play", "resume"), ("Begin anyway", "anyway")])
+def test_each_button_asks_for_what_it_says(waiting: Page, commands: Commands, button: str, request_: str) -> None:
+    waiting.locator("#misplaced").get_by_role("button", name=button).click()
+    assert asked(commands) == {"type": request_}
+
+
+def test_an_arrow_leads_from_where_a_robot_stands_to_its_place(waiting: Page, viewer: Viewer, keep: Keep) -> None:
+    """It is drawn while the robot is not there, halfway, too."""
+    halfway = f"({PIXEL})(1, 0)"
+    viewer.publish(message({}, 1))
+    expect(waiting.locator("#misplaced-title")).to_have_text("All robots are in place")
+    expect(waiting.get_by_role("button", name="Begin anyway")).to_be_hidden()
+    expect(waiting.locator("#in-place")).to_be_visible()
+    floor = waiting.evaluate(halfway)
+    viewer.publish(message(ADA, 1))
+    wait(waiting, f"{halfway} !== '{floor}'")
+    keep(waiting, "misplaced.png")
+    viewer.publish(message({}, 1))
+    wait(waiting, f"{halfway} === '{floor}'")
+
+
+def test_a_robot_that_nobody_sees_has_a_place_but_no_arrow(waiting: Page, viewer: Viewer) -> None:
+    viewer.publish(message({"bo": Standing(Pose(0.0, 2.0), None)}, 1))
+    line = "nobody knows where bo stands: its poses have to arrive"
+    expect(waiting.locator("#misplaced-list")).to_have_text(line)
+
+
+def test_of_many_robots_four_are_named(waiting: Page, viewer: Viewer) -> None:
+    viewer.publish(message({f"r{number}": Standing(Pose(), Pose(1.0)) for number in range(30)}, 1))
+    lines = [f"move r{number} 1.00 m toward 180°" for number in range(4)]
+    expect(waiting.locator("#misplaced-list li")).to_have_text([*lines, "… and 26 more"])
+
+
+def test_once_nothing_waits_for_robots_the_panel_is_gone(waiting: Page, viewer: Viewer) -> None:
+    expect(waiting.locator("#misplaced")).to_be_visible()
+    viewer.publish(message(None, 1))
+    expect(waiting.locator("#misplaced")).to_be_hidden()
+
+
+def test_a_page_that_is_opened_later_says_it_too(waiting: Page) -> None:
+    expect(waiting.locator("#misplaced")).to_be_visible()
+    waiting.reload()
+    expect(waiting.locator("#misplaced-list")).to_have_text(ADVICE)

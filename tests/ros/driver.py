@@ -166,7 +166,7 @@ def alarm() -> str:
 def pose() -> Any:
     """The next pose: robot, source, x, y, heading; and how long ago it came."""
     found = _next(RawPoses)
-    robot, source, where, at, _ = found.poses[0]
+    robot, source, where, at, *_ = found.poses[0]
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
 
 

@@ -107,6 +107,7 @@ def test_from_a_save_to_where_the_page_shows_that_bases_really_were(
         found = asyncio.run(
             measured(url, lambda found: len(found) == 2 and all(p[-1][1] == BEATS for p in found.values()))
         )
+        told.wait(lambda message: not still(message))  # zeros before that ask whether it hears
         for _ in range(3):
             told.wait(still)
     for places in found.values():

@@ -81,6 +81,7 @@ def test_a_recording_is_what_a_subscriber_heard(
     listener = listen(TOPIC, type=STAMPED)
     process = record("beat 90\nturtle1 $ (fast 3 forward [left right left]) || slow 5/2 left\n", ros_env)
     out, _ = process.communicate(timeout=LIMIT)
+    listener.wait(moving)  # zeros before that ask whether it hears
     hear_the_end(listener)
     messages = read(path)
     same(listener, messages)

@@ -31,6 +31,7 @@ def moving(listen: Listen, sink: Sink) -> Listener:
     turtles = listen(*TOPICS)
     sink("prepare", {"turtle1": TOPICS[0], "turtle2": TOPICS[1]})
     sink("wait")
+    turtles.wait(lambda message: message["topic"] == TOPICS[1])
     moves(turtles, sink)
     turtles.hear_all()
     turtles.heard = [message for message in turtles.heard if not still(message)]  # they asked whether it hears

@@ -70,6 +70,7 @@ LIBRARIES = {
         ),
     ],
     "aiohttp": ["stage/viewer/application.py"],
+    "defusedxml": ["robots/urdf.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
     "tree_sitter": ["robots/toml_positions.py"],

@@ -31,6 +31,7 @@ COMMANDS = {
     "record": "record",
     "history": "history",
     "calibrate": "calibrate",
+    "body": "body",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

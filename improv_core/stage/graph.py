@@ -1,6 +1,7 @@
 """Inspects the ROS 2 graph and never publishes anything (rclpy, imported lazily). Standard library only.
 
-Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...` or `graph receive TOPIC`.
+Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...`, `graph receive TOPIC`, or
+`graph text TOPIC`.
 """
 
 from __future__ import annotations
@@ -30,7 +31,12 @@ def main() -> int:
     """Say what was looked for, as JSON."""
     say = own_output()
     command, *arguments = sys.argv[1:]
-    say(look(arguments) if command == "look" else receive(arguments[0], say))
+    if command == "look":
+        say(look(arguments))
+    elif command == "text":
+        say(text(arguments[0]))
+    else:
+        say(receive(arguments[0], say))
     return 0
 
 
@@ -73,6 +79,22 @@ def receive(topic: str, say: Callable[[bool], None]) -> bool:
         while not moving and time.monotonic() < end:
             rclpy.spin_once(node, timeout_sec=0.1)
     return bool(moving)
+
+
+def text(topic: str) -> str | None:
+    """The text on a topic that keeps its latest message for those who come later, as /robot_description does."""
+    import rclpy
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import String
+
+    heard: list[Any] = []
+    with _node("improv_text") as node:
+        keeps = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(String, topic, heard.append, keeps)
+        end = time.monotonic() + LOOK
+        while not heard and time.monotonic() < end:
+            rclpy.spin_once(node, timeout_sec=0.1)
+    return str(heard[0].data) if heard else None
 
 
 @contextmanager

@@ -1,0 +1,78 @@
+"""`improv body`: what an `improv.toml` says about a robot's body, proposed from its URDF."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import click
+
+from improv_core.child import output
+from improv_core.commands.echo import echo_text
+from improv_core.commands.exit_codes import CommandError
+from improv_core.plain import printable
+from improv_core.playback.interpreter import SETUP, InterpreterError, find_ros_python
+from improv_core.program.files import read_bytes
+from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
+from improv_core.robots.urdf_sections import sections
+from improv_core.stage.discovery import limited
+from improv_core.stage.messages import FOLDER
+
+
+@click.command("body")
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+@click.option("--topic", metavar="TOPIC", help="Read the URDF that ROS 2 publishes there, such as /robot_description.")
+@click.option("--profile", metavar="NAME", help="The profile's name. Without it, the URDF's name of the robot.")
+@click.option(
+    "--part",
+    "parts",
+    metavar="NAME=LINK",
+    multiple=True,
+    help="A body part, and the link at its end. Without any, each chain of joints that ends in a leaf is a part.",
+)
+def command(file: Path | None, topic: str | None, profile: str | None, parts: tuple[str, ...]) -> None:
+    """Print the sections of improv.toml for a robot's body, from its URDF.
+
+    FILE is a URDF. Check what is printed before you add it to improv.toml: a URDF doesn't say which direction of a part
+    a joint is, so each is a proposal.
+    """
+    tips = dict(map(_tip, parts))
+    if topic and not file:
+        source, read = topic, _published(topic)
+    elif file and not topic:
+        source, read = str(file), read_bytes(file, LARGEST_URDF)
+    else:
+        raise click.UsageError("name either a file or a --topic")
+    try:
+        echo_text(sections(read_urdf(read), printable(source), profile, tips))
+    except UrdfError as error:
+        raise CommandError(f"{source}{f':{error.line}' if error.line else ''}: {error}") from None
+
+
+def _tip(part: str) -> tuple[str, str]:
+    name, equals, link = part.partition("=")
+    if not (name and equals and link):
+        raise click.UsageError(f"write --part NAME=LINK, such as --part head=head_link, not {part!r}")
+    return name, link
+
+
+LIMIT = 30.0
+"""Seconds until ROS 2 must have answered on a busy machine; a node looks for the topic's publisher for 3 s."""
+
+
+def _published(topic: str) -> bytes:
+    """The URDF that ROS 2 publishes on a topic. Raises CommandError."""
+    try:
+        found = find_ros_python(None)
+    except InterpreterError as error:
+        raise CommandError(str(error)) from None
+    if not found:
+        raise CommandError(f"there is no ROS 2 to read {topic} with: {SETUP} installs it")
+    try:
+        said = json.loads(output([found.python, str(FOLDER), "graph", "text", topic], LIMIT, limited(found.env)))
+    except (OSError, subprocess.SubprocessError):
+        raise CommandError("ROS 2 does not start: `improv doctor` says why") from None
+    if said is None:
+        raise CommandError(f"nobody publishes text on {topic}: start robot_state_publisher, or name another topic")
+    return str(said).encode()

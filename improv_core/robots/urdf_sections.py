@@ -1,0 +1,278 @@
+"""Proposes the sections of `improv.toml` for a body from its URDF. What it can't know, it says in comments."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from improv_core.robots.urdf import TURNING, Joint, Urdf, UrdfError, Vector
+from improv_core.syntax.vocabulary import WORDS
+
+BEAT_DEGREES, BEAT_METERS = 30, 0.05
+"""How far a beat moves a joint unless people write something else: a third of a right angle, two inches."""
+_ALONG = 0.9
+"""The least cosine at which two directions count as the same, about 26 degrees apart."""
+
+
+def sections(urdf: Urdf, source: str, profile: str | None = None, tips: Mapping[str, str] | None = None) -> str:
+    """Sections for a profile with this body: parts, their directions, and the limits of their joints.
+
+    Without `tips`, each chain of joints that ends in a leaf of the tree is a part. With it, a part is the joints that
+    carry the link that is its tip, except those that carry the tip of another. `source`, in printable text, is where
+    the URDF is from. Raises UrdfError.
+    """
+    name = profile or _word(urdf.name) or "robot"
+    parts = _named(urdf, tips) if tips else _leaves(urdf)
+    if not parts:
+        raise UrdfError(0, "no joint in it has a motor, so there is nothing to move")
+    frames = _frames(urdf)
+    parts = [part for part in parts if tips or any(_direction(joint, part, frames) for joint in part.joints)]
+    taken = {joint.name for part in parts for joint in part.joints}
+    table = f"profiles.{_key(name)}"
+    lines = [
+        f"# From {source}. Check to which side each direction moves its joint, and how far in a beat.",
+        "# Joints behind # have no direction yet: give them forward, strafeleft, up, or left, or a part of their own",
+        "# (improv body --part NAME=LINK).",
+        f"[{table}]",
+        'joint_states = "joint_states"',
+    ]
+    for part in parts:
+        lines += ["", f"[{table}.body.{_key(part.name)}] # what moves {part.tip}"]
+        lines += [f"mirror = {_text(other.name)}" for other in parts if _mirrors(part, other)]
+        lines += _directions(part, frames)
+    for joint in (joint for part in parts for joint in part.joints):
+        lines += ["", f"[{table}.joints.{_key(joint.name)}]", *_limits(joint)]
+    rest = [f"# {joint.name}: {why}" for joint in urdf.joints if (why := _left_out(joint, taken))]
+    if rest:
+        lines += ["", "# In no part:", *rest]
+    return "\n".join([*lines, ""])
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    name: str
+    tip: str
+    joints: tuple[Joint, ...]
+
+
+def _named(urdf: Urdf, tips: Mapping[str, str]) -> list[_Part]:
+    carrier = {joint.child: joint for joint in urdf.joints}
+    for name, tip in tips.items():
+        if problem := _unusable(name):
+            raise UrdfError(0, problem)
+        if tip not in carrier and tip != urdf.root:
+            raise UrdfError(0, f"the part {name!r} has the tip {tip!r}: the file has no such link")
+    paths = {name: _path(tip, carrier) for name, tip in tips.items()}
+    parts, taken = [], set[str]()
+    # A joint that carries two tips belongs to the one nearest to the root: a torso, not an arm.
+    for name in sorted(paths, key=lambda name: len(paths[name])):
+        joints = tuple(joint for joint in paths[name] if joint.driven and joint.name not in taken)
+        if not joints:
+            raise UrdfError(0, f"no joint with a motor is left for the part {name!r}, with the tip {tips[name]!r}")
+        taken |= {joint.name for joint in joints}
+        parts.append(_Part(name, tips[name], joints))
+    return [part for name in tips for part in parts if part.name == name]
+
+
+def _path(tip: str, carrier: Mapping[str, Joint]) -> list[Joint]:
+    joints = []
+    while joint := carrier.get(tip):
+        joints.append(joint)
+        tip = joint.parent
+    return joints[::-1]
+
+
+def _leaves(urdf: Urdf) -> list[_Part]:
+    """The chains of driven joints from the last fork on."""
+    above: dict[str, Joint | None] = {urdf.root: None}  # the driven joint that carries a link
+    below: dict[str, list[Joint]] = {}
+    for joint in urdf.joints:
+        before = above[joint.parent]
+        above[joint.child] = joint if joint.driven else before
+        if joint.driven and before:
+            below.setdefault(before.name, []).append(joint)
+    parts: list[_Part] = []
+    for last in (joint for joint in urdf.joints if joint.driven and joint.name not in below):
+        chain = [last]
+        while (before := above[chain[-1].parent]) and len(below[before.name]) == 1:
+            chain.append(before)
+        name = _free(_word(last.child.removesuffix("_link")) or "part", {part.name for part in parts})
+        parts.append(_Part(name, last.child, tuple(chain[::-1])))
+    return parts
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """Where a joint is while all are at 0, in the frame of the root."""
+
+    place: Vector
+    axis: Vector
+
+
+_Matrix = tuple[Vector, Vector, Vector]
+"""A rotation, as rows."""
+_LEVEL: _Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def _frames(urdf: Urdf) -> dict[str, _Frame]:
+    """A frame for each link, with the axis of the joint that carries it."""
+    placed: dict[str, tuple[Vector, _Matrix]] = {urdf.root: ((0.0, 0.0, 0.0), _LEVEL)}
+    frames: dict[str, _Frame] = {}
+    for joint in urdf.joints:
+        place, turn = placed[joint.parent]
+        x, y, z = _turned(turn, joint.place)
+        place = (place[0] + x, place[1] + y, place[2] + z)
+        rows = tuple(zip(*(_turned(turn, column) for column in zip(*_rotation(joint.turn), strict=True)), strict=True))
+        turn = (rows[0], rows[1], rows[2])
+        placed[joint.child] = (place, turn)
+        frames[joint.child] = _Frame(place, _unit(_turned(turn, joint.axis)))
+    return frames
+
+
+def _rotation(turn: Vector) -> _Matrix:
+    """Roll, pitch, and yaw about fixed axes, as URDF has them: Rz(yaw) Ry(pitch) Rx(roll)."""
+    (sr, sp, sy), (cr, cp, cy) = map(math.sin, turn), map(math.cos, turn)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def _turned(turn: _Matrix, vector: Vector) -> Vector:
+    x, y, z = (sum(a * b for a, b in zip(row, vector, strict=True)) for row in turn)
+    return x, y, z
+
+
+def _unit(vector: Vector) -> Vector:
+    length = math.hypot(*vector)
+    return (vector[0] / length, vector[1] / length, vector[2] / length) if length else vector
+
+
+def _directions(part: _Part, frames: Mapping[str, _Frame]) -> Iterator[str]:
+    said: dict[str, str] = {}
+    for joint in part.joints:
+        direction = _direction(joint, part, frames)
+        if direction and direction.name not in said:
+            said[direction.name] = joint.name
+            unit, far = ("degrees", BEAT_DEGREES) if joint.kind in TURNING else ("meters", BEAT_METERS)
+            yield f"{direction.name} = {{ joint = {_text(joint.name)}, {unit} = {direction.sign * far:g} }}"
+        else:
+            why = f"`{direction.name}` moves {said[direction.name]}" if direction else "none is clear"
+            yield f"# {joint.name}: {why}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Direction:
+    name: str
+    sign: int
+
+
+def _direction(joint: Joint, part: _Part, frames: Mapping[str, _Frame]) -> _Direction | None:
+    """Where a joint moves its part's tip while all joints are at 0. None if that is none of our directions.
+
+    A joint about the vertical turns `left`. Any other moves the tip along axis × (tip - joint) (Lynch & Park, Modern
+    Robotics, 5.1), a slider along its axis. One that has the tip on its axis, turns
+    about the y axis, and has limits, unlike a wheel, looks `up`.
+    """
+    (ax, ay, az), place = frames[joint.child].axis, frames[joint.child].place
+    if joint.kind not in TURNING:
+        return _along(frames[joint.child].axis)
+    if abs(az) > _ALONG:
+        return _Direction("left", _sign(az))
+    x, y, z = (tip - own for tip, own in zip(frames[part.tip].place, place, strict=True))
+    way = (ay * z - az * y, az * x - ax * z, ax * y - ay * x)
+    if math.hypot(*way) > _ON_AXIS:
+        return _along(_unit(way))
+    return _Direction("up", -_sign(ay)) if abs(ay) > _ALONG and joint.kind == "revolute" else None
+
+
+_ON_AXIS = 0.005
+"""Meters from the axis within which a tip counts as on it."""
+
+
+def _along(way: Vector) -> _Direction | None:
+    names = zip(("forward", "strafeleft", "up"), way, strict=True)
+    return next((_Direction(name, _sign(share)) for name, share in names if abs(share) > _ALONG), None)
+
+
+def _sign(number: float) -> int:
+    return 1 if number > 0 else -1
+
+
+def _limits(joint: Joint) -> Iterator[str]:
+    turning = joint.kind in TURNING
+    for key, limit in (("min", joint.lower), ("max", joint.upper)):
+        if limit is not None:
+            yield f"{key} = {_number(limit, turning)}"
+        elif joint.kind != "continuous":
+            yield f"# The file sets no {key}."
+    if joint.velocity:
+        yield f"max_velocity = {_number(joint.velocity, turning)}"
+    else:
+        yield "# The file sets no speed limit: write a max_velocity."
+    if joint.lower is not None and joint.upper is not None and not joint.lower <= 0 <= joint.upper:
+        middle = _number((joint.lower + joint.upper) / 2, turning)
+        yield f"start = {middle} # the middle of its limits, which don't include 0"
+
+
+def _number(value: float, turning: bool) -> str:
+    """Degrees or meters, rounded so that one turn and its fractions read as people write them."""
+    return f"{round(math.degrees(value) if turning else value, 4):.10g}"
+
+
+def _left_out(joint: Joint, taken: Iterable[str]) -> str | None:
+    if joint.name in taken or joint.kind == "fixed":
+        return None
+    if joint.follows:
+        return f"it follows {joint.follows}"
+    if not joint.driven:
+        return f"no single number moves a {joint.kind} joint"
+    return f"it carries {joint.child}; --part NAME={joint.child} makes it a part"
+
+
+_SIDES = {"left": "right", "l": "r"}
+_SIDE = re.compile(r"(?<![a-z])(left|right|l|r)(?![a-z])|^([lr])(?=[A-Z])|^(left|right)(?=[A-Z])", re.IGNORECASE)
+_PAIRS = _SIDES | {other: side for side, other in _SIDES.items()}
+
+
+def _mirrors(part: _Part, other: _Part) -> bool:
+    """Whether the two are each other's mirror by the names of their joints; said of the left one only."""
+    ours, theirs = [joint.name for joint in part.joints], [joint.name for joint in other.joints]
+    left = any(match[0].lower() in _SIDES for match in map(_SIDE.search, ours) if match)
+    return left and part is not other and [_SIDE.sub(_exchanged, name) for name in ours] == theirs
+
+
+def _exchanged(match: re.Match[str]) -> str:
+    side = match[0]
+    other = _PAIRS[side.lower()]
+    return other.upper() if side.isupper() else other.capitalize() if side[0].isupper() else other
+
+
+def _unusable(name: str) -> str | None:
+    if not name.isidentifier():
+        return f"{name!r} can't be the name of a part: write letters, digits, and _"
+    return f"{name!r} is a word of the language: call the part something else" if name in (*WORDS, "to") else None
+
+
+def _word(text: str) -> str:
+    word = re.sub(r"\W+", "_", text).strip("_")
+    return word if word and not _unusable(word) else f"part_{word}" if word else ""
+
+
+def _free(name: str, taken: Sequence[str] | set[str]) -> str:
+    number, free = 1, name
+    while free in taken:
+        number, free = number + 1, f"{name}_{number + 1}"
+    return free
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _text(name)
+
+
+def _text(name: str) -> str:
+    return json.dumps(name, ensure_ascii=False)

@@ -1,0 +1,40 @@
+"""`improv body`: what it prints of a URDF, and what it says where it can't."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.commands.command_line import run
+from tests.robots.test_urdf import ARMS, DOLL
+
+
+def test_the_sections_of_a_urdf_are_printed(tmp_path: Path) -> None:
+    (tmp_path / "doll.urdf").write_text(DOLL)
+    ended = run("body", "doll.urdf", folder=tmp_path)
+    assert (ended.returncode, ended.stdout[: len(ARMS)]) == (0, ARMS)
+
+
+def test_parts_and_the_profile_can_be_named(tmp_path: Path) -> None:
+    (tmp_path / "doll.urdf").write_text(DOLL)
+    ended = run("body", "doll.urdf", "--profile", "nao", "--part", "chest=torso", folder=tmp_path)
+    assert '[profiles.nao.body.chest] # what moves torso\nleft = { joint = "waist", degrees = -30 }\n' in ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "Error: name either a file or a --topic"),
+        (["doll.urdf", "--topic", "/robot_description"], "Error: name either a file or a --topic"),
+        (["doll.urdf", "--part", "head"], "Error: write --part NAME=LINK, such as --part head=head_link, not 'head'"),
+        (["doll.urdf", "--part", "x=y"], "improv: doll.urdf: the part 'x' has the tip 'y': the file has no such link"),
+        (["none.urdf"], "improv: none.urdf: no such file or directory"),
+        (["wrong.urdf"], "improv: wrong.urdf:2: a link has no name"),
+    ],
+)
+def test_what_can_t_be_read_is_said_in_one_line(arguments: list[str], said: str, tmp_path: Path) -> None:
+    (tmp_path / "doll.urdf").write_text(DOLL)
+    (tmp_path / "wrong.urdf").write_text("<robot>\n<link/></robot>")
+    ended = run("body", *arguments, folder=tmp_path)
+    assert (ended.returncode, ended.stderr.splitlines()[-1]) == (2, said)

@@ -1,0 +1,296 @@
+"""URDFs: which joints they have, which are refused and why, and the sections of `improv.toml` made from them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+from operator import attrgetter
+
+import pytest
+from urdf_parser_py.urdf import URDF
+
+from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
+from improv_core.robots.urdf_sections import sections
+
+
+def revolute(name: str, parent: str, child: str, axis: str, place: str, more: str = "") -> str:
+    """A joint that turns from -90° to 120°, and a quarter turn a second at most."""
+    return f"""
+      <joint name="{name}" type="revolute">
+        <parent link="{parent}"/><child link="{child}"/>
+        <axis xyz="{axis}"/><origin xyz="{place}"/>
+        <limit lower="{-math.pi / 2}" upper="{math.pi * 2 / 3}" velocity="{math.pi / 2}" effort="1"/>{more}
+      </joint>"""
+
+
+def arm(side: str, y: str) -> str:
+    """Two joints and a fixed hand: the arm points forward."""
+    return (
+        f'<link name="{side}_upper"/><link name="{side}_fore"/><link name="{side}_hand"/>'
+        + revolute(f"{side}_shoulder", "torso", f"{side}_upper", "0 1 0", f"0 {y} 1")
+        + revolute(f"{side}_elbow", f"{side}_upper", f"{side}_fore", "0 0 1", "0.3 0 0")
+        + f'<joint name="{side}_wrist" type="fixed"><parent link="{side}_fore"/><child link="{side}_hand"/>'
+        + '<origin xyz="0.3 0 0"/></joint>'
+    )
+
+
+def robot(*inside: str) -> str:
+    return f'<robot name="doll">{"".join(inside)}</robot>'
+
+
+DOLL = robot(
+    '<link name="base"/><link name="torso"/>',
+    revolute("waist", "base", "torso", "0 0 -1", "0 0 0.5"),
+    arm("left", "0.2"),
+    arm("right", "-0.2"),
+)
+
+ARMS = """\
+# From doll.urdf. Check to which side each direction moves its joint, and how far in a beat.
+# Joints behind # have no direction yet: give them forward, strafeleft, up, or left, or a part of their own
+# (improv body --part NAME=LINK).
+[profiles.doll]
+joint_states = "joint_states"
+
+[profiles.doll.body.left_fore] # what moves left_fore
+mirror = "right_fore"
+up = { joint = "left_shoulder", degrees = -30 }
+left = { joint = "left_elbow", degrees = 30 }
+
+[profiles.doll.body.right_fore] # what moves right_fore
+up = { joint = "right_shoulder", degrees = -30 }
+left = { joint = "right_elbow", degrees = 30 }
+"""
+
+
+def test_each_chain_that_ends_in_a_leaf_is_a_part_and_left_mirrors_right() -> None:
+    made = sections(read_urdf(DOLL.encode()), "doll.urdf")
+    assert made.startswith(ARMS)
+    assert made.endswith("# In no part:\n# waist: it carries torso; --part NAME=torso makes it a part\n")
+
+
+def test_limits_are_in_degrees() -> None:
+    made = sections(read_urdf(DOLL.encode()), "doll.urdf")
+    assert "\n[profiles.doll.joints.left_shoulder]\nmin = -90\nmax = 120\nmax_velocity = 90\n" in made
+
+
+def test_a_named_part_ends_at_its_link_and_begins_after_the_one_nearest_to_the_root() -> None:
+    made = sections(read_urdf(DOLL.encode()), "doll.urdf", "nao", {"right_arm": "right_hand", "chest": "torso"})
+    body = [line for line in made.splitlines() if "joint =" in line or ".body." in line]
+    assert body == [
+        "[profiles.nao.body.right_arm] # what moves right_hand",
+        'up = { joint = "right_shoulder", degrees = -30 }',
+        'left = { joint = "right_elbow", degrees = 30 }',
+        "[profiles.nao.body.chest] # what moves torso",
+        'left = { joint = "waist", degrees = -30 }',
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "turn", "tip", "direction"),
+    [
+        ("revolute", "0 0 1", "0 0 0", "1 0 0", "left = { joint = 'j', degrees = 30 }"),
+        ("revolute", "0 0 1", f"{math.pi} 0 0", "1 0 0", "left = { joint = 'j', degrees = -30 }"),
+        ("revolute", "0 1 0", "0 0 0", "1 0 0", "up = { joint = 'j', degrees = -30 }"),
+        ("revolute", "0 1 0", "0 0 0", "0 0 -1", "forward = { joint = 'j', degrees = -30 }"),
+        ("revolute", "1 0 0", "0 0 0", "0 0 -1", "strafeleft = { joint = 'j', degrees = 30 }"),
+        ("revolute", "1 0 0", "0 0 0", "1 0 0", "# j: none is clear"),
+        ("revolute", "0 1 0", "0 0 0", "0 0 0", "up = { joint = 'j', degrees = -30 }"),
+        ("prismatic", "1 0 0", f"0 {-math.pi / 2} 0", "0 0 0", "up = { joint = 'j', meters = 0.05 }"),
+        ("prismatic", "0 -2 0", "0 0 0", "0 0 0", "strafeleft = { joint = 'j', meters = -0.05 }"),
+        ("prismatic", "1 1 1", "0 0 0", "0 0 0", "# j: none is clear"),
+    ],
+)
+def test_a_direction_is_where_the_joint_moves_its_tip(
+    kind: str, axis: str, turn: str, tip: str, direction: str
+) -> None:
+    made = sections(
+        read_urdf(
+            robot(
+                '<link name="a"/><link name="b"/><link name="c"/>',
+                f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/><axis xyz="{axis}"/>',
+                f'<origin rpy="{turn}"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint>',
+                f'<joint name="k" type="fixed"><parent link="b"/><child link="c"/><origin xyz="{tip}"/></joint>',
+            ).encode()
+        ),
+        "x.urdf",
+        tips={"part": "c"},
+    )
+    assert direction.replace("'", '"') in made
+
+
+def test_a_joint_that_follows_another_or_that_no_number_moves_is_in_no_part() -> None:
+    made = sections(
+        read_urdf(
+            robot(
+                '<link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/>',
+                revolute("yaw", "a", "b", "0 0 1", "0 0 0"),
+                revolute("other", "a", "c", "0 0 1", "0 0 0", '<mimic joint="yaw"/>'),
+                '<joint name="flies" type="floating"><parent link="a"/><child link="d"/></joint>',
+                '<joint name="wheel" type="continuous"><parent link="a"/><child link="e"/><axis xyz="0 1 0"/></joint>',
+            ).encode()
+        ),
+        "x.urdf",
+    )
+    assert made.partition("# In no part:\n")[2].splitlines() == [
+        "# other: it follows yaw",
+        "# flies: no single number moves a floating joint",
+        "# wheel: it carries e; --part NAME=e makes it a part",
+    ]
+
+
+def test_a_joint_that_can_t_stand_at_0_starts_in_the_middle_and_missing_limits_are_said() -> None:
+    made = sections(
+        read_urdf(
+            robot(
+                '<link name="a"/><link name="b"/><link name="c"/>',
+                '<joint name="up" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>',
+                '<limit lower="0.2" upper="0.6" effort="1" velocity="0"/></joint>',
+                '<joint name="round" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint>',
+            ).encode()
+        ),
+        "x.urdf",
+    )
+    assert (
+        "joints.up]\nmin = 0.2\nmax = 0.6\n# The file sets no speed limit: write a max_velocity.\nstart = 0.4 #" in made
+    )
+    assert made.endswith("joints.round]\n# The file sets no speed limit: write a max_velocity.\n")
+
+
+def test_joints_that_transmissions_and_controllers_name_are_not_read_twice() -> None:
+    more = (
+        '<transmission><joint name="waist"/></transmission><ros2_control><joint name="waist"/></ros2_control></robot>'
+    )
+    assert read_urdf(DOLL.replace("</robot>", more).encode()) == read_urdf(DOLL.encode())
+
+
+LINKS = '<link name="a"/>\n<link name="b"/>\n'
+
+
+def joint(inside: str = '<parent link="a"/><child link="b"/>', head: str = 'name="j" type="revolute"') -> str:
+    return f"<joint {head}>{inside}</joint>"
+
+
+BOMB = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>\n<robot name="&b;"/>'
+ENDS = '<parent link="a"/><child link="b"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("", 1, "this is not XML: no element found"),
+        ("hello", 1, "this is not XML: syntax error"),
+        ("<robot>", 1, "this is not XML: no element found"),
+        ("<sdf/>", 1, "a URDF begins with <robot>, not with <sdf>"),
+        ("\n<robot><xacro:include/></robot>", 2, "this is a xacro file: run `xacro FILE > robot.urdf`, and read that"),
+        (BOMB, 1, "a URDF must not declare a document type or entities: remove them"),
+        ("<robot/>", 0, "it has no links"),
+        (robot("<link/>"), 1, "a link has no name"),
+        (robot('<link name="a"/>\n<link name="a"/>'), 2, "there are two links 'a'"),
+        (robot(LINKS, joint(head='type="fixed"')), 3, "a joint has no name"),
+        (robot(LINKS, joint(head='name="j"')), 3, "the joint 'j' has no type"),
+        (
+            robot(LINKS, joint(head='name="j" type="spring"')),
+            3,
+            "the joint 'j' has the unknown type 'spring': "
+            "write revolute, continuous, prismatic, fixed, floating, planar",
+        ),
+        (robot(LINKS, joint('<parent link="a"/>')), 3, "the joint 'j' has no <child link>, or it has no link"),
+        (
+            robot(LINKS, joint('<parent link="a"/><child link="x"/>')),
+            3,
+            "the joint 'j' names the link 'x', which is not there",
+        ),
+        (robot(LINKS, joint(), joint()), 3, "there are two joints 'j'"),
+        (
+            robot(LINKS, joint(), "\n", joint(head='name="k" type="fixed"')),
+            4,
+            "the joints 'j' and 'k' both carry the link 'b': only one can",
+        ),
+        (robot(LINKS), 2, "no joint connects the links 'a' and 'b': all links must form one tree"),
+        (
+            robot(
+                LINKS,
+                '<link name="c"/>',
+                joint('<parent link="a"/><child link="b"/>'),
+                joint('<parent link="b"/><child link="a"/>', 'name="k" type="fixed"'),
+            ),
+            3,
+            "the joint 'j' is in a loop: all links must form one tree",
+        ),
+        (
+            robot(LINKS, joint(f'{ENDS}<limit lower="2" upper="1"/>')),
+            3,
+            "the joint 'j' has its lower limit 2 above its upper limit 1",
+        ),
+        (
+            robot(LINKS, joint(f'{ENDS}<limit lower="nan" upper="1"/>')),
+            3,
+            "the joint 'j' has lower='nan': write one finite number",
+        ),
+        (
+            robot(LINKS, joint(f'{ENDS}<limit velocity="-1"/>')),
+            3,
+            "the joint 'j' has the velocity limit -1: it must not be negative",
+        ),
+        (robot(LINKS, joint(f'{ENDS}<axis xyz="0 0 0"/>')), 3, "the joint 'j' has an axis of length 0"),
+        (
+            robot(LINKS, joint(f'{ENDS}<origin xyz="1 2"/>')),
+            3,
+            "the joint 'j' has xyz='1 2': write 3 finite numbers",
+        ),
+    ],
+)
+def test_a_urdf_that_can_t_be_used_is_refused_in_one_line(text: str, line: int, message: str) -> None:
+    with pytest.raises(UrdfError) as refused:
+        read_urdf(text.encode())
+    assert (refused.value.line, str(refused.value)) == (line, message)
+
+
+@pytest.mark.parametrize(
+    ("tips", "message"),
+    [
+        ({"arm": "nothing"}, "the part 'arm' has the tip 'nothing': the file has no such link"),
+        ({"arm": "base"}, "no joint with a motor is left for the part 'arm', with the tip 'base'"),
+        ({"forward": "torso"}, "'forward' is a word of the language: call the part something else"),
+        ({"to": "torso"}, "'to' is a word of the language: call the part something else"),
+        ({"left arm": "torso"}, "'left arm' can't be the name of a part: write letters, digits, and _"),
+    ],
+)
+def test_a_part_that_can_t_be_is_refused(tips: dict[str, str], message: str) -> None:
+    with pytest.raises(UrdfError) as refused:
+        sections(read_urdf(DOLL.encode()), "doll.urdf", tips=tips)
+    assert str(refused.value) == message
+
+
+def test_huge_files_and_long_chains_end() -> None:
+    with pytest.raises(UrdfError) as refused:
+        read_urdf(b" " * (LARGEST_URDF + 1))
+    assert str(refused.value) == "it is larger than 20 MB"
+    links = "".join(f'<link name="l{number}"/>' for number in range(3_001))
+    chain = "".join(revolute(f"j{number}", f"l{number}", f"l{number + 1}", "0 0 1", "0 0 0") for number in range(3_000))
+    assert len(read_urdf(robot(links, chain).encode()).joints) == 3_000
+
+
+def test_another_parser_finds_the_same_joints() -> None:
+    ours = read_urdf(DOLL.encode())
+    with contextlib.redirect_stderr(io.StringIO()):  # it misses what the file doesn't say
+        theirs = URDF.from_xml_string(DOLL)
+    assert theirs.get_root() == ours.root
+    for joint, other in zip(
+        sorted(ours.joints, key=lambda each: each.name), sorted(theirs.joints, key=NAME), strict=True
+    ):
+        assert (joint.name, joint.kind, joint.parent, joint.child) == (
+            other.name,
+            other.type,
+            other.parent,
+            other.child,
+        )
+        assert joint.place == tuple(other.origin.xyz)
+        if other.limit:
+            assert (joint.lower, joint.upper) == (other.limit.lower, other.limit.upper)
+            assert (joint.axis, joint.velocity) == (tuple(other.axis), other.limit.velocity)
+
+
+NAME = attrgetter("name")

@@ -1,0 +1,30 @@
+"""`improv body --topic`: the URDF that ROS 2 publishes. What is made of it is asked in tests/robots/test_urdf.py."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.robots.test_urdf import ARMS, DOLL
+from tests.ros.conftest import LIMIT, Publish
+
+
+@pytest.mark.slow("starts two ROS nodes one after the other")
+def test_a_body_is_read_from_the_topic_that_has_its_description(
+    ros_env: dict[str, str], publish: Publish, tmp_path: Path
+) -> None:
+    def body(topic: str) -> tuple[str, str]:
+        command = [sys.executable, "-m", "improv_core", "body", "--topic", topic]
+        done = subprocess.run(command, env=ros_env, cwd=tmp_path, capture_output=True, text=True, timeout=LIMIT)
+        return done.stdout, done.stderr
+
+    publish("/robot_description", "std_msgs/String", latched=True)({"data": DOLL}, once=True)
+    text, problem = body("/robot_description")
+    assert text.startswith(ARMS.replace("doll.urdf", "/robot_description")), problem
+    assert body("/nothing") == (
+        "",
+        "improv: nobody publishes text on /nothing: start robot_state_publisher, or name another topic\n",
+    )

@@ -13,6 +13,8 @@ from improv_core.syntax.vocabulary import WORDS
 
 BEAT_DEGREES, BEAT_METERS = 30, 0.05
 """How far a beat moves a joint unless people write something else: a third of a right angle, two inches."""
+STEP = 0.2
+"""Meters: a URDF says nothing of how far the base drives, and this is what the built-in profiles of bases have."""
 _ALONG = 0.9
 """The least cosine at which two directions count as the same, about 26 degrees apart."""
 
@@ -37,14 +39,19 @@ def sections(urdf: Urdf, source: str, profile: str | None = None, tips: Mapping[
         "# Joints behind # have no direction yet: give them forward, strafeleft, up, or left, or a part of their own",
         "# (improv body --part NAME=LINK).",
         f"[{table}]",
+        f"step = {STEP} # meters that its base drives in a beat: write yours",
         'joint_states = "joint_states"',
     ]
+    proposed: set[str] = set()
     for part in parts:
         lines += ["", f"[{table}.body.{_key(part.name)}] # what moves {part.tip}"]
         lines += [f"mirror = {_text(other.name)}" for other in parts if _mirrors(part, other)]
-        lines += _directions(part, frames)
+        directions = _directions(part, frames)
+        proposed |= {joint.name for joint in directions.values()}
+        lines += _rows(part, directions)
     for joint in (joint for part in parts for joint in part.joints):
-        lines += ["", f"[{table}.joints.{_key(joint.name)}]", *_limits(joint)]
+        section = [f"[{table}.joints.{_key(joint.name)}]", *_limits(joint)]
+        lines += ["", *(section if joint.name in proposed else [f"# {line.removeprefix('# ')}" for line in section])]
     rest = [f"# {joint.name}: {why}" for joint in urdf.joints if (why := _left_out(joint, taken))]
     if rest:
         lines += ["", "# In no part:", *rest]
@@ -152,17 +159,21 @@ def _unit(vector: Vector) -> Vector:
     return (vector[0] / length, vector[1] / length, vector[2] / length) if length else vector
 
 
-def _directions(part: _Part, frames: Mapping[str, _Frame]) -> Iterator[str]:
-    said: dict[str, str] = {}
+def _directions(part: _Part, frames: Mapping[str, _Frame]) -> dict[_Direction, Joint]:
+    """The direction of each joint of a part for which one is clear, and not that of a joint nearer to the root."""
+    found: dict[_Direction, Joint] = {}
     for joint in part.joints:
         direction = _direction(joint, part, frames)
-        if direction and direction.name not in said:
-            said[direction.name] = joint.name
-            unit, far = ("degrees", BEAT_DEGREES) if joint.kind in TURNING else ("meters", BEAT_METERS)
-            yield f"{direction.name} = {{ joint = {_text(joint.name)}, {unit} = {direction.sign * far:g} }}"
-        else:
-            why = f"`{direction.name}` moves {said[direction.name]}" if direction else "none is clear"
-            yield f"# {joint.name}: {why}"
+        if direction and all(each.name != direction.name for each in found):
+            found[direction] = joint
+    return found
+
+
+def _rows(part: _Part, directions: Mapping[_Direction, Joint]) -> Iterator[str]:
+    for direction, joint in directions.items():
+        unit, far = ("degrees", BEAT_DEGREES) if joint.kind in TURNING else ("meters", BEAT_METERS)
+        yield f"{direction.name} = {{ joint = {_text(joint.name)}, {unit} = {direction.sign * far:g} }}"
+    yield from (f"# {joint.name}: choose a direction" for joint in part.joints if joint not in directions.values())
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,8 @@ from operator import attrgetter
 import pytest
 from urdf_parser_py.urdf import URDF
 
+from improv_core.program.analysis import analyze
+from improv_core.robots.config import read_robots
 from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
 from improv_core.robots.urdf_sections import sections
 
@@ -51,6 +53,7 @@ ARMS = """\
 # Joints behind # have no direction yet: give them forward, strafeleft, up, or left, or a part of their own
 # (improv body --part NAME=LINK).
 [profiles.doll]
+step = 0.2 # meters that its base drives in a beat: write yours
 joint_states = "joint_states"
 
 [profiles.doll.body.left_fore] # what moves left_fore
@@ -68,6 +71,15 @@ def test_each_chain_that_ends_in_a_leaf_is_a_part_and_left_mirrors_right() -> No
     made = sections(read_urdf(DOLL.encode()), "doll.urdf")
     assert made.startswith(ARMS)
     assert made.endswith("# In no part:\n# waist: it carries torso; --part NAME=torso makes it a part\n")
+
+
+def test_what_is_proposed_can_be_used_as_it_is() -> None:
+    toml = sections(read_urdf(DOLL.encode()), "doll.urdf", tips={"arm": "left_hand", "whole": "right_hand"})
+    robots = read_robots(f'{toml}\n[robots.ada]\nprofile = "doll"\n')
+    assert robots.diagnostics == ()
+    assert "# left_elbow: choose a direction\n" in toml  # `left` is the waist's
+    assert "# [profiles.doll.joints.left_elbow]\n# min = -90\n" in toml
+    assert analyze("ada $ arm (up left) || whole up", robots).diagnostics == ()
 
 
 def test_limits_are_in_degrees() -> None:
@@ -95,11 +107,11 @@ def test_a_named_part_ends_at_its_link_and_begins_after_the_one_nearest_to_the_r
         ("revolute", "0 1 0", "0 0 0", "1 0 0", "up = { joint = 'j', degrees = -30 }"),
         ("revolute", "0 1 0", "0 0 0", "0 0 -1", "forward = { joint = 'j', degrees = -30 }"),
         ("revolute", "1 0 0", "0 0 0", "0 0 -1", "strafeleft = { joint = 'j', degrees = 30 }"),
-        ("revolute", "1 0 0", "0 0 0", "1 0 0", "# j: none is clear"),
+        ("revolute", "1 0 0", "0 0 0", "1 0 0", "# j: choose a direction"),
         ("revolute", "0 1 0", "0 0 0", "0 0 0", "up = { joint = 'j', degrees = -30 }"),
         ("prismatic", "1 0 0", f"0 {-math.pi / 2} 0", "0 0 0", "up = { joint = 'j', meters = 0.05 }"),
         ("prismatic", "0 -2 0", "0 0 0", "0 0 0", "strafeleft = { joint = 'j', meters = -0.05 }"),
-        ("prismatic", "1 1 1", "0 0 0", "0 0 0", "# j: none is clear"),
+        ("prismatic", "1 1 1", "0 0 0", "0 0 0", "# j: choose a direction"),
     ],
 )
 def test_a_direction_is_where_the_joint_moves_its_tip(

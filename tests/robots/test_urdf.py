@@ -79,7 +79,7 @@ def test_what_is_proposed_can_be_used_as_it_is() -> None:
     assert robots.diagnostics == ()
     assert "# left_elbow: choose a direction\n" in toml  # `left` is the waist's
     assert "# [profiles.doll.joints.left_elbow]\n# min = -90\n" in toml
-    assert analyze("ada $ arm (up left) || whole up", robots).diagnostics == ()
+    assert analyze("ada $ arm (up left) || whole (up up)", robots).diagnostics == ()
 
 
 def test_limits_are_in_degrees() -> None:

@@ -24,7 +24,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
-from improv_core.stage.messages import Sensed, TransportMessage
+from improv_core.stage.messages import Arming, Sensed, TransportMessage
 from improv_core.stage.reports import Told
 from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks.recorder import Recorder, sensed_in
@@ -41,6 +41,9 @@ from improv_core.stage.typed_lines import ProtocolError
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
 @parameters.force
+@click.option(
+    "--armed", is_flag=True, help="Get everything ready, and begin when somebody presses Space, Enter, or Play."
+)
 @click.option("--once", is_flag=True, help="End when the dance ends, even in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
@@ -55,6 +58,7 @@ def command(
     seconds: float | None,
     recording: Path | None,
     force: bool,
+    armed: bool,
     once: bool,
     report: str | None,
 ) -> None:
@@ -68,6 +72,8 @@ def command(
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
+    if fast and armed:
+        raise CommandError("--fast begins at once: leave out --armed")
     if fast:
         sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording), wanted=wanted))
     options = parameters.options(file, backend, port)
@@ -86,6 +92,7 @@ def command(
         senses=senses,
         wanted=wanted,
         anyway=force,
+        arming={} if armed else None,
     )
     sys.exit(run(playing))
 
@@ -114,13 +121,16 @@ async def play(
     senses: Sequence[Sensed] | None = None,
     wanted: WantedScenes | None = None,
     anyway: bool = False,
+    arming: Arming | None = None,
 ) -> int:
-    """Play a program without errors once; the exit code. If it `stays`, its page can play it again until an interrupt.
+    """Play a program without errors once, and with `arming` not before somebody begins; the exit code.
+
+    If it `stays`, its page can play it again until an interrupt.
 
     Raises StageError; OSError and ValueError if unrecorded.
     """
     async with performance(options, browser=browser, quiet=report, recorder=recorder, scenes=wanted) as performing:
-        await performing.play(analysis, path, senses=senses, anyway=anyway)
+        await performing.play(analysis, path, senses=senses, anyway=anyway, arming=arming)
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
         if performing.refused.is_set():
             return FAILED

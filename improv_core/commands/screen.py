@@ -41,6 +41,7 @@ class Screen:
     def hint(self, hint: str) -> None:
         """From now on, show this in the last line."""
         if self.is_live:
+            self._clear()
             self._hint = hint
             self._show()
 

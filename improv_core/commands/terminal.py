@@ -34,7 +34,18 @@ from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
 from improv_core.slices import on_checkpoint
 from improv_core.stage.doing import REST
-from improv_core.stage.messages import Decided, Measured, MeasuredRobot, Poses, Sensed, Sent, TransportMessage, When
+from improv_core.stage.messages import (
+    Armed,
+    Arming,
+    Decided,
+    Measured,
+    MeasuredRobot,
+    Poses,
+    Sensed,
+    Sent,
+    TransportMessage,
+    When,
+)
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -43,6 +54,8 @@ BROWSER_LIMIT = 5.0
 
 HINT = "o or Enter opens the page again, Ctrl-C ends"
 """The last line of the terminal while keys are heard: an address works only once."""
+HINT_ARMED = "Space or Enter begins, Ctrl-C ends"
+"""The last line of the terminal while a program is armed."""
 
 
 def run(command: Coroutine[Any, Any, int]) -> int:
@@ -100,7 +113,12 @@ async def performance(
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        keys = {"c": lambda: performing.playback.ask({"type": "cue"}), **dict.fromkeys("oO\r\n", performing.open_again)}
+        keys = {
+            "c": lambda: performing.playback.ask({"type": "cue"}),
+            " ": performing.begin,
+            **dict.fromkeys("\r\n", performing.enter),
+            **dict.fromkeys("oO", performing.open_again),
+        }
         with pressed(keys) if hears_keys else contextlib.nullcontext(False) as hears:
             performing.show_hint(hears)
             yield performing
@@ -137,6 +155,7 @@ class TerminalSession:
         """The first and the latest pose of robots since beat 0, if they are measured."""
         self._playing: set[str] = set()  # which stages play
         self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
+        self._hears_keys = False
         self._watched = asyncio.Event()  # somebody has opened the page
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
@@ -176,8 +195,18 @@ class TerminalSession:
 
     def show_hint(self, hears: bool) -> None:
         """From now on, the last line of the terminal says how to open the page, if it `hears` keys."""
+        self._hears_keys = hears
         if hears and self.has_page:
             self.screen.hint(HINT)
+
+    def begin(self) -> None:
+        """Begin what is armed."""
+        if self.playback.show.armed:
+            self.playback.ask({"type": "resume"}, self.stops.count)
+
+    def enter(self) -> None:
+        """Begin what is armed, or open the page if nothing is."""
+        (self.begin if self.playback.show.armed else self.open_again)()
 
     def open_again(self) -> None:
         """Open the page with a new ticket: in a browser, or by an address that is printed."""
@@ -203,9 +232,11 @@ class TerminalSession:
         when: When = "restart",
         senses: Sequence[Sensed] | None = None,
         anyway: bool = False,
+        arming: Arming | None = None,
     ) -> bool:
         """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`;
-        `senses` are of a recording. With `anyway`, it doesn't matter where robots stand.
+        `senses` are of a recording. With `anyway`, it doesn't matter where robots stand; with `arming`,
+        it waits once everything is ready.
 
         Returns whether it begins. Raises UnplayableError if it lacks these scenes.
         """
@@ -217,7 +248,8 @@ class TerminalSession:
         score = score_of(only.analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
-        if await self.playback.play(PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway)):
+        wanted = PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway, arming=arming)
+        if await self.playback.play(wanted):
             self._keep(path, analysis.text)
             named = f"{only.name}: " if only.name else ""
             self.screen.say(f"▶ {named}{summary(only.analysis)}, {self.playback.show.status}")
@@ -310,6 +342,9 @@ class TerminalSession:
                 self._errors.note(message)
                 if message["line"] and not self.interrupted.is_set():
                     self.screen.complain(f"improv: {message['line']}")
+        elif message["type"] == "armed":
+            if leads:
+                self._show_armed(message)
         elif message["type"] == "misplaced":
             if leads and message["robots"] and not self.has_page:  # where it could begin anyway
                 self.refused.set()
@@ -320,6 +355,19 @@ class TerminalSession:
                 self._playing.discard(_role(leads))
                 self.broken.set()
                 self.finished.set()
+
+    def _show_armed(self, message: Armed) -> None:
+        """Say that everything is ready, and how to begin."""
+        if self._hears_keys:
+            self.screen.hint(HINT_ARMED if message["armed"] else HINT if self.has_page else "")
+        if not message["armed"]:
+            return
+        ways = [
+            *(["Space or Enter"] if self._hears_keys else []),
+            *(["Play on the page"] if self.has_page else []),
+            *(["the service ~/play"] if self.playback.show.is_real else []),
+        ]
+        self.screen.say(f"armed: all is ready, and begins with {', or '.join(ways)}")
 
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self._keep_poses(transport)

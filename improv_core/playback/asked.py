@@ -44,12 +44,15 @@ def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: No
     if request["type"] == "editing":
         return show, [PassOn(request, now.stops)]
     if request["type"] == "restart":
-        again = show.played and replace(show.played, when="restart", beats_per_bar=BEATS_PER_BAR, stops=now.stops)
+        again = show.played and replace(
+            show.played, when="restart", beats_per_bar=BEATS_PER_BAR, stops=now.stops, arming=None
+        )
         return _send_score(show, again) if again and show.leader else (show, [])
     if request["type"] == "resume" or request["type"] == "anyway":
         resume: Resume | Anyway
         resume = {"type": "resume", "at": now.at} if request["type"] == "resume" else {"type": "anyway", "at": now.at}
-        return show, [Send(name, resume, unless=now.stops) for name in (show.leader, show.twin) if name]
+        twin = None if show.armed else show.twin  # it begins with the leader
+        return show, [Send(name, resume, unless=now.stops) for name in (show.leader, twin) if name]
     if request["type"] == "stop" or request["type"] == "pause":
         return show, []
     return _change(show, request, now)

@@ -14,7 +14,7 @@ from improv_core.playback.show import PlayScore, Show
 from improv_core.playback.stage_process import Gone, Heard
 from improv_core.playback.start import SinkName
 from improv_core.score.score import Part, Score
-from improv_core.stage.messages import Ready, Takeover, ToStage, TransportMessage
+from improv_core.stage.messages import Armed, Ready, Takeover, ToStage, TransportMessage
 
 BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: what they decide has to arrive first."""
@@ -50,6 +50,8 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
         # The twin waits, too: it may still play what was played before.
         pause: list[Act] = _to(show.twin, {"type": "pause"}) if leads and message["robots"] else []
         acts = [*pause, *_to(show.twin, message)] if leads else []
+    elif message["type"] == "armed" and leads:
+        show, acts = replace(show, armed=message["armed"]), _to(show.twin, message)
     return show, [*acts, Announce(message, leads)]
 
 
@@ -126,6 +128,9 @@ def _gone(show: Show, name: SinkName, gone: Gone) -> Decided:
     if leads:
         show = replace(show, is_on=False, waits_for=())
         acts += _to(show.twin, {"type": "stop"})
+        if show.armed:
+            disarmed: Armed = {"type": "armed", "generation": show.generation, "armed": False, "begins": None}
+            show, acts = replace(show, armed=False), [*acts, *_to(show.twin, disarmed)]
     again = "" if idles else "; save to play again"
     if name == show.halting:  # another one would fail too
         what = again if show.still else f": robots may still be moving{again}"

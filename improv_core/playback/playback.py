@@ -255,6 +255,8 @@ class Playback:
             load["senses"] = play.senses
         if play.anyway:
             load["anyway"] = True
+        if play.arming is not None:
+            load["arming"] = play.arming
         if self.stops.send(load, stage, play.stops):
             self._heard(name, {"type": "loaded", "play": play})
         else:

@@ -11,7 +11,7 @@ from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.commands import Cue, Force, Held, KeySense, Released, Seek, Silence, Speed
 from improv_core.stage.editing import ProgramSource
-from improv_core.stage.messages import ProgramMessage, Ready, Sensed, TransportMessage, When
+from improv_core.stage.messages import Arming, ProgramMessage, Ready, Sensed, TransportMessage, When
 
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """What people can do to what plays, apart from stopping, pausing, and resuming it."""
@@ -26,7 +26,7 @@ class PlayScore:
     `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`: parts that are the same as in the score
     that plays are not touched then. `stops` is the count of stops when somebody asked for it. With `senses`, robots
     sense what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots
-    stop. With `anyway`, it doesn't matter where real robots stand.
+    stop. With `anyway`, it doesn't matter where real robots stand. With `arming`, it waits once everything is ready.
     """
 
     score: Score
@@ -37,6 +37,7 @@ class PlayScore:
     senses: Sequence[Sensed] | None = None
     simulated: bool = False
     anyway: bool = False
+    arming: Arming | None = None
     generation: int = 0
 
 
@@ -65,6 +66,8 @@ class Show:
     entered: TransportMessage | None = None
     behind: float = 0.0
     waits_for: Sequence[str] = ()
+    armed: bool = False
+    """Whether the leader waits for nothing but a person, or its time."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
     halting: SinkName | None = None
     still: bool = True

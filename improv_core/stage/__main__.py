@@ -149,7 +149,7 @@ def open_sink(
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
     def tell(message: FromStage) -> None:
-        if message["type"] in ("transport", "stopped", "sensed", "decided", "measured"):
+        if message["type"] in ("transport", "stopped", "sensed", "decided", "measured", "armed"):
             viewer.publish(message)
         put(message)
 

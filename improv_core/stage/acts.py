@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 from improv_core.stage.events import Event, Load
-from improv_core.stage.messages import ErrorLine, Misplaced, Pressed, WarningLine
+from improv_core.stage.messages import Armed, ErrorLine, Misplaced, Pressed, WarningLine
 from improv_core.stage.watches import RobotNews
 
 
@@ -16,7 +16,7 @@ from improv_core.stage.watches import RobotNews
 class Tell:
     """Send a message."""
 
-    message: WarningLine | ErrorLine | Pressed | Misplaced
+    message: WarningLine | ErrorLine | Pressed | Misplaced | Armed
 
 
 @dataclass(frozen=True, slots=True)

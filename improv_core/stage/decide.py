@@ -16,7 +16,7 @@ from improv_core.score.movement import Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
 from improv_core.score.transport import Transport
-from improv_core.stage import events, preflight
+from improv_core.stage import events, gate, preflight
 from improv_core.stage.acts import (
     Act,
     Begin,
@@ -62,6 +62,8 @@ should have."""
 
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
+NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
+
 Decided = tuple[Run, list[Act]]
 
 
@@ -70,6 +72,10 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
     then, acts = _RULES[type(event)](run, event, facts)
     if then.misplaced is not None and then.mode != "paused":
         then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
+    if then.gate and then.mode != "waiting":
+        then = replace(then, gate=None)
+    if gate.is_ready(run.gate) != gate.is_ready(then.gate):
+        acts = [*acts, Tell(gate.message(then.gate, then.generation))]
     return then, acts
 
 
@@ -117,6 +123,7 @@ def _restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         generation=load.generation,
         restarted=load.generation,
         anyway=load.anyway,
+        gate=load.gate,
         next=None,
         transport=Transport(zero, 0.0, 0, load.score.tempo * run.speed),
     )
@@ -143,9 +150,22 @@ def _listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
         if event.overdue:
             acts += [LookSoon(event.deaf), _warning(WAITS)]
         return run, acts
+    if (
+        run.gate
+        and run.moves
+        and not run.gate.is_open(facts.wall)
+        and (run.gate.ready or not _displaced(run, facts.places))
+    ):
+        if run.gate.ready:
+            return run, acts
+        if event.moving:
+            acts.append(Still(event.moving))
+        return replace(run, gate=replace(run.gate, ready=True)), [*acts, Report()]
+    late = gate.lateness(run.gate, facts.wall)
     run = replace(run, transport=replace(run.transport, zero=facts.now))
     run, more = _play_from(run, 0, 0.0, facts, facts.places)
-    return run, [*acts, StartMeasuring(), *more, LookSoon(run.score.parts)]
+    told = [_warning(late)] if late and run.mode == "playing" else []
+    return run, [*acts, StartMeasuring(), *more, LookSoon(run.score.parts), *told]
 
 
 def _stands(score: Score, robot: str) -> bool:
@@ -160,11 +180,17 @@ def _stop(run: Run, event: events.Stop, facts: Facts) -> Decided:
 
 
 def _pause(run: Run, event: events.Pause, facts: Facts) -> Decided:
+    if run.mode == "waiting" and run.gate:
+        return _stop(run, events.Stop(), facts)  # or it would begin although a person wants robots to stand
     run = replace(run, continues=False)
     return _leave(run, "paused", facts) if run.mode == "playing" else (run, [])
 
 
 def _resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
+    if run.mode == "waiting" and run.gate:
+        if not run.gate.ready:
+            return run, [_warning(NOT_READY)]
+        return replace(run, gate=replace(run.gate, begins=-math.inf)), [Listen()]
     if run.mode != "paused":
         return run, []
     places = {} if event.anyway else facts.places
@@ -354,8 +380,7 @@ def _play_from(
     run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if waits(run, facts):
         return _wait(replace(run, mode="paused"), facts)
-    found = preflight.misplaced(places or {}, run.score.safety.preflight)
-    if found and run.moves and not run.anyway:
+    if found := _displaced(run, places or {}):
         run, acts = _leave(replace(run, mode="paused", misplaced=found), "paused", facts)
         return run, [*acts, Tell(preflight.message(found, run.generation)), _error(preflight.refusal(found))]
     if swap := run.next:
@@ -363,6 +388,11 @@ def _play_from(
         run = replace(run, next=replace(swap, at=at))
     run = replace(run, mode="playing", continues=False, too_near=())
     return run, _begin(run, run.score.parts, beat, performed)
+
+
+def _displaced(run: Run, places: Mapping[str, preflight.Standing]) -> Mapping[str, preflight.Standing]:
+    """The robots that have to be in their places first, and are not."""
+    return preflight.misplaced(places, run.score.safety.preflight) if run.moves and not run.anyway else {}
 
 
 def _begin(run: Run, robots: Collection[str], beat: Exact, performed: float, *, tells: bool = True) -> list[Act]:

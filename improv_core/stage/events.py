@@ -10,6 +10,7 @@ from improv_core.score.movement import Duration, Exact
 from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.agenda import Due
+from improv_core.stage.gate import Gate
 from improv_core.stage.messages import Takeover, When
 from improv_core.stage.nearness import Near
 from improv_core.stage.preflight import Standing
@@ -29,6 +30,7 @@ class Load:
     senses: Iterable[Foreseen] | None = None
     stops: int | None = None
     anyway: bool = False
+    gate: Gate | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +84,7 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """A pause is over. With `anyway`, it doesn't matter where robots stand."""
+    """A pause is over, or an armed score should begin. With `anyway`, it doesn't matter where robots stand."""
 
     anyway: bool = False
 
@@ -174,7 +176,8 @@ class Facts:
     `now` is the time on the clock, and `real` whether real robots move. `over` is the beat at which the last part of
     this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
     `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved,
-    and `places` where robots should be and stand whose poses are in the world.
+    and `places` where robots should be and stand whose poses are in the world. While a gate holds
+    beat 0 back, `wall` is the wall clock, in Unix time.
     """
 
     now: float = 0.0
@@ -185,3 +188,4 @@ class Facts:
     held: frozenset[str] = frozenset()
     poses: Mapping[str, Pose] = field(default_factory=dict)
     places: Mapping[str, Standing] = field(default_factory=dict)
+    wall: float = 0.0

@@ -17,6 +17,7 @@ from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
 from improv_core.stage.asleep import NOTICED
 from improv_core.stage.commands import Stop, is_stop
+from improv_core.stage.gate import made_of
 from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
 from improv_core.stage.messages import (
@@ -259,7 +260,14 @@ class _Loop:
         at = self._as_of(load.get("at"), now)
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
         senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
-        rest = (load.get("entry"), bar, senses, load.get("stops"), load.get("anyway", False))
+        rest = (
+            load.get("entry"),
+            bar,
+            senses,
+            load.get("stops"),
+            load.get("anyway", False),
+            made_of(load.get("arming")),
+        )
         self.player.load(score, load["generation"], load["when"], at, *rest)
 
     def _obey(self, message: ToStage, now: float) -> None:
@@ -274,6 +282,7 @@ class _Loop:
             or message["type"] == "fault"
             or message["type"] == "vitals"
             or message["type"] == "misplaced"
+            or message["type"] == "armed"
         ):
             if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
                 self.player.stand(message["robot"], now)

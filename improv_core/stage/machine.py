@@ -14,6 +14,7 @@ from improv_core.stage.agenda import Rank
 from improv_core.stage.decide import decide, trouble
 from improv_core.stage.doing import do
 from improv_core.stage.events import Event
+from improv_core.stage.gate import time_left
 from improv_core.stage.reports import Told
 from improv_core.stage.run import Run
 from improv_core.stage.sinks import Sink
@@ -21,6 +22,8 @@ from improv_core.stage.tracks import Tracks
 
 LOOK_AGAIN = 0.01
 """Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
+LOOK_WHILE_ARMED = 0.1
+"""Seconds between two looks at the wall clock while it is waited for a person, or for a time that is not yet near."""
 
 
 class Machine:
@@ -38,7 +41,8 @@ class Machine:
     def deadline(self, now: float) -> float | None:
         """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
         if self.run.mode == "waiting":
-            return now + LOOK_AGAIN
+            left = time_left(gate, self._tracks.wall()) if (gate := self.run.gate) else 0.0
+            return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at
         if due < math.inf:
             at = self.run.transport.clock(due)

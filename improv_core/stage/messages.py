@@ -14,7 +14,7 @@ from typing import Any, Literal, TypedDict, cast
 
 from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
-from improv_core.stage.fields import PoseJson
+from improv_core.stage.fields import Moment, PoseJson
 from improv_core.stage.robot_messages import FaultMessage, Instant, RobotInstant, Vitals
 from improv_core.stage.typed_lines import ProtocolError, read_as
 
@@ -97,6 +97,22 @@ class Misplaced(TypedDict):
     robots: Mapping[str, MisplacedRobot]
 
 
+class Armed(TypedDict):
+    """Whether a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
+    `begins` by itself (null: never), in Unix time."""
+
+    type: Literal["armed"]
+    generation: int
+    armed: bool
+    begins: float | None
+
+
+class Arming(TypedDict, total=False):
+    """Wait before beat 0 until a person resumes, or until the wall clock says that it `begins`, in Unix time."""
+
+    begins: Moment
+
+
 class _Load(TypedDict):
     type: Literal["load"]
     generation: int
@@ -132,10 +148,12 @@ class Load(_Load, _Timed, total=False):
 
     With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
     `pressed` that the parent knew of when somebody asked for this score, and `asleep` how many seconds the machine had
-    slept by then. With `anyway`, it doesn't matter where robots stand.
+    slept by then. With `anyway`, it doesn't matter where robots stand. With `arming`, a score that restarts waits once
+    everything is ready.
     """
 
     anyway: bool
+    arming: Arming
     asleep: float
     beats_per_bar: int
     entry: Takeover
@@ -187,7 +205,7 @@ class Ping(TypedDict):
     number: int
 
 
-ToPages = ProgramMessage | ProgramSource | Answer | Measured | Misplaced | FaultMessage | Vitals
+ToPages = ProgramMessage | ProgramSource | Answer | Measured | Misplaced | Armed | FaultMessage | Vitals
 """From the parent to the pages, through their stage."""
 ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | Ping
 
@@ -303,6 +321,7 @@ FromStage = (
     | FaultMessage
     | Vitals
     | Misplaced
+    | Armed
     | Sent
     | Pressed
     | WarningLine

@@ -12,6 +12,7 @@ from improv_core.score.score import Score
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage import events
+from improv_core.stage.gate import Gate
 from improv_core.stage.interlocks import EmergencyStops
 from improv_core.stage.machine import Machine
 from improv_core.stage.messages import Poses, Takeover, When
@@ -74,6 +75,7 @@ class Player(Machine):
         senses: Iterable[Foreseen] | None = None,
         stops: int | None = None,
         anyway: bool = False,
+        gate: Gate | None = None,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
@@ -83,8 +85,9 @@ class Player(Machine):
         paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
         and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
         one was pressed since somebody asked for it, with `stops` presses before.
+        After a restart, a `gate` holds beat 0 back.
         """
-        load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops, anyway)
+        load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops, anyway, gate)
         self._take(load, now)
         limbs = [name for name, part in score.parts.items() if any(scene.bounds.body.asked for scene in part.scenes)]
         if limbs and not entry:
@@ -104,7 +107,9 @@ class Player(Machine):
         self._take(events.Pause(), now)
 
     def resume(self, now: float, *, anyway: bool = False) -> None:
-        """Continue from where it was paused, as soon as nothing is waited for. Robots whose poses are in the world must
+        """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for.
+
+        Robots whose poses are in the world must
         be in their places, except with `anyway`."""
         self._take(events.Resume(anyway), now)
 

@@ -13,6 +13,7 @@ from improv_core.stage.fault_lines import SeenNews, as_line, as_lines
 from improv_core.stage.faults import FaultBegan, Worst
 from improv_core.stage.fields import PoseJson, to_pose_json
 from improv_core.stage.messages import (
+    Armed,
     Bar,
     Begins,
     Decided,
@@ -38,6 +39,7 @@ Told = (
     | Decided
     | Measured
     | Misplaced
+    | Armed
     | FaultMessage
     | Vitals
     | Pressed

@@ -10,6 +10,7 @@ from fractions import Fraction
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
 from improv_core.score.score import Score
 from improv_core.score.transport import Switch, Transport
+from improv_core.stage.gate import Gate
 from improv_core.stage.interlocks import EmergencyStops
 from improv_core.stage.messages import State, is_silent
 from improv_core.stage.preflight import Standing
@@ -40,6 +41,7 @@ class Run:
     A pause that `continues` ends by itself once nothing is waited for; one because robots are `too_near` ends when a
     person says so. Unless `misplaced` is None, playing waits until
     these robots are in their places, and a person plays again; with `anyway`, it doesn't matter where they stand.
+    While beat 0 waits, a `gate` holds it back, once everything is ready.
 
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
@@ -60,6 +62,7 @@ class Run:
     misplaced: Mapping[str, Standing] | None = None
     anyway: bool = False
     too_near: tuple[str, ...] = ()
+    gate: Gate | None = None
 
     @property
     def tempo(self) -> Fraction:

@@ -67,7 +67,7 @@ class Tracks:
         self.unseen: list[str] = []
         """Robots to check once everything that is due has been sent."""
         self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and what has to be decided next in it
-        self._wall = wall
+        self.wall = wall
         self._vitals_due = -math.inf
 
     # What is due
@@ -203,7 +203,7 @@ class Tracks:
         part = self.run.score.parts[robot]
         try:
             for decision in self.cast.perform(robot, beat):
-                self.tell(reports.decided(self.run, robot, decision, at, self._wall()))
+                self.tell(reports.decided(self.run, robot, decision, at, self.wall()))
         except TooManyChangesError:
             line = f"{robot} stops: its part changes more often than it can be performed"
             self.tell({"type": "error", "message": line})
@@ -243,6 +243,7 @@ class Tracks:
             self.sensing.held,
             poses,
             self.odometry.places(now) if self.sink.real else {},
+            self.wall() if self.run.gate else 0.0,
         )
 
     def whereabouts(self) -> Poses:
@@ -253,12 +254,12 @@ class Tracks:
     def report(self, now: float, at: float) -> None:
         """Report the position and poses at a time on the clock. The sink must have advanced to it."""
         must_wait = waits(self.run, self.facts(now)) if self.run.mode in ("paused", "stopped") else []
-        wall = self._wall() - (now - at)
+        wall = self.wall() - (now - at)
         self.tell(reports.transport(self.run, self.cast.over, must_wait, self.backend, self.whereabouts(), at, wall))
 
     def tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:
         """Report what a robot senses. `now` is the present time on the clock."""
-        wall = self._wall() - (now - self.run.transport.clock(performed))
+        wall = self.wall() - (now - self.run.transport.clock(performed))
         self.tell(reports.sensed(self.run, what, value, beat, performed, wall))
 
     def tell_known(self, what: RobotSense, beat: Exact, performed: float, now: float) -> None:
@@ -277,7 +278,7 @@ class Tracks:
             self.watches.take(comparison)
         if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
             robots = {
-                each.raw.robot: reports.compared(run, self.cast.over, each, self._wall() - (now - each.raw.at))
+                each.raw.robot: reports.compared(run, self.cast.over, each, self.wall() - (now - each.raw.at))
                 for each in found
             }
             self.tell({"type": "measured", "generation": run.generation, "robots": robots})
@@ -295,7 +296,7 @@ class Tracks:
 
     def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:
         """Report what is new about the faults of robots."""
-        for message in reports.faults(self.run, self.cast.over, found, now, self._wall()):
+        for message in reports.faults(self.run, self.cast.over, found, now, self.wall()):
             self.tell(message)
 
     def look(self, robots: Collection[str]) -> None:

@@ -6,6 +6,7 @@ import asyncio
 import os
 import pty
 import re
+import select
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from pathlib import Path
 import aiohttp
 import pytest
 
-from improv_core.commands.terminal import HINT
+from improv_core.commands.terminal import HINT, HINT_ARMED
 from tests.commands.command_line import IMPROV, LIMIT
 from tests.page import live_behind, token_behind
 
@@ -45,6 +46,12 @@ class Terminal:
         self._unread = self._unread[found.end() :]
         return found
 
+    def rest(self) -> str:
+        """What is shown after that, up to now."""
+        while select.select([self._ours], [], [], 0)[0]:
+            self._unread += os.read(self._ours, 1024).decode(errors="replace")
+        return self._unread
+
     def end(self) -> int:
         """The exit code."""
         assert self._process
@@ -70,6 +77,25 @@ def test_a_key_in_the_terminal_gives_the_cue(terminal: Terminal) -> None:
     terminal.wait("▶")
     terminal.type("xc")
     assert terminal.end() == 0
+
+
+@pytest.mark.parametrize("key", [" ", "\n"])
+def test_a_key_in_the_terminal_begins_what_is_armed(terminal: Terminal, key: str) -> None:
+    terminal.play("--armed", "--once")
+    terminal.wait("armed: all is ready, and begins with Space or Enter, or Play on the page")
+    terminal.wait(re.escape(HINT_ARMED) + " $")
+    terminal.type(key)
+    terminal.wait("beat 1")
+    terminal.type("c")
+    assert terminal.end() == 0
+
+
+def test_a_stop_disarms(terminal: Terminal) -> None:
+    terminal.play("--armed", "--once")
+    terminal.wait("armed: ")
+    terminal.type("\x03")
+    assert terminal.end() == 130
+    assert "beat 1" not in terminal.rest()
 
 
 def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:

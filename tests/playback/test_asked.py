@@ -49,6 +49,13 @@ def test_a_page_request_reaches_all_stages_for_the_same_time(asker: SinkName, re
         assert message == {**request_, "at": NOW}
 
 
+def test_playing_again_is_not_armed() -> None:
+    story = Story()
+    story(play(arming={}))
+    story({"type": "restart"})
+    assert story.score.play.arming is None
+
+
 def test_what_moves_robots_carries_the_count_of_stops_when_it_was_asked_for() -> None:
     story = Story.playing()
     story({"type": "resume"}, stops=3)

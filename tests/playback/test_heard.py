@@ -12,13 +12,15 @@ from improv_core.playback.heard import BEHIND
 from improv_core.playback.start import SinkName
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.messages import Decided, Pressed, Sensed
+from improv_core.stage.messages import Armed, Decided, Pressed, Sensed
 from tests.playback.story import DANCE, FAILED, GONE, READY, Event, From, Story, at, play, tell
 
 SENSED: Sensed = {"type": "sensed", "sense": "cue", "value": True, "generation": 1, "robot": "r", "beat": 2.5,
                   "performed": 1.25, "wall": 0}  # fmt: skip
 DECIDED: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, "generation": 1, "robot": "r", "beat": 2.5,
                     "performed": 1.25, "wall": 0}  # fmt: skip
+ARMED: Armed = {"type": "armed", "generation": 1, "armed": True, "begins": None}
+DISARMED: Armed = {"type": "armed", "generation": 1, "armed": False, "begins": None}
 OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
 GHOST = score_of(analyze("ghost $ repeat forward\n"))
 BUTTON: dict[str, Any] = {"waits_for": ["button 4 on /joy"]}
@@ -118,6 +120,22 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", at("playing", 1, 2.0)), ["transport"]),
         (("simulator", {"type": "lacks", "generation": 2}), []),
         (("ros", at("playing", 2, 4.0)), ["simulator: score 2 from beat 4", "transport"]),
+    ],
+    "a score is armed, and a person begins": [
+        (play(arming={}), ["ros: score 1"]),
+        (("ros", at("waiting", 1)), ["transport"]),
+        (("ros", ARMED), ["simulator: armed", "armed"]),
+        (("simulator", ARMED), ["armed (the other)"]),
+        ({"type": "resume"}, ["ros: resume"]),  # the twin begins with the leader
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", DISARMED), ["simulator: armed", "armed"]),
+        ({"type": "resume"}, ["ros: resume", "simulator: resume"]),
+    ],
+    "a stage crashes while a score is armed": [
+        (play(arming={}), ["ros: score 1"]),
+        (("ros", ARMED), ["simulator: armed", "armed"]),
+        (("ros", GONE), ["simulator: stop", "simulator: armed", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
     ],
     "the leading stage stops, waits, and continues by itself": [
         (play(), ["ros: score 1"]),

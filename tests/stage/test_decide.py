@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -12,6 +12,7 @@ from typing import get_args
 import pytest
 
 from improv_core.score.faults import FaultRules, Response
+from improv_core.score.motion import Pose
 from improv_core.score.movement import Duration
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.transport import Switch, Transport
@@ -44,12 +45,14 @@ from improv_core.stage.acts import (
     Zero,
 )
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
-from improv_core.stage.decide import _RULES, SEEN, WAITS, decide, trouble
+from improv_core.stage.decide import _RULES, NOT_READY, SEEN, WAITS, decide, trouble
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.faults import FaultBegan, FaultOver, Worst
+from improv_core.stage.gate import Gate, is_ready, message
 from improv_core.stage.interlocks import GAMEPAD, OLDER, EmergencyStops
 from improv_core.stage.messages import Takeover, When
 from improv_core.stage.nearness import Near
+from improv_core.stage.preflight import Standing
 from improv_core.stage.run import Mode, Run, Silenced
 from improv_core.stage.swap import Swap
 from improv_core.stage.watches import RobotNews
@@ -544,6 +547,117 @@ def test_who_is_silent(
     then, done = decide(run(mode, 3), events.Silence(muted, soloed), facts)
     assert then.silenced == Silenced(frozenset(muted), frozenset(soloed))
     assert done == [*([Resend(resent)] if resent else []), Report()]
+
+
+# Armed
+
+ARMED = Gate(ready=True)
+AT_5 = Gate(ZERO + 5)
+"""The tests' wall clock is their monotonic clock."""
+READY = events.Listened((), False, None)
+
+
+def armed(gate: Gate, ready: bool = True, dance: Score = DANCE) -> Run:
+    return run("waiting", dance=dance, gate=replace(gate, ready=ready))
+
+
+def told(gate: Gate | None) -> Tell:
+    return Tell(message(gate, 1))
+
+
+def wall(second: float, places: Mapping[str, Standing] | None = None) -> Facts:
+    return replace(at(second), wall=ZERO + second, places=places or {})
+
+
+def test_a_restart_may_be_armed() -> None:
+    load = events.Load(OTHER, 2, "restart", gate=ARMED)
+    then, _ = decide(run("playing", 3), events.Restarted(load), at(3))
+    assert (then.mode, then.gate) == ("waiting", ARMED)
+    again, _ = decide(then, events.Restarted(replace(load, gate=None)), at(4))
+    assert again.gate is None
+
+
+@pytest.mark.parametrize(
+    ("gate", "event", "second", "mode", "ready"),
+    [
+        (Gate(), events.Listened((), True, None), 4, "waiting", False),
+        (Gate(), READY, 4, "waiting", True),
+        (Gate(), events.Resume(), 4, "waiting", False),  # too early: it begins only once all is ready
+        (ARMED, READY, 1e9, "waiting", True),
+        (Gate(-math.inf, True), READY, 4, "playing", False),
+        (AT_5, READY, 4.9, "waiting", True),
+        (AT_5, READY, 5, "playing", False),
+        (replace(AT_5, ready=True), READY, 4.9, "waiting", True),
+        (replace(AT_5, ready=True), READY, 5, "playing", False),
+        (replace(AT_5, ready=True), events.Stop(), 4, "stopped", False),
+        (replace(AT_5, ready=True), events.Pause(), 4, "stopped", False),
+        (AT_5, events.Stop(), 4, "stopped", False),
+        (AT_5, events.Pause(), 4, "stopped", False),
+        (replace(AT_5, ready=True), events.EmergencyStop(STOP, True), 4, "stopped", False),
+        (replace(AT_5, ready=True), events.Seek(2.0), 4, "waiting", True),
+        (replace(AT_5, ready=True), events.Changed(), 4, "waiting", True),
+    ],
+)
+def test_what_is_armed_begins_when_a_person_or_the_clock_says(
+    gate: Gate, event: Event, second: float, mode: Mode, ready: bool
+) -> None:
+    before = run("waiting", gate=gate)
+    then, done = decide(before, event, wall(second))
+    assert then.mode == mode
+    assert is_ready(then.gate) == ready
+    assert (told(then.gate) in done) == (gate.ready != ready), "people are told of each change, once"
+    assert any(isinstance(each, Begin) for each in done) == (mode == "playing")
+    if mode != "waiting":
+        assert then.gate is None, "nothing begins later by itself"
+
+
+def test_robots_stand_while_it_is_armed() -> None:
+    heard = events.Listened((), False, ["a"])
+    then, done = decide(run("waiting", gate=Gate()), heard, wall(4))
+    assert done == [Still(["a"]), Report(), told(ARMED)]
+    assert decide(then, READY, wall(5)) == (then, [])
+
+
+def test_a_person_begins_at_once() -> None:
+    asked, done = decide(armed(AT_5), events.Resume(), wall(3))
+    assert done == [Listen()], "which waits for nothing"
+    then, done = decide(asked, READY, wall(3))
+    assert (then.mode, then.transport.zero) == ("playing", ZERO + 3)
+    assert not lines(done)
+
+
+def test_who_asks_too_early_is_told() -> None:
+    before = armed(Gate(), ready=False)
+    assert decide(before, events.Resume(), wall(3)) == (before, [Tell({"type": "warning", "message": NOT_READY})])
+
+
+@pytest.mark.parametrize(
+    ("second", "says"), [(5.01, []), (5.5, ["begins 0.50 s late: robots were still waited for, or the clock was set"])]
+)
+def test_a_late_beginning_is_told(second: float, says: list[str]) -> None:
+    then, done = decide(run("waiting", gate=AT_5), READY, wall(second))
+    assert (then.mode, lines(done)) == ("playing", says)
+
+
+def test_robots_have_to_be_in_their_places_before_it_is_armed_and_when_it_begins() -> None:
+    wrong = {"a": Standing(Pose(), Pose(1.0))}
+    for gate, second in ((Gate(), 4), (AT_5, 4), (replace(AT_5, ready=True), 5)):
+        then, done = decide(run("waiting", gate=gate), READY, replace(wall(second, places=wrong), real=True))
+        assert (then.mode, then.gate, then.misplaced) == ("paused", None, wrong)
+        assert "doesn't begin" in lines(done)[0]
+    then, _ = decide(armed(AT_5), READY, replace(wall(4, places=wrong), real=True))
+    assert then.mode == "waiting", "somebody who walks among them disarms nothing"
+
+
+def test_without_the_deadman_button_nothing_begins_by_itself() -> None:
+    then, done = decide(armed(AT_5, dance=GUARDED), READY, replace(wall(5), real=True))
+    assert (then.mode, then.continues, then.gate) == ("paused", True, None)
+    assert Zero() in done
+
+
+def test_a_score_that_only_stops_robots_is_never_armed() -> None:
+    then, _ = decide(run("waiting", dance=NOTHING, gate=Gate()), READY, wall(4))
+    assert then.mode == "playing"
 
 
 # In any case

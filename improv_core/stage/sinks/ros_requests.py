@@ -32,6 +32,7 @@ class Requests:
         self._ask = ask
         self._state: State | None = None
         self._waits_for: Sequence[str] = ()
+        self._armed = False
         self._values = {_TEMPO: 60.0, _SPEED: 1.0}
         limits = FloatingPointRange(from_value=SLOWEST, to_value=FASTEST)
         about_speed = ParameterDescriptor(description="times the tempo", floating_point_range=[limits])
@@ -47,6 +48,8 @@ class Requests:
 
     def show(self, message: FromStage) -> None:
         """Take note of a message of the stage."""
+        if message["type"] == "armed":
+            self._armed = message["armed"]
         if message["type"] != "transport":
             return
         self._state, self._waits_for = message["state"], message.get("waits_for", ())
@@ -89,6 +92,9 @@ class Requests:
             return False, "nothing has been played yet: save or play a program first"
         if self._waits_for:
             return False, f"robots wait for {' and '.join(self._waits_for)}"
+        if self._armed:
+            self._ask({"type": "resume"})
+            return True, "beginning"
         if self._state in ("playing", "waiting"):
             return True, "it plays already"
         if self._state == "paused":

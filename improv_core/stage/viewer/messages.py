@@ -11,7 +11,7 @@ from typing import Any, Literal, TypedDict
 from improv_core.stage.commands import Conduct, Form, PlaceRobots, Restart
 from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
 from improv_core.stage.fields import Beat, Count
-from improv_core.stage.messages import Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
+from improv_core.stage.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
 from improv_core.stage.robot_messages import FaultMessage, Vitals
 
 
@@ -205,6 +205,7 @@ ToPage = (
     | Window
     | MeetingsMessage
     | Misplaced
+    | Armed
     | Sensed
     | Decided
     | FaultMessage

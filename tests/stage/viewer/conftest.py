@@ -109,10 +109,11 @@ class Show:
         options = Options(backend="sim", takes_start_poses=True)
         self._playback = Playback(options, lambda message, leads: None, Stops(), start)
 
-    def play(self, program: str, robots: str = "", when: When = "restart") -> None:
+    def play(self, program: str, robots: str = "", when: When = "restart", **how: Any) -> None:
         analysis = analyze(program, read_robots(robots))
         assert analysis.ok
-        self._run(lambda: self._playback.play(PlayScore(score_of(analysis), "dance", self._playback.stops.count, when)))
+        score = score_of(analysis)
+        self._run(lambda: self._playback.play(PlayScore(score, "dance", self._playback.stops.count, when, **how)))
 
     def tell(self, message: ToStage) -> None:
         """Have the stage be told something, as if a stage of real robots led."""

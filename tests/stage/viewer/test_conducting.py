@@ -45,6 +45,25 @@ def test_every_button_controls_what_plays(stage: Page) -> None:
     assert stage.evaluate("improv.transport.beat") == 0
 
 
+def test_the_play_button_begins_what_is_armed(page: Page, show: Show, keep: Keep) -> None:
+    show.play(LONG, arming={})
+    watch(page, show)
+    expect(page.locator("#state-word")).to_have_text("armed")
+    expect(page.get_by_role("status")).to_have_text("armed: press Play to begin")
+    keep(page, "armed.png")
+    assert page.evaluate("improv.transport.state") == "waiting"
+    page.get_by_role("button", name="Begin").click()
+    wait(page, "improv.transport.state === 'playing'")
+    expect(page.locator("#state-word")).to_have_text("playing")
+
+
+def test_the_page_beside_real_robots_shows_that_they_are_armed(stage: Page, show: Show) -> None:
+    stage.get_by_role("button", name="Stop").click()
+    for armed, says in ((True, "armed"), (False, "stopped")):
+        show.tell({"type": "armed", "generation": 1, "armed": armed, "begins": None})
+        expect(stage.locator("#state-word")).to_have_text(says)
+
+
 def test_stepping_stops_at_whole_beats(stage: Page) -> None:
     step = stage.get_by_role("button", name="Step to the next beat")
     stage.keyboard.press("k")

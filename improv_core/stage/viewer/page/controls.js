@@ -5,6 +5,7 @@ import { find } from "./elements.js"
 import { LIMITS } from "./requests.js"
 
 /** @import { Clock } from "./clock.js" */
+/** @import { Messages } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
 /** @import { Connection } from "./notices.js" */
 
@@ -15,6 +16,7 @@ const SOON = 400 // milliseconds in which another step starts from the target of
 export class Controls {
   #clock
   #send
+  #armed = false // everything is ready, and waits for a person
   #target = { beat: 0, at: -Infinity } // of the last seek, until the server confirms it
   /** @type {(() => boolean) | null} */
   writes = null // saves and plays the text on this page, if there is one that does not play; whether it did
@@ -39,6 +41,11 @@ export class Controls {
     find("normal").addEventListener("click", () => this.#send({ type: "speed", factor: 1 }))
   }
 
+  /** @param {Messages["armed"]} message */
+  takeArmed({ armed }) {
+    this.#armed = armed
+  }
+
   stop() {
     this.#send({ type: "stop" })
   }
@@ -46,6 +53,10 @@ export class Controls {
   /** What it did, if anything, as for all that a key can do. */
   playOrPause() {
     const { state, generation } = this.#clock.transport
+    if (this.#armed) {
+      this.#send({ type: "resume" })
+      return "begin"
+    }
     if (state !== "playing" && this.writes?.()) return "save and play"
     if (!generation || state === "waiting") return
     if (state === "playing") this.#send({ type: "pause" })
@@ -109,25 +120,27 @@ export class Controls {
     const open = connection === "open"
     const { generation, state, beats, tempo, speed, backend } = this.#clock.transport
     const played = generation > 0
-    document.body.dataset.state = state
+    document.body.dataset.state = this.#armed ? "armed" : state
     const playing = state === "playing"
-    find("state-word").textContent = open || (connection === "over" && played) ? (played ? state : "ready") : "offline"
+    const plays = playing ? "Pause" : this.#armed ? "Begin" : "Play"
+    find("state-word").textContent = open || (connection === "over" && played) ? (this.#armed ? "armed" : played ? state : "ready") : "offline"
     find("beat").hidden = !played
     const { bar, lastBeat } = this.#clock
     const bars = whole(Math.ceil(lastBeat / (bar ?? 1)))
     find("beat-end").textContent = beats === null ? "· ∞" : bar ? `/ ${bars} ${bars === "1" ? "bar" : "bars"}` : `/ ${bars}`
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
     find("backend").textContent = backend ?? ""
-    find("play").setAttribute("aria-label", playing ? "Pause" : "Play")
-    find("play").title = `${playing ? "Pause" : "Play"} (K)`
+    find("play").setAttribute("aria-label", plays)
+    find("play").title = `${plays} (K)`
     find("normal").textContent = `${round(speed)}×`
     find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
     find("stop").setAttribute("aria-disabled", String(!open && connection !== "lost")) // it is sent until it arrives
     for (const id of ["play", "restart", "step", "slower", "normal", "faster"]) {
-      const ready = played || (id === "play" && this.writes !== null)
-      find(id).setAttribute("aria-disabled", String(!open || !ready || (id === "play" && state === "waiting")))
+      const ready = played || (id === "play" && (this.#armed || this.writes !== null))
+      const waits = id === "play" && state === "waiting" && !this.#armed
+      find(id).setAttribute("aria-disabled", String(!open || !ready || waits))
     }
-    document.title = played && open ? `${state} · Improv` : "Improv"
+    document.title = open && (played || this.#armed) ? `${this.#armed ? "armed" : state} · Improv` : "Improv"
     this.showBeat()
   }
 
@@ -152,6 +165,7 @@ export class Controls {
   /** The state in words, for screen readers. */
   spoken() {
     const { state, tempo, beats, beat } = this.#clock.transport
+    if (this.#armed) return "armed: press Play to begin"
     if (state === "paused") return `paused at ${this.#clock.words}`
     if (state !== "playing") return state
     const from = beat > 0.5 ? ` from ${this.#clock.words}` : ""

@@ -127,6 +127,7 @@ const MESSAGES = {
     waits: flag,
     robots: mapOf(shape({ place: pose, pose: nullOr(pose), line: text })),
   }),
+  armed: shape({ generation: count, armed: flag, begins: nullOr(number) }),
   meetings: shape({
     generation: count,
     from: number,

@@ -93,6 +93,7 @@ function take(message) {
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "meetings") takeMeetings(message)
   else if (message.type === "misplaced") misplaced.take(message)
+  else if (message.type === "armed") takeArmed(message)
   else if (message.type === "sensed") takeSensed(message)
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "vitals") wall.takeVitals(message)
@@ -107,6 +108,13 @@ function take(message) {
 function takeFault(message) {
   wall.takeFault(message)
   if (message.line) notices.announce(message.line)
+}
+
+/** @param {Messages["armed"]} message */
+function takeArmed(message) {
+  controls.takeArmed(message)
+  if (message.armed) notices.announce(controls.spoken())
+  showTransport()
 }
 
 /** @param {Messages["score"]} message */

@@ -1,0 +1,51 @@
+"""What holds beat 0 back once everything is ready: a person, or a time on the wall clock. Pure functions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from improv_core.stage.messages import Armed, Arming
+
+LATE = 0.01
+"""Seconds after its time from which a beginning is late, and people are told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """Beat 0 waits for a person, or until the wall clock says `begins`, in Unix time. It is `ready` once it waits for
+    nothing else."""
+
+    begins: float = math.inf
+    ready: bool = False
+
+    def is_open(self, wall: float) -> bool:
+        return wall >= self.begins
+
+
+def made_of(arming: Arming | None) -> Gate | None:
+    """The gate that somebody has asked for."""
+    return None if arming is None else Gate(arming.get("begins", math.inf))
+
+
+def is_ready(gate: Gate | None) -> bool:
+    """Whether beat 0 waits for nothing but this gate."""
+    return gate is not None and gate.ready
+
+
+def time_left(gate: Gate, wall: float) -> float:
+    """Seconds until a gate opens by itself, once it is all that is waited for; otherwise 0."""
+    return max(gate.begins - wall, 0.0) if gate.ready else 0.0
+
+
+def lateness(gate: Gate | None, wall: float) -> str:
+    """The line about a beginning that comes late; empty if it doesn't."""
+    late = wall - gate.begins if gate and gate.begins > -math.inf else 0.0
+    return f"begins {late:.2f} s late: robots were still waited for, or the clock was set" if late > LATE else ""
+
+
+def message(gate: Gate | None, generation: int) -> Armed:
+    """What people are shown: whether a score is armed, and when it begins by itself."""
+    armed = gate if gate and gate.ready else None
+    begins = armed.begins if armed and armed.begins < math.inf else None
+    return {"type": "armed", "generation": generation, "armed": armed is not None, "begins": begins}

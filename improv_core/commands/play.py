@@ -7,11 +7,13 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from datetime import datetime
 from pathlib import Path
 
 import click
 
 from improv_core.commands import parameters, scenes
+from improv_core.commands.begin_time import moment
 from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
@@ -31,6 +33,14 @@ from improv_core.stage.sinks.recorder import Recorder, sensed_in
 from improv_core.stage.typed_lines import ProtocolError
 
 
+def _time(text: str) -> datetime:
+    """The type of an option that is a time. Raises BadParameter."""
+    try:
+        return moment(text, datetime.now())
+    except ValueError as problem:
+        raise click.BadParameter(str(problem)) from None
+
+
 @click.command("play")
 @parameters.file
 @parameters.backend
@@ -43,6 +53,9 @@ from improv_core.stage.typed_lines import ProtocolError
 @parameters.force
 @click.option(
     "--armed", is_flag=True, help="Get everything ready, and begin when somebody presses Space, Enter, or Play."
+)
+@click.option(
+    "--at", "begins", metavar="TIME", type=_time, help="Armed, and begin by itself at 20:15, or at an ISO time."
 )
 @click.option("--once", is_flag=True, help="End when the dance ends, even in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
@@ -59,6 +72,7 @@ def command(
     recording: Path | None,
     force: bool,
     armed: bool,
+    begins: datetime | None,
     once: bool,
     report: str | None,
 ) -> None:
@@ -72,8 +86,8 @@ def command(
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
-    if fast and armed:
-        raise CommandError("--fast begins at once: leave out --armed")
+    if fast and (armed or begins):
+        raise CommandError("--fast begins at once: leave out --armed and --at")
     if fast:
         sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording), wanted=wanted))
     options = parameters.options(file, backend, port)
@@ -92,7 +106,7 @@ def command(
         senses=senses,
         wanted=wanted,
         anyway=force,
-        arming={} if armed else None,
+        arming={"begins": begins.timestamp()} if begins else {} if armed else None,
     )
     sys.exit(run(playing))
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import sys
+import time
 from collections.abc import Callable
 
 import click
 
+from improv_core.commands.begin_time import countdown
 from improv_core.plain import printable
 from improv_core.playback.beats import each_beat
 from improv_core.stage.messages import TransportMessage
@@ -21,6 +23,7 @@ class Screen:
         self._lost = lost
         self._counter: asyncio.Task[None] | None = None
         self._beat = ""
+        self._left = ""  # how long until it begins
         self._hint = ""
         self._shown = False  # whether the cursor is behind the last line
 
@@ -51,6 +54,12 @@ class Screen:
         if transport["state"] == "playing" and self.is_live:
             self._counter = asyncio.create_task(self._count(transport))
 
+    def count_down(self, begins: float) -> None:
+        """Show in the last line how long it is until this Unix time."""
+        self._stop_counter()
+        if self.is_live:
+            self._counter = asyncio.create_task(self._count_down(begins))
+
     def close(self) -> None:
         """End the last line."""
         self._hint = ""
@@ -68,10 +77,18 @@ class Screen:
             self._clear()
             self._show()
 
+    async def _count_down(self, begins: float) -> None:
+        while (left := begins - time.time()) > 0:
+            self._left = f"begins in {countdown(left)}"
+            self._clear()
+            self._show()
+            await asyncio.sleep(left % 1 or 1.0)
+
     def _stop_counter(self) -> None:
         if self._counter:
             self._counter.cancel()
             self._counter = None
+        self._left = ""
         beat, self._beat = self._beat, ""
         if self._shown and beat:
             self._clear()
@@ -79,7 +96,7 @@ class Screen:
             self._show()
 
     def _show(self) -> None:
-        if shown := " · ".join(part for part in (self._beat, self._hint) if part):
+        if shown := " · ".join(part for part in (self._beat, self._left, self._hint) if part):
             self._shown = True
             self._write(f"\r{shown} ", nl=False)
 

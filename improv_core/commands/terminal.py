@@ -12,6 +12,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from improv_core.commands.begin_time import in_words
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.keys import pressed
 from improv_core.commands.scenes import WantedScenes
@@ -367,7 +368,11 @@ class TerminalSession:
             *(["Play on the page"] if self.has_page else []),
             *(["the service ~/play"] if self.playback.show.is_real else []),
         ]
-        self.screen.say(f"armed: all is ready, and begins with {', or '.join(ways)}")
+        at = ""
+        if begins := message["begins"]:
+            at = f"at {in_words(datetime.fromtimestamp(begins), datetime.now())}, or "
+            self.screen.count_down(begins)
+        self.screen.say(f"armed: all is ready, and begins {at}with {', or '.join(ways)}")
 
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self._keep_poses(transport)

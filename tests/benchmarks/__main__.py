@@ -6,6 +6,7 @@ import os
 from argparse import ArgumentParser
 
 from tests.benchmarks import (
+    begin_times,
     bodies,
     calibration,
     continuity,
@@ -26,6 +27,7 @@ from tests.benchmarks import (
 )
 
 BENCHMARKS = {
+    "begin_times": (begin_times.run, "how far from the time asked with `--at` the first velocity is sent"),
     "bodies": (bodies.run, "a key in a long program with words for body parts, and without"),
     "calibration": (
         calibration.run,

@@ -9,6 +9,7 @@ import re
 import select
 import subprocess
 from collections.abc import Iterator
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import aiohttp
@@ -85,6 +86,17 @@ def test_a_key_in_the_terminal_begins_what_is_armed(terminal: Terminal, key: str
     terminal.wait("armed: all is ready, and begins with Space or Enter, or Play on the page")
     terminal.wait(re.escape(HINT_ARMED) + " $")
     terminal.type(key)
+    terminal.wait("beat 1")
+    terminal.type("c")
+    assert terminal.end() == 0
+
+
+def test_the_terminal_says_when_it_begins_by_itself_and_counts_down(terminal: Terminal) -> None:
+    terminal.play("--at", (datetime.now().astimezone() + timedelta(hours=2)).isoformat(), "--once")
+    terminal.wait(r"begins at \d\d:\d\d:\d\d (today|tomorrow), or with Space or Enter, or Play on the page")
+    terminal.wait(r"begins in (1:59:\d\d|2:00:00) · ")
+    terminal.wait("begins in 1:59:")
+    terminal.type(" ")
     terminal.wait("beat 1")
     terminal.type("c")
     assert terminal.end() == 0

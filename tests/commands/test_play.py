@@ -52,6 +52,22 @@ def test_play_needs_no_standard_input(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--fast", "--armed"], "--fast begins at once"),
+        (["--fast", "--at", "20:15"], "--fast begins at once"),
+        (["--at", "soon"], "'soon' is no time: write 20:15, or 2026-11-24T20:15:00+01:00"),
+        (["--at", "2020-01-01T20:15"], "2020-01-01T20:15 has passed: it is 2"),
+    ],
+)
+def test_what_can_not_be_armed(tmp_path: Path, options: list[str], says: str) -> None:
+    (tmp_path / "dance.improv").write_text("r $ forward\n")
+    done = run("play", tmp_path / "dance.improv", *options)
+    assert done.returncode == 2
+    assert says in done.stderr
+
+
 def test_play_of_a_wrong_program_says_why(broken: Path) -> None:
     done = run("play", broken, "--no-browser")
     assert done.returncode == 1

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
+from datetime import datetime
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
@@ -55,6 +57,13 @@ def test_the_play_button_begins_what_is_armed(page: Page, show: Show, keep: Keep
     page.get_by_role("button", name="Begin").click()
     wait(page, "improv.transport.state === 'playing'")
     expect(page.locator("#state-word")).to_have_text("playing")
+
+
+def test_the_page_says_when_it_begins_by_itself(page: Page, show: Show, keep: Keep) -> None:
+    show.play(LONG, arming={"begins": datetime(2099, 11, 24, 20, 15).timestamp()})
+    watch(page, show)
+    expect(page.locator("#state-word")).to_have_text(re.compile("^armed for .*:15"))
+    keep(page, "armed-at.png")
 
 
 def test_the_page_beside_real_robots_shows_that_they_are_armed(stage: Page, show: Show) -> None:

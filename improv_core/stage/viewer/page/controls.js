@@ -16,7 +16,8 @@ const SOON = 400 // milliseconds in which another step starts from the target of
 export class Controls {
   #clock
   #send
-  #armed = false // everything is ready, and waits for a person
+  /** @type {Messages["armed"] | null} */
+  #armed = null // everything is ready, and waits for a person or a time
   #target = { beat: 0, at: -Infinity } // of the last seek, until the server confirms it
   /** @type {(() => boolean) | null} */
   writes = null // saves and plays the text on this page, if there is one that does not play; whether it did
@@ -42,8 +43,8 @@ export class Controls {
   }
 
   /** @param {Messages["armed"]} message */
-  takeArmed({ armed }) {
-    this.#armed = armed
+  takeArmed(message) {
+    this.#armed = message.armed ? message : null
   }
 
   stop() {
@@ -123,7 +124,7 @@ export class Controls {
     document.body.dataset.state = this.#armed ? "armed" : state
     const playing = state === "playing"
     const plays = playing ? "Pause" : this.#armed ? "Begin" : "Play"
-    find("state-word").textContent = open || (connection === "over" && played) ? (this.#armed ? "armed" : played ? state : "ready") : "offline"
+    find("state-word").textContent = open || (connection === "over" && played) ? (this.#armed ? this.#armedWord() : played ? state : "ready") : "offline"
     find("beat").hidden = !played
     const { bar, lastBeat } = this.#clock
     const bars = whole(Math.ceil(lastBeat / (bar ?? 1)))
@@ -136,12 +137,17 @@ export class Controls {
     find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
     find("stop").setAttribute("aria-disabled", String(!open && connection !== "lost")) // it is sent until it arrives
     for (const id of ["play", "restart", "step", "slower", "normal", "faster"]) {
-      const ready = played || (id === "play" && (this.#armed || this.writes !== null))
+      const ready = played || (id === "play" && (this.#armed !== null || this.writes !== null))
       const waits = id === "play" && state === "waiting" && !this.#armed
       find(id).setAttribute("aria-disabled", String(!open || !ready || waits))
     }
     document.title = open && (played || this.#armed) ? `${this.#armed ? "armed" : state} · Improv` : "Improv"
     this.showBeat()
+  }
+
+  #armedWord() {
+    const begins = this.#armed?.begins
+    return begins ? `armed for ${new Date(1000 * begins).toLocaleTimeString()}` : "armed"
   }
 
   showBeat() {
@@ -165,7 +171,7 @@ export class Controls {
   /** The state in words, for screen readers. */
   spoken() {
     const { state, tempo, beats, beat } = this.#clock.transport
-    if (this.#armed) return "armed: press Play to begin"
+    if (this.#armed) return `${this.#armedWord()}: press Play to begin`
     if (state === "paused") return `paused at ${this.#clock.words}`
     if (state !== "playing") return state
     const from = beat > 0.5 ? ` from ${this.#clock.words}` : ""

@@ -122,7 +122,7 @@ class _Desk:
             elif ask["type"] == "complete":
                 self._answer(page, self._editor.complete(page, ask))
             elif ask["type"] == "move" or ask["type"] == "arrange":
-                self._answer(page, self._editor.move(page, ask))
+                self._answer(page, self._editor.move(page, ask, rehearses=self._performing.rehearses))
             else:
                 self._answer(page, self._editor.explain(page, ask))
 

@@ -146,6 +146,8 @@ class TerminalSession:
         self._scenes = scenes or WantedScenes()
         self.stops = Stops()
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
+        self.rehearses = False
+        """Whether what was played last doesn't begin at the starts of its program."""
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
         self._opening: set[asyncio.Task[None]] = set()
@@ -244,6 +246,7 @@ class TerminalSession:
         if self.interrupted.is_set():
             return False
         only = self._scenes.of(analysis)
+        self.rehearses = only.moved
         self.present(path)
         self.finished.clear()
         score = score_of(only.analysis)

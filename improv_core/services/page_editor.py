@@ -39,6 +39,7 @@ MOST_PAGES = 64
 """Pages whose texts are kept: as many as there can be."""
 MOST_PROBLEMS = 100
 MOST_WORDS = 50
+REHEARSES = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
 
 
 class PageEditor:
@@ -128,12 +129,18 @@ class PageEditor:
             "starts": _starts(analysis),
         }
 
-    def move(self, page: int, ask: Move | Arrange) -> RobotsMoved | None:
-        """The edits that have robots begin elsewhere. None if the page has another text."""
+    def move(self, page: int, ask: Move | Arrange, *, rehearses: bool = False) -> RobotsMoved | None:
+        """The edits that have robots begin elsewhere. None if the page has another text.
+
+        While it `rehearses` with robots where they are in the middle of the program, the page shows those places, which
+        are no starts.
+        """
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        if ask["type"] == "arrange":
+        if rehearses:
+            edits = None
+        elif ask["type"] == "arrange":
             edits = formed(analysis, ask["shape"], ask["distance"], ask["facing"])
         else:
             starts = ask["start_poses"]
@@ -142,7 +149,7 @@ class PageEditor:
             "type": "moved",
             "number": ask["number"],
             "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits or ()],
-            "problem": "" if edits is not None else UNPLACED,
+            "problem": "" if edits is not None else REHEARSES if rehearses else UNPLACED,
         }
 
     def _text(self, page: int, number: int) -> Analysis | None:

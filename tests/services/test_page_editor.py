@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from improv_core.ide.semantic_tokens_legend import TYPES
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
@@ -143,3 +147,19 @@ def test_robots_are_moved_in_the_text_of_their_page() -> None:
     refused = editor.move(PAGE, {"type": "move", "number": 4, "start_poses": {"ada": start}})
     assert refused
     assert (refused["edits"], refused["problem"]) == ([], "a line with `at` has an error: fix it first")
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        {"type": "move", "start_poses": {"ada": {"x": 1, "y": 2, "heading": 0}}},
+        {"type": "arrange", "shape": "line", "distance": 2, "facing": "in"},
+    ],
+)
+def test_no_start_is_written_from_where_a_rehearsal_begins(what: Any) -> None:
+    editor = PageEditor(read_robots(""))
+    ask(editor, "ada $ left\n", number=3)
+    refused = editor.move(PAGE, {**what, "number": 3}, rehearses=True)  # type: ignore[arg-type]
+    assert refused
+    line = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
+    assert (refused["edits"], refused["problem"]) == ([], line)

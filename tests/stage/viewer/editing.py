@@ -18,9 +18,9 @@ PLAYING = "improv.transport.state === 'playing'"
 class Edit:
     """`improv edit` on one file, on a thread, and pages of it in one window."""
 
-    def __init__(self, file: Path, window: BrowserContext) -> None:
+    def __init__(self, file: Path, window: BrowserContext, *options: str) -> None:
         self.file = file
-        self._running = Running("edit", file, "--backend", "sim", "--no-browser")
+        self._running = Running("edit", file, "--backend", "sim", "--no-browser", *options)
         self.wait = self._running.wait
         url = self.wait("watch it at").split()[-1]
         self._token, self._address = token_behind(url), url.partition("?")[0]

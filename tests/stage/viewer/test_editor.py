@@ -39,10 +39,10 @@ ALIGNED = """() => {
 def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[[str], Edit]]:
     opened: list[Edit] = []
 
-    def begin(program: str) -> Edit:
+    def begin(program: str, *options: str) -> Edit:
         file = tmp_path / "dance.improv"
         file.write_bytes(program.encode())
-        opened.append(Edit(file, window))
+        opened.append(Edit(file, window, *options))
         return opened[-1]
 
     yield begin
@@ -350,6 +350,19 @@ def test_a_line_with_an_error_has_to_be_fixed_first(edit: Callable[[str], Edit])
     dialog.get_by_label("x", exact=True).fill("3")
     expect(dialog.get_by_role("alert")).to_have_text("a line with `at` has an error: fix it first")
     expect(page.locator("#text")).to_have_value("ada at 1 x\nada $ left\n")
+
+
+def test_no_start_is_moved_while_a_rehearsal_begins_elsewhere(edit: Callable[..., Edit]) -> None:
+    program = "ada at 1 1\nada $ forward\n--- end\nada $ left\n"
+    page = edit(program, "--from", "end").page()
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, "improv.transport.generation === 1 && Math.abs(improv.robots.ada.x - 3) < 0.01")
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    dialog.get_by_label("x", exact=True).fill("5")
+    line = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
+    expect(dialog.get_by_role("alert")).to_have_text(line)
+    expect(page.locator("#text")).to_have_value(program)
 
 
 @pytest.mark.slow("lists 45 messages at two sizes")

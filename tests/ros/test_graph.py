@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.stage.messages import FOLDER
-from tests.ros.conftest import LIMIT, PROFILES
+from tests.ros.conftest import LIMIT, PROFILES, with_code
 
 pytestmark = pytest.mark.slow("somebody looks, and fails, in a process of its own")
 
@@ -18,7 +18,7 @@ import subprocess, sys, time
 import rclpy
 rclpy.init()
 node = rclpy.create_node("witness")
-command = [sys.executable, {str(FOLDER)!r}, "graph", "look", "no topic!"]
+command = [sys.executable, {str(FOLDER)!r}, "graph", "look", "/topic"]
 looking = subprocess.Popen(command, stderr=subprocess.DEVNULL)
 def until(fits, limit):
     end = time.monotonic() + limit
@@ -33,10 +33,24 @@ print(came, code, left)
 """
 
 
+BROKEN = """
+try:
+    from rclpy.node import Node
+except ImportError:  # in another Python
+    pass
+else:
+    def fail(self, topic):
+        raise RuntimeError(topic)
+
+    Node.get_subscriptions_info_by_topic = fail
+"""
+"""With this, a look fails once it has been seen."""
+
+
 def test_a_failed_look_leaves_the_graph(ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:
     lease, announced = "<leaseDuration><sec>300</sec></leaseDuration>", "<leaseAnnouncement>"
     profiles = tmp_path / "profiles.xml"
     profiles.write_text(Path(ros_env[PROFILES]).read_text().replace(announced, lease + announced))
-    env = {**ros_env, PROFILES: str(profiles)}
+    env = {**ros_env, PROFILES: str(profiles), **with_code(BROKEN)}
     done = subprocess.run([ros_python, "-c", WITNESS], env=env, capture_output=True, text=True, timeout=LIMIT * 2)
     assert done.stdout == "True 1 True\n", done.stderr

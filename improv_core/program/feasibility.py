@@ -101,6 +101,9 @@ def _lacking(velocity: Velocity, profile: Profile) -> str | None:
 
 
 def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
+    if role := robots.role_of(name):
+        message = f"`{name}` is not in improv.toml, and its namespace is that of `{role}`: write `{role}` here"
+        return Diagnostic("unknown-robot", span, message, replace(f"Change to {role}", span, role))
     near = get_close_matches(name, robots.robots, n=1)
     hint = f"did you mean `{near[0]}`?" if near else f"add `[robots.{name}]` to improv.toml"
     fixes = replace(f"Change to {near[0]}", span, near[0]) if near else ()

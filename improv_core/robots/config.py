@@ -107,6 +107,11 @@ class Robots:
         robot = self.robots.get(name) or Robot(profile, None, _topic(f"{self.namespace}/{name}"), profile.message)
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
 
+    def role_of(self, name: str) -> str | None:
+        """The listed robot whose namespace is the one that a robot with this name would have: both would be one."""
+        inside = f"{self.namespace}/{name}"
+        return next((each for each, robot in self.robots.items() if robot.namespace == inside), None)
+
     def of_kinds(self, kinds: Mapping[str, Profile]) -> Robots:
         """The same robots, but those without a profile have these."""
         listed = {

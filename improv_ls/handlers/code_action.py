@@ -90,7 +90,7 @@ def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Ac
     for problem in document.analysis.diagnostics:
         if problem.code == "unknown-robot" and problem.span.start <= span.end and span.start <= problem.span.end:
             name = text[slice(*problem.span)]
-            if edit := add(file.lines.text, name):
+            if not robots.role_of(name) and (edit := add(file.lines.text, name)):
                 action = Action(f"Add {name} to improv.toml", "quickfix", (edit,), (problem,))
                 yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
 

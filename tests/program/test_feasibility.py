@@ -165,6 +165,18 @@ def test_robots_must_be_listed_and_able() -> None:
     """)
 
 
+@pytest.mark.parametrize(
+    "robots",
+    ['[robots.ada]\nnamespace = "/bo"\n', '[ros]\nnamespace = "/lab"\n[robots.ada]\nnamespace = "bo"\n'],
+)
+def test_a_name_and_the_role_of_the_robot_with_that_name_would_drive_one_robot(robots: str) -> None:
+    program = "ada $ forward\nbo $ left\n"
+    (found,) = analyze(program, read_robots(robots)).diagnostics
+    assert (found.code, program[slice(*found.span)]) == ("unknown-robot", "bo")
+    assert found.message == "`bo` is not in improv.toml, and its namespace is that of `ada`: write `ada` here"
+    assert [fix.title for fix in found.fixes] == ["Change to ada"]
+
+
 def test_a_car_turns_only_as_it_drives_and_on_no_tighter_curve_than_it_can() -> None:
     wide = "it needs a radius of 0.6 m, as in `repeat 2 forward || slow 2 left`"
     check(f"""

@@ -149,12 +149,15 @@ def _posed(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None]
 
 
 def _find_deviation(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> None:
-    """Find out whether a robot is off its path: from where it ideally is, and from where it was a moment ago."""
-    limit = BACK if "off_path" in watch.open else 1.0
-    off = pose.pose.apart(pose.ideal)
-    if _is_off(off, rules, limit) and all(_is_off(pose.pose.apart(each), rules, limit) for each in pose.recent):
-        _note(found, "off_path", Worst(*off))
-    else:
+    """Find out whether a robot is off its path: off where it ideally is, and off where it was a moment ago.
+
+    It is back once it is near all of that. Otherwise a turn would bring a robot back whose heading is off: for a moment,
+    it looks as if the robot only lagged.
+    """
+    offs = [pose.pose.apart(each) for each in (pose.ideal, *pose.recent)]
+    if all(_is_off(off, rules, 1.0) for off in offs):
+        _note(found, "off_path", Worst(*offs[0]))
+    elif not any(_is_off(off, rules, BACK) for off in offs):
         found["off_path"] = None
 
 

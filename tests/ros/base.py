@@ -91,6 +91,7 @@ def main() -> None:
     parser.add_argument("--wheel-error", type=float, nargs=2, default=(1.0, 1.0))
     parser.add_argument("--noise", type=float, default=0.01)
     parser.add_argument("--loss", type=float, default=0.05, help="the share of commands that get lost")
+    parser.add_argument("--ahead", type=int, default=0, help="seconds by which its clock is ahead of ours")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
 
@@ -111,6 +112,7 @@ def main() -> None:
     def publish() -> None:
         base.advance(time.monotonic())
         stamp = node.get_clock().now().to_msg()
+        stamp.sec += options.ahead
         counted = Odometry(child_frame_id="base_link")
         counted.header.stamp, counted.header.frame_id = stamp, "odom"
         _write(counted.pose.pose, base.counted)

@@ -5,6 +5,7 @@ What it makes of what it sees is asked in tests/commands/test_doctor.py.
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import time
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.ros.conftest import LIMIT, NOISE, STAMPED, Listen, Publish, with_code
+from tests.ros.conftest import BASE, LIMIT, NOISE, STAMPED, Listen, Publish, Script, with_code
 
 pytestmark = pytest.mark.slow("looks for three seconds who is there")
 
@@ -33,6 +34,27 @@ def doctor(env: Mapping[str, str], folder: Path, *arguments: str) -> tuple[int, 
     done = subprocess.run(command, env=env, cwd=folder, capture_output=True, text=True, encoding="utf-8", timeout=LIMIT)
     assert done.stderr == ""
     return done.returncode, done.stdout.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("ahead", "says"),
+    [
+        (0, r"✓ r: poses on /r/true_pose, 0\.\d\d s old by their stamps"),
+        (60, r"✗ r: the clock that stamps /r/true_pose is at least (60\.0|59\.)\d+ s ahead of this machine's: .*"),
+        (-60, r"✗ r: poses on /r/true_pose are 6\d\.\d\d s old by their stamps: .*"),
+    ],
+)
+def test_the_doctor_compares_the_clock_of_a_base_with_ours(
+    ahead: int, says: str, ros_env: dict[str, str], script: Script, tmp_path: Path
+) -> None:
+    script(BASE, "r", "--ahead", str(ahead))
+    (tmp_path / "improv.toml").write_text('[robots.r]\nodom = "true_pose"\n')
+    end, found = time.monotonic() + LIMIT, list[str]()
+    while not found and time.monotonic() < end:  # on a busy machine, discovery may take longer than it looks
+        _, lines = doctor(ros_env, tmp_path)
+        found = [line for line in lines if "/r/true_pose" in line and line.startswith(("✓", "✗"))]
+    (line,) = found
+    assert re.fullmatch(says, line)
 
 
 def test_the_doctor_sees_which_nodes_are_there(

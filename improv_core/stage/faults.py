@@ -151,8 +151,8 @@ def _posed(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None]
 def _find_deviation(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> None:
     """Find out whether a robot is off its path: off where it ideally is, and off where it was a moment ago.
 
-    It is back once it is near all of that. Otherwise a turn would bring a robot back whose heading is off: for a moment,
-    it looks as if the robot only lagged.
+    It is back once it is near all of that. Otherwise a turn would bring a robot back whose heading is off: for a
+    moment, it looks as if it only lagged.
     """
     offs = [pose.pose.apart(each) for each in (pose.ideal, *pose.recent)]
     if all(_is_off(off, rules, 1.0) for off in offs):

@@ -29,7 +29,7 @@ class UrdfError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class UrdfJoint:
     """What connects two links: meters, radians, their rates per second.
 
     `place` and `turn` (roll, pitch, yaw) are where the joint is in its parent's frame. `lower`, `upper`, and `velocity`
@@ -61,7 +61,7 @@ class Urdf:
 
     name: str
     root: str
-    joints: tuple[Joint, ...]
+    joints: tuple[UrdfJoint, ...]
 
 
 def read_urdf(source: bytes) -> Urdf:
@@ -104,7 +104,7 @@ class _Reader(ContentHandler):
         self._path: list[str] = []
         self._name = ""
         self._links: dict[str, int] = {}
-        self._joints: dict[str, Joint] = {}
+        self._joints: dict[str, UrdfJoint] = {}
         self._open: _Open | None = None
         self._locator: Locator | None = None
 
@@ -145,7 +145,7 @@ class _Reader(ContentHandler):
         return Urdf(self._name, root, ordered)
 
 
-def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> Joint:
+def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> UrdfJoint:
     given = elements["joint"]
     name = _needed(given, "name", "a joint", line)
     what = f"the joint {name!r}"
@@ -168,7 +168,7 @@ def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> Joint:
     velocity = _number(limit, "velocity", what, line, None)
     if velocity is not None and velocity < 0:
         raise UrdfError(line, f"{what} has the velocity limit {velocity:g}: it must not be negative")
-    return Joint(
+    return UrdfJoint(
         name,
         kind,
         ends["parent"],
@@ -214,10 +214,10 @@ def _numbers(text: str, count: int, key: str, what: str, line: int) -> list[floa
     return numbers
 
 
-def _tree(links: Mapping[str, int], joints: Iterable[Joint]) -> tuple[str, tuple[Joint, ...]]:
+def _tree(links: Mapping[str, int], joints: Iterable[UrdfJoint]) -> tuple[str, tuple[UrdfJoint, ...]]:
     """The root of the tree, and its joints from there on. Raises UrdfError if it isn't one tree."""
-    carried: dict[str, Joint] = {}
-    carries: dict[str, list[Joint]] = {}
+    carried: dict[str, UrdfJoint] = {}
+    carries: dict[str, list[UrdfJoint]] = {}
     for joint in joints:
         for end in (joint.parent, joint.child):
             if end not in links:
@@ -240,7 +240,7 @@ def _tree(links: Mapping[str, int], joints: Iterable[Joint]) -> tuple[str, tuple
     return roots[0], tuple(ordered.values())
 
 
-def _downward(root: str, carries: Mapping[str, list[Joint]]) -> Iterator[Joint]:
+def _downward(root: str, carries: Mapping[str, list[UrdfJoint]]) -> Iterator[UrdfJoint]:
     waiting = list(reversed(carries.get(root, [])))
     while waiting:
         joint = waiting.pop()

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from improv_core.robots.urdf import TURNING, Joint, Urdf, UrdfError, Vector
+from improv_core.robots.urdf import TURNING, UrdfJoint, Urdf, UrdfError, Vector
 from improv_core.syntax.vocabulary import WORDS
 
 BEAT_DEGREES, BEAT_METERS = 30, 0.05
@@ -62,7 +62,7 @@ def sections(urdf: Urdf, source: str, profile: str | None = None, tips: Mapping[
 class _Part:
     name: str
     tip: str
-    joints: tuple[Joint, ...]
+    joints: tuple[UrdfJoint, ...]
 
 
 def _named(urdf: Urdf, tips: Mapping[str, str]) -> list[_Part]:
@@ -84,7 +84,7 @@ def _named(urdf: Urdf, tips: Mapping[str, str]) -> list[_Part]:
     return [part for name in tips for part in parts if part.name == name]
 
 
-def _path(tip: str, carrier: Mapping[str, Joint]) -> list[Joint]:
+def _path(tip: str, carrier: Mapping[str, UrdfJoint]) -> list[UrdfJoint]:
     joints = []
     while joint := carrier.get(tip):
         joints.append(joint)
@@ -94,8 +94,8 @@ def _path(tip: str, carrier: Mapping[str, Joint]) -> list[Joint]:
 
 def _leaves(urdf: Urdf) -> list[_Part]:
     """The chains of driven joints from the last fork on."""
-    above: dict[str, Joint | None] = {urdf.root: None}  # the driven joint that carries a link
-    below: dict[str, list[Joint]] = {}
+    above: dict[str, UrdfJoint | None] = {urdf.root: None}  # the driven joint that carries a link
+    below: dict[str, list[UrdfJoint]] = {}
     for joint in urdf.joints:
         before = above[joint.parent]
         above[joint.child] = joint if joint.driven else before
@@ -159,9 +159,9 @@ def _unit(vector: Vector) -> Vector:
     return (vector[0] / length, vector[1] / length, vector[2] / length) if length else vector
 
 
-def _directions(part: _Part, frames: Mapping[str, _Frame]) -> dict[_Direction, Joint]:
+def _directions(part: _Part, frames: Mapping[str, _Frame]) -> dict[_Direction, UrdfJoint]:
     """The direction of each joint of a part for which one is clear, and not that of a joint nearer to the root."""
-    found: dict[_Direction, Joint] = {}
+    found: dict[_Direction, UrdfJoint] = {}
     for joint in part.joints:
         direction = _direction(joint, part, frames)
         if direction and all(each.name != direction.name for each in found):
@@ -169,7 +169,7 @@ def _directions(part: _Part, frames: Mapping[str, _Frame]) -> dict[_Direction, J
     return found
 
 
-def _rows(part: _Part, directions: Mapping[_Direction, Joint]) -> Iterator[str]:
+def _rows(part: _Part, directions: Mapping[_Direction, UrdfJoint]) -> Iterator[str]:
     for direction, joint in directions.items():
         unit, far = ("degrees", BEAT_DEGREES) if joint.kind in TURNING else ("meters", BEAT_METERS)
         yield f"{direction.name} = {{ joint = {_text(joint.name)}, {unit} = {direction.sign * far:g} }}"
@@ -182,7 +182,7 @@ class _Direction:
     sign: int
 
 
-def _direction(joint: Joint, part: _Part, frames: Mapping[str, _Frame]) -> _Direction | None:
+def _direction(joint: UrdfJoint, part: _Part, frames: Mapping[str, _Frame]) -> _Direction | None:
     """Where a joint moves its part's tip while all joints are at 0. None if that is none of our directions.
 
     A joint about the vertical turns `left`. Any other moves the tip along axis × (tip - joint) (Lynch & Park, Modern
@@ -214,7 +214,7 @@ def _sign(number: float) -> int:
     return 1 if number > 0 else -1
 
 
-def _limits(joint: Joint) -> Iterator[str]:
+def _limits(joint: UrdfJoint) -> Iterator[str]:
     turning = joint.kind in TURNING
     for key, limit in (("min", joint.lower), ("max", joint.upper)):
         if limit is not None:
@@ -235,7 +235,7 @@ def _number(value: float, turning: bool) -> str:
     return f"{round(math.degrees(value) if turning else value, 4):.10g}"
 
 
-def _left_out(joint: Joint, taken: Iterable[str]) -> str | None:
+def _left_out(joint: UrdfJoint, taken: Iterable[str]) -> str | None:
     if joint.name in taken or joint.kind == "fixed":
         return None
     if joint.follows:

@@ -364,7 +364,10 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
     if event.goes_on and not waits(run, facts):
         acts = _begin(run, begin, event.beat, event.at)
         if others := [robot for robot in recast if robot not in begin]:  # their parts go on with other robots
-            acts.append(Resend(others))
+            acts += [
+                Resend(others),
+                *(_warning(f"{score.parts[each].topic} has the part of {each} now") for each in others),
+            ]
     else:
         run, acts = _play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
     return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *recast})]

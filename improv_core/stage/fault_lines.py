@@ -144,7 +144,7 @@ _SEVERAL_OVER: Mapping[Fault, Callable[[str, Worst], str]] = {
 _FOLLOWS: Mapping[Response, str] = {
     "tell": "",
     "stand": "; it stands until you unmute it",
-    "stop": "; all robots were stopped: save to play again",
+    "stop": "; all robots are told to stop: save to play again",
 }
 _THEY_STAND = "they stand until you unmute them"
 _BACK: Mapping[Rejoin, str] = {

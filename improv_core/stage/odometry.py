@@ -38,6 +38,8 @@ LAGS = (0.08, 0.16, 0.25)
 TurtleBot3 that starts at its limits lags by 0.12 s and 0.18 s, and poses came 80 ms late."""
 AHEAD, BEHIND = -0.05, 1.0
 """Seconds from a stamp to the arrival of its pose, at the least: if it is less or more, the clocks don't agree."""
+DOUBTFUL = 10.0
+"""Seconds after a jump in which poses in the world correct nothing: they may be those of another robot."""
 FRESH = 1.0
 """Seconds: a robot stands where it was then, if it is told nothing."""
 AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
@@ -96,6 +98,7 @@ class Odometry:
                 track = self._tracks[robot]
                 if track.topic not in ("", part.topic):
                     track.place(track.legs[-1].pose_at(at), at)
+                    track.latest = None  # another robot has been elsewhere, and hasn't jumped
                 track.cast(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
@@ -164,6 +167,7 @@ class _Track:
     limits: tuple[float, float] | None = None
     error: tuple[Pose, Pose, float] | None = None
     least: float = math.inf  # seconds from a stamp to its arrival
+    jumped: float = -math.inf  # when its poses in the world jumped last
 
     def __post_init__(self) -> None:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
@@ -216,6 +220,8 @@ class _Track:
             return None
         if self.in_world:
             self.frame = Pose()
+            if jump:
+                self.jumped = raw.at
         elif jumped and before and self.frame:
             self.frame = self.frame.then(before.pose).then(raw.pose.inverse())
         elif self.frame is None:
@@ -234,7 +240,7 @@ class _Track:
 
     def correction(self, twist: Twist, at: float) -> Twist:
         """What to add to a velocity, if the latest pose is not too old."""
-        if not self.limits or not self.error or at - self.error[2] > OLDEST:
+        if not self.limits or not self.error or at - self.error[2] > OLDEST or at < self.jumped + DOUBTFUL:
             return STILL
         expected, measured, _ = self.error
         return correction(expected, self.profile.limited(twist), measured, self.limits, self.profile.turning_radius)

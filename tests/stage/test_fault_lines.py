@@ -96,7 +96,7 @@ def test_what_is_said_of_two_robots(fault: Fault, begins: str, ends: str) -> Non
     [
         ("tell", ""),
         ("stand", "; they stand until you unmute them"),
-        ("stop", "; all robots were stopped: save to play again"),
+        ("stop", "; all robots are told to stop: save to play again"),
     ],
 )
 def test_what_follows_for_several(response: Response, follows: str) -> None:

@@ -23,7 +23,7 @@ from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import OdomFrame, Part, Safety
 from improv_core.stage.doing import REST
 from improv_core.stage.faults import QUIET
-from improv_core.stage.odometry import CONTINUOUS, RECENT, Odometry
+from improv_core.stage.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
 from improv_core.stage.player import Player
 from improv_core.stage.reports import Told
 from improv_core.stage.sinks import Noticed, RawPose
@@ -396,12 +396,45 @@ def on_faults(robot: Robot, response: Response, seconds: float) -> list[str]:
     return robot.lines
 
 
+def corrected(odometry: Odometry, world: Pose, at: float) -> Twist:
+    """What is added to the velocity of `r`, which drives 0.2 m/s along x from the origin, after a pose at a time."""
+    odometry.take(RawPose("r", LOCALIZATION, world, at))
+    return odometry.correction("r", Twist(0.2), at)
+
+
+def following(topic: str = "/r") -> Part:
+    part = score("beat 60\nr $ repeat 100 forward").parts["r"]
+    return replace(
+        part, odom="/pose", odom_frame="world", follow=True, profile=TURTLEBOT3_BURGER, topic=topic, start=Pose()
+    )
+
+
+def test_poses_that_have_jumped_correct_nothing_for_a_while() -> None:
+    odometry = Odometry()
+    odometry.begin({"r": following()}, 0.0)
+    odometry.tell("r", Twist(0.2), 0.0)
+    assert corrected(odometry, Pose(0.2, 0.05), 1.0) != STILL
+    assert corrected(odometry, Pose(0.22, 1.05), 1.1) == STILL
+    assert corrected(odometry, Pose(0.22 + 0.2 * (DOUBTFUL - 0.2), 1.05), 1.1 + DOUBTFUL - 0.2) == STILL
+    assert corrected(odometry, Pose(0.22 + 0.2 * DOUBTFUL, 1.05), 1.1 + DOUBTFUL) != STILL
+
+
+def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
+    odometry = Odometry()
+    odometry.begin({"r": following()}, 0.0)
+    odometry.take(RawPose("r", LOCALIZATION, Pose(), 1.0))
+    odometry.cast({"r": following("/spare")}, 1.1)
+    found = odometry.take(RawPose("r", LOCALIZATION, Pose(0.6, 2), 1.2))
+    assert found
+    assert found.jump is None
+
+
 @pytest.mark.parametrize(
     ("response", "follows", "state", "twist"),
     [
         ("tell", "", "playing", Twist(2)),
         ("stand", "; it stands until you unmute it", "playing", Twist()),
-        ("stop", "; all robots were stopped: save to play again", "stopped", Twist()),
+        ("stop", "; all robots are told to stop: save to play again", "stopped", Twist()),
     ],
 )
 def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, twist: Twist) -> None:

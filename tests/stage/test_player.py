@@ -813,6 +813,7 @@ def test_another_robot_goes_on_with_a_part_that_was_given_to_it() -> None:
     told = [each for each in stage.sink.sent[before:] if each[0] == "r"]
     assert [each[2] for each in told[:4]] == [STILL, STILL, STILL, Twist(yaw=math.pi / 2)]
     assert told[3][1] == 1.5
+    assert stage.lines == ["/tb3_07/cmd_vel has the part of r now"]
     assert [at for at, _, _ in stage.sink.changes("s")] == [0, 1, 2, 3]
     assert stage.transports[-1].get("begins", {}) == {}
 

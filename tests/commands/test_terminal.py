@@ -1,0 +1,66 @@
+"""What stages say of real robots → what a terminal shows, and what the report says at the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from improv_core.commands.terminal import TerminalSession
+from improv_core.playback.start import Options
+from improv_core.stage.robot_messages import FaultMessage, WorstJson
+
+
+def fault(robot: str, beat: float, line: str, *, over: bool = False, worst: WorstJson | None = None) -> FaultMessage:
+    return {
+        "type": "fault",
+        "generation": 1,
+        "robot": robot,
+        "fault": "silent",
+        "over": over,
+        "response": "tell",
+        "worst": worst or {},
+        "message": f"about {robot}",
+        "line": line,
+        "beat": beat,
+        "performed": beat,
+        "wall": 0,
+    }
+
+
+@pytest.fixture
+def session() -> TerminalSession:
+    return TerminalSession(Options("sim"), quiet=True, recorder=None, edit=None)
+
+
+def test_each_line_about_faults_is_printed_once(session: TerminalSession, capsys: pytest.CaptureFixture[str]) -> None:
+    for message in (fault("a", 1, "no poses of a and b"), fault("b", 1, ""), fault("c", 2, "no pose of c")):
+        session._hear(message, True)
+        session._hear(message, False)  # the simulator beside them says it again
+    assert capsys.readouterr().err == "improv: no poses of a and b\nimprov: no pose of c\n"
+
+
+def test_after_an_interrupt_nothing_is_printed(session: TerminalSession, capsys: pytest.CaptureFixture[str]) -> None:
+    session.interrupted.set()
+    session._hear(fault("a", 1, "no pose of a"), True)
+    assert capsys.readouterr().err == ""
+
+
+def test_the_report_has_an_entry_for_each_fault_of_each_robot(session: TerminalSession) -> None:
+    """How bad it was is known at its end. What is not over has no end, and the same fault may come again."""
+    for message in (
+        fault("a", 1.5, "no poses of a and b", worst={"seconds": 1.0}),
+        fault("b", 1.5, "", worst={"seconds": 1.1}),
+        fault("a", 4.0, "poses of a come again", over=True, worst={"seconds": 3.5}),
+        fault("a", 6.0, "no pose of a", worst={"seconds": 1.2}),
+    ):
+        session._hear(message, True)
+    assert session.report()["faults"] == [
+        entry("a", 1.5, 4.0, 3.5),
+        entry("b", 1.5, None, 1.1),
+        entry("a", 6.0, None, 1.2),
+    ]
+
+
+def entry(robot: str, begins: float, ends: float | None, seconds: float) -> dict[str, Any]:
+    return {"robot": robot, "kind": "silent", "from": begins, "to": ends, "worst": {"seconds": seconds}}

@@ -94,7 +94,8 @@ def test_an_editor_that_stops_reading_for_a_while_and_then_ends(turtle: Listener
         moves = turtle.wait(lambda message: not still(message))
         assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
         assert process.stdout
-        assert json.loads(process.stdout.readline()) == [], "one line is all that is said"
+        said = [line for line in json.loads(process.stdout.readline()) if " ms late: " not in line]
+        assert said == [], "one line is all that is said, besides how busy the machine is"
 
 
 @pytest.fixture

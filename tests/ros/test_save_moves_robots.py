@@ -76,6 +76,8 @@ def test_a_listener_hears_a_save_in_order_and_exactly_and_then_zeros(server: Ser
 def test_a_save_with_errors_lets_the_dance_continue_and_a_stop_ends_it(server: Server, robots: Listener) -> None:
     server.save("turtle1 $ repeat forward\n")
     robots.wait(moving)
+    # The server may hear later than the robot that it plays.
+    server.client.wait("$/progress", lambda params: "/∞" in params["value"].get("message", ""))
     server.type("turtle1 $ repeat (forward\n")
     server.client.save(server.uri)
     server.wait_for_line("✗ line 1: close this bracket with `)`; the previous dance keeps playing")

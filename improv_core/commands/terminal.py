@@ -47,6 +47,7 @@ from improv_core.stage.messages import (
     TransportMessage,
     When,
 )
+from improv_core.stage.preflight import NAMED
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -351,6 +352,9 @@ class TerminalSession:
                 self._show_armed(message)
         elif message["type"] == "misplaced":
             if leads and message["robots"] and not self.has_page:  # where it could begin anyway
+                if len(message["robots"]) > NAMED:  # otherwise the line that follows names all
+                    for misplaced in message["robots"].values():
+                        self.screen.complain(f"improv: {misplaced['line']}")
                 self.refused.set()
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():

@@ -13,8 +13,8 @@ from improv_core.stage.messages import Misplaced
 
 NAMED = 3
 """So many robots are named in a line; the page shows all."""
-NEAR = 0.01
-"""Meters that nobody is asked to move a robot that has to be turned, and vice versa in radians (half a degree)."""
+NEAR = 0.03
+"""Meters that nobody is asked to move a robot that has to be turned, and vice versa in radians (two degrees)."""
 
 
 class Standing(NamedTuple):
@@ -56,10 +56,10 @@ def advice(robot: str, place: Standing) -> str:
     far, turn = math.hypot(x, y), _turn(place)
     toward = round(math.degrees(math.atan2(y, x))) % 360
     turned = f"{abs(math.degrees(turn)):.0f}° {'left' if turn > 0 else 'right'}"
-    if far < NEAR:
+    if far < NEAR <= abs(turn):
         return f"turn {robot} {turned}"
     moved = f"move {robot} {far:.2f} m toward {toward}°"
-    return moved if abs(turn) < NEAR else f"{moved} and turn it {turned}"
+    return moved if abs(turn) < NEAR <= far else f"{moved} and turn it {turned}"
 
 
 def refusal(found: Mapping[str, Standing]) -> str:

@@ -8,6 +8,8 @@ import pytest
 
 from improv_core.commands.terminal import TerminalSession
 from improv_core.playback.start import Options
+from improv_core.score.motion import Pose
+from improv_core.stage import preflight
 from improv_core.stage.robot_messages import FaultMessage, WorstJson
 
 
@@ -44,6 +46,18 @@ def test_after_an_interrupt_nothing_is_printed(session: TerminalSession, capsys:
     session.interrupted.set()
     session._hear(fault("a", 1, "no pose of a"), True)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("count", [3, 4, 12])
+def test_all_robots_that_are_not_in_their_places_are_named(
+    count: int, session: TerminalSession, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A few are in the line that says that it doesn't begin."""
+    found = {f"r{number}": preflight.Standing(Pose(), Pose(1)) for number in range(count)}
+    session._hear(preflight.message(found, 1), True)
+    expected = [f"improv: move r{number} 1.00 m toward 180°" for number in range(count)] if count > 3 else []
+    assert capsys.readouterr().err.splitlines() == expected
+    assert session.refused.is_set()
 
 
 def test_the_report_has_an_entry_for_each_fault_of_each_robot(session: TerminalSession) -> None:

@@ -35,6 +35,8 @@ def degrees(x: float, y: float, heading: float = 0) -> Pose:
         (degrees(0, 0), degrees(0, 0.11, 5), "move ada 0.11 m toward 270° and turn it 5° right"),
         (degrees(2, 3, 90), degrees(2, 3, 79), "turn ada 11° left"),
         (degrees(2, 3, -179), degrees(2, 3, 170), "turn ada 11° left"),
+        (degrees(2, 3), degrees(2, 2.98, 20), "turn ada 20° right"),
+        (degrees(2, 3), degrees(2, 2.5, 1.5), "move ada 0.50 m toward 90°"),
         (degrees(0, 0), degrees(1e9, 0), "move ada 1000000000.00 m toward 180°"),
         (degrees(0, 0), None, "nobody knows where ada stands: its poses have to arrive"),
     ],

@@ -48,16 +48,13 @@ def command(
     port: int,
     no_browser: bool,
     when: When,
-    first: str | None,
-    last: str | None,
-    only: str | None,
+    wanted: WantedScenes,
 ) -> None:
     """Write a program on the page in the browser. Ctrl+Enter there saves and plays it.
 
     Without FILE, this opens the dance*.improv of this folder that was saved last, or makes a new one. Ctrl-C stops
     the robots.
     """
-    wanted = scenes.wanted(first, last, only)
     if backend == "ros":
         raise CommandError("the page belongs to the simulator: use --backend both")
     if file == STANDARD_INPUT:

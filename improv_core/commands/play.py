@@ -64,9 +64,7 @@ def command(
     backend: str,
     port: int,
     no_browser: bool,
-    first: str | None,
-    last: str | None,
-    only: str | None,
+    wanted: WantedScenes,
     fast: bool,
     seconds: float | None,
     recording: Path | None,
@@ -81,7 +79,6 @@ def command(
     FILE is a program, or - for standard input. In a terminal, the page can play it again after it has ended, until
     Ctrl-C.
     """
-    wanted = scenes.wanted(first, last, only)
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):

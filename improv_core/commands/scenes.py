@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from functools import wraps
+from typing import Any
 
 import click
 
@@ -12,8 +13,6 @@ from improv_core.commands.exit_codes import CommandError
 from improv_core.ide.rehearsal import rehearse, scenes_named
 from improv_core.ide.selection import Selection, UnplayableError
 from improv_core.program.analysis import Analysis
-
-_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,22 +30,23 @@ class WantedScenes:
         return rehearse(analysis, scenes_named(analysis, self.first, self.last))
 
 
-def options(command: _Command) -> _Command:
-    """Adds `--from`, `--to`, and `--only` to a command."""
+def options(command: Callable[..., None]) -> Callable[..., None]:
+    """Adds `--from`, `--to`, and `--only` to a command, which gets what they say as `wanted`."""
+
+    @wraps(command)
+    def with_scenes(*given: Any, first: str | None, last: str | None, only: str | None, **others: Any) -> None:
+        if only is not None and (first is not None or last is not None):
+            raise CommandError("--only plays one scene: leave out --from and --to")
+        command(*given, wanted=WantedScenes(first, last) if only is None else WantedScenes(only, only), **others)
+
+    with_options: Callable[..., None] = with_scenes
     for name, parameter, about in (
         ("--only", "only", "Play only the scene with this name."),
         ("--to", "last", "End after the scene with this name."),
         ("--from", "first", "Begin with the scene of this name, with robots where they are then."),
     ):
-        command = click.option(name, parameter, metavar="NAME", help=about)(command)
-    return command
-
-
-def wanted(first: str | None, last: str | None, only: str | None) -> WantedScenes:
-    """What the options say. Raises CommandError."""
-    if only is not None and (first is not None or last is not None):
-        raise CommandError("--only plays one scene: leave out --from and --to")
-    return WantedScenes(only, only) if only is not None else WantedScenes(first, last)
+        with_options = click.option(name, parameter, metavar="NAME", help=about)(with_options)
+    return with_options
 
 
 def chosen(analysis: Analysis, scenes: WantedScenes) -> Selection:

@@ -41,15 +41,13 @@ def command(
     port: int,
     no_browser: bool,
     when: When,
-    first: str | None,
-    last: str | None,
-    only: str | None,
+    wanted: WantedScenes,
     force: bool,
 ) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
-    wanted, options = scenes.wanted(first, last, only), parameters.options(file, backend, port)
+    options = parameters.options(file, backend, port)
     sys.exit(run(watch(file, options, when, wanted, browser=not no_browser, anyway=force)))
 
 

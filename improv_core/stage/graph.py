@@ -41,7 +41,7 @@ def main() -> int:
 
 
 def look(topics: Sequence[str]) -> Graph:
-    """The listeners and publishers on these topics and on all other velocity topics, and how old poses on these are."""
+    """Who listens and publishes on these topics and on all other velocity topics, and how old the poses there are."""
     import rclpy
 
     with _node("improv_look") as node:
@@ -63,7 +63,6 @@ def look(topics: Sequence[str]) -> Graph:
 
 def receive(topic: str, say: Callable[[bool], None]) -> bool:
     """Say `true` as soon as it listens, then wait for a nonzero Twist. Returns whether one came in time."""
-    import rclpy
     from geometry_msgs.msg import Twist
 
     moving: list[Any] = []
@@ -75,15 +74,12 @@ def receive(topic: str, say: Callable[[bool], None]) -> bool:
     with _node("improv_receive") as node:
         node.create_subscription(Twist, topic, hear, 10)
         say(True)
-        end = time.monotonic() + RECEIVE_LIMIT
-        while not moving and time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.1)
+        _spin(node, moving, RECEIVE_LIMIT)
     return bool(moving)
 
 
 def text(topic: str) -> str | None:
     """The text on a topic that keeps its latest message for those who come later, as /robot_description does."""
-    import rclpy
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from std_msgs.msg import String
 
@@ -91,10 +87,17 @@ def text(topic: str) -> str | None:
     with _node("improv_text") as node:
         keeps = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(String, topic, heard.append, keeps)
-        end = time.monotonic() + LOOK
-        while not heard and time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.1)
+        _spin(node, heard, LOOK)
     return str(heard[0].data) if heard else None
+
+
+def _spin(node: Any, heard: Sequence[Any], seconds: float) -> None:
+    """Listen until something is heard, or for so long."""
+    import rclpy
+
+    end = time.monotonic() + seconds
+    while not heard and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
 
 
 @contextmanager

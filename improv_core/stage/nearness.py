@@ -79,7 +79,7 @@ class Proximity:
 class Looked(NamedTuple):
     """What is known after a look, and the pairs that are too near, the nearest first."""
 
-    nearness: Proximity
+    proximity: Proximity
     found: list[Near]
 
 

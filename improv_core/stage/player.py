@@ -109,8 +109,8 @@ class Player(Machine):
     def resume(self, now: float, *, anyway: bool = False) -> None:
         """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for.
 
-        Robots whose poses are in the world must
-        be in their places, except with `anyway`."""
+        Robots whose poses are in the world must be in their places, except with `anyway`.
+        """
         self._take(events.Resume(anyway), now)
 
     def seek(self, beat: float, now: float) -> None:

@@ -37,11 +37,10 @@ class Run:
     `score` plays, or played last, with the beats at which its parts began; `begun` is the same as it took over, before
     scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
     number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
-    `stood` are the robots that stand because of a fault, each since a time on the clock.
-    A pause that `continues` ends by itself once nothing is waited for; one because robots are `too_near` ends when a
-    person says so. Unless `misplaced` is None, playing waits until
-    these robots are in their places, and a person plays again; with `anyway`, it doesn't matter where they stand.
-    While beat 0 waits, a `gate` holds it back, once everything is ready.
+    `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
+    by itself once nothing is waited for; one because robots are `too_near` ends when a person says so. Unless
+    `misplaced` is None, playing waits until these robots are in their places, and a person plays again; with `anyway`,
+    it doesn't matter where they stand. While beat 0 waits, a `gate` holds it back, once everything is ready.
 
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """

@@ -112,7 +112,7 @@ def test_people_are_asked_once_until_robots_no_longer_have_to_be_put_in_place(st
     assert offers(client) == [TWO, ONE]
 
 
-def test_a_stop_is_stronger_than_a_button_of_before(stages: Stages) -> None:
+def test_a_stop_voids_a_button_that_was_shown_before(stages: Stages) -> None:
     with Client({"backend": "sim"}, answers=False, configuration={"backend": "sim"}) as client:
         client.open(URI, "r s $ repeat forward\n")
         client.save(URI)

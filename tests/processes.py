@@ -22,10 +22,11 @@ def descendants(pid: int) -> dict[int, int]:
 
 def players(pid: int) -> dict[int, int]:
     """All processes below a language server that play, not those that check programs."""
-    return {child: fd for child, fd in descendants(pid).items() if b"improv_ls." not in _command_of(child)}
+    return {child: fd for child, fd in descendants(pid).items() if b"improv_ls." not in command_of(child)}
 
 
-def _command_of(pid: int) -> bytes:
+def command_of(pid: int) -> bytes:
+    """The words with which a process was started, each with a zero byte at its end."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:  # it has ended meanwhile

@@ -259,12 +259,17 @@ def still(page: Page, viewer: Viewer, simulator: Simulator) -> Callable[..., Pag
 
 
 def wait(page: Page, condition: str) -> None:
-    """Look at every frame until the condition holds. (Playwright's own waiting needs eval, which the page forbids.)"""
+    """Look at every frame until the condition holds, which may name what isn't there yet.
+
+    Playwright's own waiting needs eval, which the page forbids.
+    """
     page.evaluate(
         f"""() => new Promise((done, fail) => {{
-          let looks = 0
-          const look = () => (looks++, {condition}) ? done() : requestAnimationFrame(look)
-          const seen = () => `${{looks}} frames, ${{JSON.stringify([window.improv?.transport, window.improv?.robots])}}`
+          let looks = 0, error = ''
+          const holds = () => {{ try {{ return {condition} }} catch (raised) {{ error = raised; return false }} }}
+          const look = () => (looks++, holds()) ? done() : requestAnimationFrame(look)
+          const state = () => JSON.stringify([window.improv?.transport, window.improv?.robots])
+          const seen = () => `${{looks}} frames, ${{error}}, ${{state()}}`
           setTimeout(() => fail(new Error(`too late: ${{seen()}}`)), {LIMIT * 1000})
           look()
         }})"""

@@ -118,7 +118,7 @@ class Safety:
     """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency.
 
     `faults` says what follows from what is wrong with a robot, and `start_without` whether to begin although some
-    don't listen.
+    don't listen. With `sight`, all robots stand while it isn't known where one of them is.
     """
 
     stop: str | None = None
@@ -127,6 +127,7 @@ class Safety:
     faults: FaultRules = field(default_factory=FaultRules)
     start_without: bool = True
     preflight: Preflight = Preflight()
+    sight: bool = False
 
 
 @dataclass(frozen=True)

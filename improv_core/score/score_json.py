@@ -187,6 +187,7 @@ class _SafetyJson(TypedDict):
     faults: _FaultRulesJson
     start_without: bool
     preflight: _PreflightJson
+    sight: bool
 
 
 class _ScoreJson(TypedDict):
@@ -267,7 +268,9 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
     faults, preflight = FaultRules(**safety["faults"]), Preflight(**safety["preflight"])
-    rules = Safety(safety["stop"], deadman, safety["rejoin"], faults, safety["start_without"], preflight)
+    rules = Safety(
+        safety["stop"], deadman, safety["rejoin"], faults, safety["start_without"], preflight, safety["sight"]
+    )
     bar, names = data["bar"], tuple(data["scene_names"])
     if bar is not None and bar < 1:
         raise ValueError("a bar needs a beat")

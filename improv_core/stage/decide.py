@@ -12,6 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
@@ -48,7 +49,7 @@ from improv_core.stage.agenda import Due, Rank
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.faults import FaultBegan
 from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
-from improv_core.stage.interlocks import waits_for
+from improv_core.stage.interlocks import pose_of, waits_for
 from improv_core.stage.messages import refused_by
 from improv_core.stage.nearness import as_line
 from improv_core.stage.run import EMPTY, Mode, Run, Silenced
@@ -91,7 +92,7 @@ def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None
 
 def waits(run: Run, facts: Facts) -> list[str]:
     """What has to change before real robots may move."""
-    return waits_for(run.score.safety, run.stops, facts.held, facts.away) if facts.real else []
+    return waits_for(run.score.safety, run.stops, facts.held, facts.away, facts.unseen) if facts.real else []
 
 
 def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
@@ -412,7 +413,12 @@ def _wait(run: Run, facts: Facts) -> Decided:
         return run, [*acts, _error(line)]
     first = waits(run, facts)[0]
     run, acts = _leave(run, "paused", facts)
-    what = f"paused until {first} listens again" if first in facts.away else f"paused: to let robots move, hold {first}"
+    if first in facts.away:
+        what = f"paused until {first} listens again"
+    elif first in map(pose_of, facts.unseen):
+        what = f"paused: {first} didn't come for {OLDEST} s"
+    else:
+        what = f"paused: to let robots move, hold {first}"
     return replace(run, continues=True), [*acts, LookLater(), _warning(what)]
 
 

@@ -177,7 +177,7 @@ class Facts:
     this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
     `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved,
     and `places` where robots should be and stand whose poses are in the world. While a gate holds
-    beat 0 back, `wall` is the wall clock, in Unix time.
+    beat 0 back, `wall` is the wall clock, in Unix time. `unseen` are robots that must be seen and aren't.
     """
 
     now: float = 0.0
@@ -189,3 +189,4 @@ class Facts:
     poses: Mapping[str, Pose] = field(default_factory=dict)
     places: Mapping[str, Standing] = field(default_factory=dict)
     wall: float = 0.0
+    unseen: Collection[str] = ()

@@ -1,23 +1,25 @@
-"""Watches whether real robots keep apart while they play, by their measured poses.
+"""Watches whether real robots keep apart while they play, and whether they are seen at all, by their measured poses.
 
 It decides nothing, and never reads a clock. Standard library only.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from improv_core.score.following import OLDEST
 from improv_core.stage.events import TooNear
 from improv_core.stage.nearness import Proximity
 from improv_core.stage.run import Run
-from improv_core.stage.sinks import RawPose
+from improv_core.stage.sinks import RawPose, Sink
 
 
 class Guard:
-    """The latest poses of real robots, and what people know about those that aren't guarded."""
+    """The latest poses of robots, and what people know about those that aren't guarded. Only real ones are."""
 
-    def __init__(self) -> None:
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
         self._proximity = Proximity()
         self._told: set[str] = set()  # robots that people know are not guarded
         self._lost: set[str] = set()  # those of which no poses come now
@@ -30,16 +32,26 @@ class Guard:
         """Take measured poses."""
         self._proximity = self._proximity.heard(poses)
 
+    def unseen(self, run: Run, now: float) -> list[str]:
+        """The robots that must be seen and aren't at a time on the clock."""
+        watched = run.score.parts if self._sink.real and run.score.safety.sight else ()
+        return [robot for robot in watched if now >= self._proximity.fresh_until([robot])]
+
     def look(self, run: Run, now: float) -> TooNear | None:
         """The robots that are too near to each other at a time on the clock, if there are any."""
-        if (keep_apart := run.score.world.keep_apart) is None:
+        if not self._sink.real or (keep_apart := run.score.world.keep_apart) is None:
             return None
         self._proximity, found = self._proximity.looked(run.mode == "playing", _guarded(run), keep_apart, now)
         return TooNear(found) if found else None
 
+    def deadline(self, run: Run) -> float:
+        """The time on the clock at which a robot that must be seen isn't; infinite if none must be."""
+        must_be_seen = self._sink.real and run.mode == "playing" and run.score.safety.sight
+        return self._proximity.fresh_until(run.score.parts.keys()) if must_be_seen else math.inf
+
     def news(self, run: Run, now: float) -> Iterator[str]:
         """Lines about robots that aren't guarded, each once."""
-        if run.score.world.keep_apart is None or run.mode != "playing":
+        if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing":
             return
         guarded = _guarded(run)
         if never := run.score.parts.keys() - guarded.keys() - self._told:

@@ -74,13 +74,21 @@ class EmergencyStops:
         return OLDER if known is not None and known < self.count else None
 
 
-def waits_for(safety: Safety, stops: EmergencyStops, held: Collection[str], away: Collection[str]) -> list[str]:
-    """What real robots wait for, by these rules. `held` are the deadman buttons that are held, and `away` the robots
-    that have stopped listening."""
+def waits_for(
+    safety: Safety, stops: EmergencyStops, held: Collection[str], away: Collection[str], unseen: Collection[str] = ()
+) -> list[str]:
+    """What real robots wait for, by these rules. `held` are the deadman buttons that are held, `away` the robots that
+    have stopped listening, and `unseen` those that must be seen and aren't."""
     if stops.on:
         return sorted(stops.on)
     may_move = safety.deadman is None or str(safety.deadman) in held or GAMEPAD in held
     return [
         *([] if may_move else [str(safety.deadman)]),
         *(sorted(away) if safety.rejoin == "pause" else []),
+        *map(pose_of, sorted(unseen)),
     ]
+
+
+def pose_of(robot: str) -> str:
+    """What is waited for until it is known where a robot is."""
+    return f"a pose of {robot}"

@@ -45,7 +45,7 @@ class Machine:
             return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at
         if due < math.inf:
-            at = self.run.transport.clock(due)
+            at = min(self.run.transport.clock(due), self._tracks.guard.deadline(self.run))
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return self._tracks.listeners.next_look
@@ -62,7 +62,8 @@ class Machine:
             self._take(events.Awaited(), now)
         else:
             self._tracks.unsettled = True
-            self._take(None, now)
+            is_seen = now < self._tracks.guard.deadline(self.run)
+            self._take(None if is_seen else events.Changed(), now)
 
     def _catch_up(self, now: float) -> None:
         """Send what is due before something changes, so robots don't miss it."""

@@ -75,6 +75,12 @@ class Proximity:
         raw = self.seen.get(robot)
         return raw is not None and now <= raw.at + OLDEST
 
+    def fresh_until(self, robots: Collection[str]) -> float:
+        """When it is no longer known where all of some robots are, if no more poses come."""
+        return min(
+            (self.seen[robot].at + OLDEST if robot in self.seen else -math.inf for robot in robots), default=math.inf
+        )
+
 
 class Looked(NamedTuple):
     """What is known after a look, and the pairs that are too near, the nearest first."""

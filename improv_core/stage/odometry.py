@@ -117,6 +117,11 @@ class Odometry:
         track = self._tracks.get(robot)
         return track.correction(twist, at) if track else STILL
 
+    def taken_at(self, raw: RawPose) -> float:
+        """When a pose was measured: by its stamp if the clocks agree, as far as is known, and else when it came."""
+        track = self._tracks.get(raw.robot)
+        return track.taken_at(raw) if track else raw.at
+
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one; None if it can't be compared."""
         track = self._tracks.get(raw.robot)
@@ -234,7 +239,7 @@ class _Track:
         pose = Pose(pose.x, pose.y, pose.z, ideal.heading + turned)
         if self.limits and (raw.source != SIMULATED or self.profile.dynamics == "motors"):
             speed = self._speed(self._leg(raw.at), raw.at)
-            self.error = before_stopping(ideal, speed, self.accelerations), pose, self._taken_at(raw)
+            self.error = before_stopping(ideal, speed, self.accelerations), pose, self.taken_at(raw)
         follows = self.correction(self.legs[-1].twist, raw.at) != STILL
         return Comparison(raw, pose, ideal, self.aligned, follows, recent, jump)
 
@@ -245,8 +250,8 @@ class _Track:
         expected, measured, _ = self.error
         return correction(expected, self.profile.limited(twist), measured, self.limits, self.profile.turning_radius)
 
-    def _taken_at(self, raw: RawPose) -> float:
-        """When a pose was measured: by its stamp if the clocks agree, as far as is known, and else when it came."""
+    def taken_at(self, raw: RawPose) -> float:
+        """When a pose was measured."""
         if raw.stamp is None:
             return raw.at
         self.least = min(self.least, raw.at - raw.stamp)

@@ -188,7 +188,9 @@ class Player(Machine):
         self._tracks.measure(poses, now)
         if self.run.misplaced is not None:
             self._take(events.Stood(), now)
-        if self._sink.real and (event := self._tracks.guard.look(self.run, now)):
+        if self.run.mode == "paused" and self.run.continues and self.run.score.safety.sight:
+            self._take(events.Changed(), now)
+        if event := self._tracks.guard.look(self.run, now):
             self._take(event, now)
 
     def whereabouts(self) -> Poses:

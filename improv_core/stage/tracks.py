@@ -53,7 +53,7 @@ class Tracks:
         self.listeners = Listeners(sink)
         self.odometry = Odometry()
         self.watches = Watches()
-        self.guard = Guard()
+        self.guard = Guard(sink)
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self.advanced = 0.0
@@ -244,6 +244,7 @@ class Tracks:
             poses,
             self.odometry.places(now) if self.sink.real else {},
             self.wall() if self.run.gate else 0.0,
+            self.guard.unseen(self.run, now),
         )
 
     def whereabouts(self) -> Poses:
@@ -272,8 +273,8 @@ class Tracks:
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""
         run, poses = self.run, [*poses]
-        self.guard.hear(poses)
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
+        self.guard.hear(raw._replace(at=self.odometry.taken_at(raw)) for raw in poses)
         for comparison in found if self.sink.real else ():
             self.watches.take(comparison)
         if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
@@ -311,5 +312,5 @@ class Tracks:
 
     def tell_unguarded(self, now: float) -> None:
         """Report which real robots aren't guarded, if people don't know that."""
-        for line in self.guard.news(self.run, now) if self.sink.real else ():
+        for line in self.guard.news(self.run, now):
             self.tell({"type": "warning", "message": line})

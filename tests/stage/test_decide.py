@@ -250,6 +250,14 @@ def test_real_robots_too_near_to_each_other_pause_until_somebody_resumes(mode: M
     assert (resumed_run.mode, resumed_run.too_near, names(done)) == ("playing", (), ["Begin", "Report", "ReportSenses"])
 
 
+def test_robots_stand_while_one_that_must_be_seen_is_not() -> None:
+    then, done = decide(run("playing"), events.Changed(), real(3, unseen=["b", "a"]))
+    assert (then.mode, then.continues, names(done)) == ("paused", True, ["Zero", "Report", "LookLater", "Tell"])
+    assert lines(done) == ["paused: a pose of a didn't come for 0.2 s"]
+    assert decide(then, events.Resume(), real(4, unseen=["a"]))[0].mode == "paused"
+    assert decide(then, events.Changed(), real(4))[0].mode == "playing"
+
+
 # Saves
 
 

@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.score.motion import Pose
-from improv_core.score.score import OdomFrame
+from improv_core.score.score import OdomFrame, Safety
 from improv_core.score.world import World
 from improv_core.stage.nearness import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
 from improv_core.stage.odometry import CONTINUOUS
+from improv_core.stage.player import Player
 from improv_core.stage.sinks import RawPose
 from tests.stage.test_player import Stage, score
 
@@ -197,3 +198,69 @@ def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -
         stage.run(0.1)
     stage.run(1)
     assert unguarded(stage).count(lost) == before + 1
+
+
+# Robots that must be seen
+
+
+def watched(*, real: bool = True) -> Stage:
+    """Two robots that have been seen 0.1 s after they began, and stand while one of them isn't seen."""
+    stage = Stage()
+    stage.sink.real = real
+    read = score("beat 60\na b $ repeat 8 forward")
+    parts = {robot: replace(part, odom=f"/{robot}/pose", odom_frame="world") for robot, part in read.parts.items()}
+    stage.player = Player(stage.sink, stage.told.append, lambda: 0.0)
+    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    stage.player.load(replace(read, parts=parts, safety=Safety(sight=True)), 1, "restart", stage.now, anyway=True)
+    stage.run(0.1)
+    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    return stage
+
+
+def test_robots_play_while_they_are_seen() -> None:
+    stage = watched()
+    for _ in range(40):
+        stage.run(0.15)
+        stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_all_stand_while_one_of_them_is_not_seen() -> None:
+    stage = watched()
+    for _ in range(4):
+        stage.run(0.0499)
+        stage.player.measure(seen(stage.now, a=0), stage.now)
+    assert stage.states[-1] == "playing"
+    stage.run(0.001)
+    assert paused(stage)
+    assert stage.lines[-1] == "paused: a pose of b didn't come for 0.2 s"
+    assert stage.transports[-1].get("waits_for") == ["a pose of b"]
+    stage.run(1)
+    assert paused(stage)
+    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_a_person_that_stops_robots_that_are_not_seen_stops_them_for_good() -> None:
+    stage = watched()
+    stage.run(0.3)
+    assert paused(stage)
+    stage.player.stop(stage.now)
+    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    stage.run(1)
+    assert stage.states[-1] == "stopped"
+
+
+def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
+    stage = watched()
+    for _ in range(40):
+        stage.run(0.04)
+        late = [raw._replace(stamp=raw.at - 0.17) for raw in seen(stage.now, a=0, b=3)]
+        stage.player.measure(late, stage.now)
+    assert "paused" in stage.states
+
+
+def test_simulated_robots_need_not_be_seen() -> None:
+    stage = watched(real=False)
+    stage.run(5)
+    assert stage.states[-1] == "playing"

@@ -133,7 +133,7 @@ class Ros:
             self._publishing.health.zero = None  # performance time starts over
         odometry = {name: part.odom for name, part in parts.items() if part.odom}
         batteries = {name: part.battery for name, part in parts.items() if part.battery}
-        period = USUAL if score.world.keep_apart is None else PROMPT
+        period = PROMPT if score.world.keep_apart is not None or score.safety.sight else USUAL
         self._reader.read(_read_from_topics(parts), odometry, batteries, period)
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))

@@ -30,6 +30,7 @@ COMMANDS = {
     "stop": "stop",
     "record": "record",
     "history": "history",
+    "place": "place",
     "calibrate": "calibrate",
     "body": "body",
     "doctor": "doctor",

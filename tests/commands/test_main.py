@@ -116,7 +116,7 @@ def test_bash_completes_with_the_line_that_the_documents_name() -> None:
         timeout=LIMIT,
         env={**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
     )
-    assert (done.stdout.splitlines(), done.stderr) == (["plot play", "--backend", "both", "plot play"], "")
+    assert (done.stdout.splitlines(), done.stderr) == (["plot play place", "--backend", "both", "plot play place"], "")
 
 
 def test_the_documents_and_the_help_list_the_exit_codes() -> None:

@@ -1,7 +1,8 @@
 """A simulated base, run by ROS's interpreter: it obeys velocities as a real one does, and drifts like one.
 
 Listens on /NAME/cmd_vel, and fifty times a second publishes /NAME/odom, which is what its wheels' encoders count, and
-/NAME/true_pose, which is where it really is. Prints a line once it listens; ends with its input.
+/NAME/true_pose, which is where it really is. Prints a line once it listens; ends with its input, and then prints where
+it really is.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import random
 import sys
 import threading
 import time
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,6 +95,8 @@ def main() -> None:
     parser.add_argument("--loss", type=float, default=0.05, help="the share of commands that get lost")
     parser.add_argument("--ahead", type=int, default=0, help="seconds by which its clock is ahead of ours")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--delay", type=float, default=0.0, help="seconds by which its true poses come late")
+    parser.add_argument("--seen", type=float, default=math.inf, help="seconds from its first movement until they end")
     options = parser.parse_args()
 
     import rclpy
@@ -105,8 +109,13 @@ def main() -> None:
     odometry = node.create_publisher(Odometry, f"/{options.name}/odom", 10)
     true_pose = node.create_publisher(PoseStamped, f"/{options.name}/true_pose", 10)
 
+    late: deque[tuple[float, Any]] = deque()  # true poses that are yet to be published, and when
+    moved: list[float] = []
+
     def hear(message: Any) -> None:
         velocity = message.twist if options.stamped else message
+        if not moved and (velocity.linear.x or velocity.angular.z):
+            moved.append(time.monotonic())
         base.command(velocity.linear.x, velocity.angular.z, time.monotonic())
 
     def publish() -> None:
@@ -121,7 +130,11 @@ def main() -> None:
         true = PoseStamped()
         true.header.stamp, true.header.frame_id = stamp, "world"
         _write(true.pose, base.true)
-        true_pose.publish(true)
+        late.append((time.monotonic() + options.delay, true))
+        while late and late[0][0] <= time.monotonic():
+            _, true = late.popleft()
+            if not moved or time.monotonic() < moved[0] + options.seen:
+                true_pose.publish(true)
 
     node.create_subscription(TwistStamped if options.stamped else Twist, f"/{options.name}/cmd_vel", hear, 10)
     node.create_timer(ODOMETRY_PERIOD, publish)
@@ -132,6 +145,8 @@ def main() -> None:
     # A thread still inside rclpy when Python ends would abort the process.
     rclpy.try_shutdown()
     spinning.join()
+    base.advance(time.monotonic())
+    print(base.true.x, base.true.y, base.true.heading, flush=True)
 
 
 def _write(pose: Any, planar: Planar) -> None:

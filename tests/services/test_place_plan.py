@@ -1,0 +1,141 @@
+"""Who drives to its place, and along which way: where robots are and should be → who can go, and who can't."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from itertools import combinations
+
+import pytest
+
+from improv_core.score.motion import Pose
+from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.services.place_plan import SLACK, THERE, Plan, Point, Traveler, next_ways, too_near
+
+RADIUS = 0.1
+MARGIN = 0.1
+FREE = World(margin=MARGIN)
+NEEDED = 2 * RADIUS + MARGIN
+
+
+def going(*ends: Point, heading: float = 0.0) -> Traveler:
+    """A robot on its way from one point to another."""
+    return Traveler(Pose(*ends[0]), Pose(*ends[-1], heading=heading), RADIUS)
+
+
+def standing(x: float, y: float) -> Traveler:
+    return going((x, y))
+
+
+def driven(travelers: dict[str, Traveler], plan: Plan) -> dict[str, Traveler]:
+    """Where robots are after they have driven their ways."""
+    moved = dict(travelers)
+    for robot, way in plan.ways.items():
+        before = travelers[robot]
+        x, y = way.points[-1] if way.points else (before.pose.x, before.pose.y)
+        heading = before.pose.heading if way.heading is None else way.heading
+        moved[robot] = replace(before, pose=Pose(x, y, heading=heading))
+    return moved
+
+
+def check(travelers: dict[str, Traveler], rounds: list[str], blocked: str = "", world: World = FREE) -> None:
+    """Who drives in each round, and who is blocked by what in the end."""
+    found = []
+    while (plan := next_ways(travelers, world)).ways:
+        found.append(" ".join(sorted(plan.ways)))
+        travelers = driven(travelers, plan)
+    assert (found, " ".join(f"{robot}<{thing}" for robot, thing in plan.blocked.items())) == (rounds, blocked)
+
+
+def test_robots_whose_ways_are_apart_drive_together() -> None:
+    check({"a": going((0, 0), (2, 0)), "b": going((0, 1), (2, 1))}, ["a b"])
+
+
+def test_robots_whose_ways_cross_drive_one_after_another() -> None:
+    check({"a": going((0, 0), (2, 2)), "b": going((0, 2), (2, 0))}, ["a", "b"])
+
+
+def test_who_is_there_stays_and_who_is_only_turned_turns() -> None:
+    travelers = {"a": going((0, 0), (THERE / 2, 0)), "b": going((1, 0), (1, 0), heading=1.0)}
+    plan = next_ways(travelers, FREE)
+    assert {robot: ([*way.points], way.heading) for robot, way in plan.ways.items()} == {"b": ([], 1.0)}
+
+
+def test_a_robot_whose_place_is_in_the_way_of_another_lets_it_go_first() -> None:
+    check({"a": going((0, 1), (1, 0)), "b": going((0, 0), (3, 0))}, ["b", "a"])
+
+
+def test_a_robot_whose_place_is_taken_waits_until_it_is_free() -> None:
+    check({"a": going((0, 0), (1, 0)), "b": going((1, 0), (2, 0))}, ["b", "a"])
+
+
+def test_robots_in_the_place_of_each_other_make_room() -> None:
+    check({"a": going((0, 0), (2, 0)), "b": going((2, 0), (0, 0))}, ["a", "b", "a"])
+
+
+def test_a_robot_drives_around_one_that_stands_in_its_way() -> None:
+    plan = next_ways({"a": going((0, 0), (2, 0)), "b": standing(1, 0)}, FREE)
+    via, end = plan.ways["a"].points
+    assert end == (2, 0)
+    assert math.dist(via, (1, 0)) >= NEEDED
+
+
+@pytest.mark.parametrize(
+    ("world", "thing"),
+    [
+        (World(walls=(Wall(1, -9, 1, 9),), margin=MARGIN), "wall 1"),
+        (World(boxes=(Box(1, 0, 0.5, 18),), margin=MARGIN), "box 1"),
+        (World(circles=(Circle(2.1, 0, 0.5),), margin=MARGIN), "circle 1"),  # its place is in it
+    ],
+)
+def test_a_robot_without_a_way_is_blocked_by_what_is_in_it(world: World, thing: str) -> None:
+    check({"a": going((0, 0), (2, 0))}, [], f"a<{thing}", world)
+
+
+def test_a_robot_in_the_place_of_another_has_to_be_moved_by_hand() -> None:
+    check({"a": going((0, 0), (2, 0)), "b": standing(2.1, 0)}, [], "a<b")
+
+
+def test_robots_that_begin_too_near_to_each_other_drive_apart() -> None:
+    check({"a": going((0, 0), (-1, 0)), "b": going((0.21, 0), (1, 0))}, ["a", "b"])
+
+
+def test_robots_get_as_near_to_each_other_as_the_program_has_them() -> None:
+    check({"a": going((0, 0), (2, 0)), "b": standing(2.25, 0)}, ["a"])
+
+
+def test_places_nearer_than_real_robots_may_be_are_found() -> None:
+    travelers = {"a": standing(0, 0), "b": standing(0.4, 0), "c": standing(3, 0)}
+    assert [(one, other, round(gap, 6)) for one, other, gap in too_near(travelers, 0.3)] == [("a", "b", 0.2)]
+    assert too_near(travelers, None) == []
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_scattered_robots_keep_apart_all_the_way(seed: int) -> None:
+    lots, points = random.Random(seed), list[Point]()
+    while len(points) < 8:
+        point = lots.uniform(-3, 4), lots.uniform(-3, 4)
+        if all(math.dist(point, other) > 0.5 for other in points):
+            points.append(point)
+    travelers = {f"r{number}": going(point, (number % 3, number // 3)) for number, point in enumerate(points)}
+    for _ in range(40):
+        plan = next_ways(travelers, FREE)
+        for one, other in combinations(travelers, 2):
+            for mine in _along(travelers[one], plan, one):
+                for others in _along(travelers[other], plan, other):
+                    assert math.dist(mine, others) >= NEEDED + SLACK - 0.04
+        if not plan.ways:
+            break
+        travelers = driven(travelers, plan)
+    assert plan.blocked == {}
+    assert all(each.is_there for each in travelers.values())
+
+
+def _along(traveler: Traveler, plan: Plan, robot: str) -> list[Point]:
+    """Points along the way of a robot, at most 4 cm apart."""
+    found = [(traveler.pose.x, traveler.pose.y)]
+    for to in plan.ways[robot].points if robot in plan.ways else ():
+        (x, y), steps = found[-1], math.ceil(math.dist(found[-1], to) / 0.04)
+        found += [(x + (to[0] - x) * step / steps, y + (to[1] - y) * step / steps) for step in range(1, steps + 1)]
+    return found

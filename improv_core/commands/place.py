@@ -51,7 +51,7 @@ def command(file: Path, backend: str, port: int, no_browser: bool, scene: str | 
     options = parameters.options(file, backend, port)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    score = score_of(scenes.chosen(analysis, scenes.wanted(scene, None, None)).analysis)
+    score = score_of(scenes.chosen(analysis, scenes.WantedScenes(first=scene)).analysis)
     check(score)
     sys.exit(run(_place(score, file, options, browser=not no_browser, yes=yes)))
 

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.score.body import Body, BodyPart
+from improv_core.score.body import Body, BodyPart, Joint
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.projection import project
 from improv_core.score.score import Part
 from improv_core.score.walk import Moment, walk
+
+REACHED = 1e-9
+"""Radians or meters to a limit at which a joint counts as being there: times are rounded."""
+
+
+class JointMotion(NamedTuple):
+    """Where a joint is, and how fast it moves from then on: radians or meters, and per second."""
+
+    position: float
+    velocity: float
+
+    def after(self, seconds: float, joint: Joint) -> float:
+        """Where it is later. It stops at its limits."""
+        return joint.within(self.position + self.velocity * seconds)
 
 
 @dataclass(slots=True)
@@ -47,6 +62,28 @@ class Limb:
         for name, velocity in velocities.items():
             if velocity:
                 self.positions[name] = self.body.joint[name].within(self.positions[name] + velocity * seconds)
+
+    def turn(self, velocities: Mapping[str, float], seconds: float) -> None:
+        """Move the joints for some seconds."""
+        for name, velocity in velocities.items():
+            self.positions[name] = JointMotion(self.positions[name], velocity).after(seconds, self.body.joint[name])
+
+    def possible(self, velocities: Mapping[str, float]) -> dict[str, float]:
+        """How fast they can move from where they stand: not beyond their limits."""
+        return {
+            name: velocity if self._room(name, velocity) > REACHED else 0.0 for name, velocity in velocities.items()
+        }
+
+    def seconds_to_limit(self, velocities: Mapping[str, float]) -> float:
+        """After how many seconds the first of them reaches a limit; infinite if none does."""
+        moving = [(name, velocity) for name, velocity in velocities.items() if velocity]
+        return min((self._room(name, velocity) / abs(velocity) for name, velocity in moving), default=math.inf)
+
+    def _room(self, name: str, velocity: float) -> float:
+        """How far a joint can move in the direction of a velocity."""
+        joint, position = self.body.joint[name], self.positions[name]
+        limit = joint.max if velocity > 0 else joint.min
+        return math.inf if limit is None else abs(limit - position)
 
     def performs(self, movement: Movement) -> Movement:
         """What it performs of a movement. Before each of its moments, `positions` must be those that it begins with."""

@@ -35,6 +35,9 @@ class Mover(NamedTuple):
     robot: str
     part: str = ""
 
+    def __str__(self) -> str:
+        return f"{self.robot}'s {self.part}" if self.part else self.robot
+
 
 def perform(scenes: Sequence[Mapping[Mover, Movement]], script: Sequence[SenseSpan]) -> Iterator[tuple[Mover, Moment]]:
     """What each robot and each body part does, in order of time. Each scene lists all of them.

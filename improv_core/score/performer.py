@@ -14,13 +14,14 @@ from improv_core.score.throws import ROBOTS, dice_of
 
 
 class Performer:
-    """The performance of a movement that begins at a beat, for one robot. Beats are those of the performance.
+    """The performance of a movement that begins at a beat, for one robot. Beats are those of the performance. A closed
+    movement may be performed from its beat `start` on.
 
     Call `settle` when something may have changed, then ask, then `advance`.
     """
 
-    def __init__(self, movement: Movement, beat: Exact = 0) -> None:
-        self._act = act(movement, dice_of(ROBOTS) if movement.dice else None, Around())
+    def __init__(self, movement: Movement, beat: Exact = 0, start: Exact = 0) -> None:
+        self._act = act(movement, dice_of(ROBOTS) if movement.dice else None, Around(), start)
         self._missed: set[str] = set()  # senses that were silent when something had to be decided by them
         self.beat = beat
         """The beat up to which it has been performed."""

@@ -35,8 +35,9 @@ Performed = tuple[Velocity, tuple[Source, ...]]
 """A velocity, and the words that play."""
 
 
-def act(movement: Movement, dice: Dice | None, around: Around) -> Act:
-    """The act of a movement, with its dice and what surrounds it. What is closed is walked as a whole."""
+def act(movement: Movement, dice: Dice | None, around: Around, start: Exact = 0) -> Act:
+    """The act of a movement, with its dice and what surrounds it. What is closed is walked as a whole, from its beat
+    `start` on."""
     while movement.open:
         if kind := _ACTS.get(movement.NAME):
             return kind(movement, dice, around)
@@ -45,7 +46,7 @@ def act(movement: Movement, dice: Dice | None, around: Around) -> Act:
             return _Sequence(movement.visits(0, False, dice), around)
         assert isinstance(movement, Through)
         movement, _, _, dice = movement.inner(0, False, dice)
-    return _Closed(movement, dice, around)
+    return _Closed(movement, dice, around, start)
 
 
 class Decision(NamedTuple):
@@ -92,11 +93,11 @@ class Act(ABC):
 class _Closed(Act):
     """A closed movement. It reads nothing."""
 
-    def __init__(self, movement: Movement, dice: Dice | None, around: Around) -> None:
+    def __init__(self, movement: Movement, dice: Dice | None, around: Around, start: Exact) -> None:
         self._around = around
         self._walk = partial(walk, movement, dice=dice, statement=around.statement)
-        self._moments = self._walk()
-        self._walked: Exact = 0
+        self._moments = self._walk(start)
+        self._walked: Exact = start
         self._left: Duration = 0
         self._performed: Performed | None = None
         self._next()

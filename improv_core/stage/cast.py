@@ -1,11 +1,16 @@
-"""Who plays what in the scene that plays: which parts senses decide, and when each is over. It never reads a clock."""
+"""Who plays what in the scene that plays, and when each is over. It never reads a clock.
+
+What a base plays is performed as it comes if senses decide it. What a body part plays always is: it may depend on where
+the joints stand.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 from itertools import chain, takewhile
 
-from improv_core.score.movement import ENDLESS, Duration, Exact
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
+from improv_core.score.performance import Mover
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 from improv_core.stage.open_part import OpenPart, TooManyChangesError
@@ -18,11 +23,11 @@ class Cast:
 
     def __init__(self, value: Callable[[RobotSense], bool | None]) -> None:
         self._value = value
-        self._over: dict[str, Duration] = {}  # the beats at which parts are over, if that is known
+        self._over: dict[Mover, Duration] = {}  # the beats at which parts are over, if that is known
         self.over: Duration = 0
         """The last of them."""
-        self.open: dict[str, OpenPart] = {}
-        """The parts that senses decide and that are not over."""
+        self.open: dict[Mover, OpenPart] = {}
+        """What is performed as it comes, and is not over."""
         self.asked: tuple[RobotSense, ...] = ()
         """The senses that these read."""
 
@@ -31,46 +36,50 @@ class Cast:
         if robots is None:
             self.open, self._over, self.asked = {}, {}, ()
             return
-        for robot in robots:
-            self.open.pop(robot, None)
-            self._over.pop(robot, None)
+        self.open = {mover: part for mover, part in self.open.items() if mover.robot not in robots}
+        self._over = {mover: beat for mover, beat in self._over.items() if mover.robot not in robots}
 
-    def begin(self, run: Run, robot: str, beat: Exact) -> OpenPart | None:
-        """Have a robot play its part from a beat on. Returns the part if senses decide it."""
-        movement, begins = run.score.parts[robot].of_scene(run.scene), run.score.begins(robot, run.scene)
-        if not movement.open:
-            self._over[robot] = begins + movement.duration
+    def begin(self, run: Run, mover: Mover, movement: Movement, beat: Exact) -> OpenPart | None:
+        """Have a base or a body part perform its movement in this scene from a beat on. Returns it if it is performed
+        as it comes."""
+        begins = run.score.begins(mover.robot, run.scene)
+        self._over[mover] = ENDLESS if movement.open else begins + movement.duration
+        if not (movement.open or (mover.part and movement.duration)):
             return None
-        if robot not in self.open:
-            self.open[robot] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(robot, sense)))
+        if mover not in self.open:
+            self.open[mover] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(mover.robot, sense)))
             if begins < beat:
-                self.open[robot].skip(beat)
-        self._over[robot] = ENDLESS
-        self.open[robot].due = max(beat, begins)
-        return self.open[robot]
+                self.open[mover].skip(beat)
+        self.open[mover].due = max(beat, begins)
+        return self.open[mover]
 
     def complete(self, run: Run) -> None:
         """Note that all robots of the scene have begun."""
         self._find_end()
-        self.asked = tuple(RobotSense(robot, sense) for robot in self.open for sense in run.score.parts[robot].senses)
+        robots = [mover.robot for mover in self.open if not mover.part]
+        self.asked = tuple(RobotSense(robot, sense) for robot in robots for sense in run.score.parts[robot].senses)
 
-    def perform(self, robot: str, beat: Exact) -> list[Decision]:
+    def open_of(self, robot: str) -> list[Mover]:
+        """What a robot performs as it comes, its base first."""
+        return sorted(mover for mover in self.open if mover.robot == robot)
+
+    def perform(self, mover: Mover, beat: Exact) -> list[Decision]:
         """Perform an open part up to a beat. It is no longer open if it is over.
 
         Raises TooManyChangesError if it changes too often, and is over by that.
         """
-        open_part = self.open[robot]
+        open_part = self.open[mover]
         try:
             decisions = open_part.perform(beat)
         except TooManyChangesError:
-            self._close(robot)
+            self._close(mover)
             raise
         if open_part.is_over:
-            self._close(robot)
+            self._close(mover)
         return decisions
 
-    def _close(self, robot: str) -> None:
-        self._over[robot] = self.open.pop(robot).beat
+    def _close(self, mover: Mover) -> None:
+        self._over[mover] = self.open.pop(mover).beat
         self._find_end()
 
     def _find_end(self) -> None:

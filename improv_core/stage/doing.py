@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from improv_core.score.motion import STILL
 from improv_core.score.path import pose_at
 from improv_core.stage import acts, reports
 from improv_core.stage.acts import Act
@@ -67,6 +66,7 @@ def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
     tracks.sink.prepare(score, True)
     tracks.start_poses = reports.as_json(tracks.sink.poses())
     tracks.queue.restart(both, performed)
+    tracks.limbs.restart(both, performed)
     tracks.queue.stop_leaving(old, new, 0.0)
     tracks.advanced, tracks.measured = 0.0, -math.inf
     tracks.odometry.begin(new, now)
@@ -92,7 +92,7 @@ def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> No
 
 
 def _drop(act: acts.Drop, tracks: Tracks, now: float) -> None:
-    tracks.queue.drop(act.robots)
+    tracks.queue.drop(tracks.queue.movers(act.robots))
 
 
 def _send_until(act: acts.SendUntil, tracks: Tracks, now: float) -> None:
@@ -125,6 +125,7 @@ def _place(act: acts.Place, tracks: Tracks, now: float) -> None:
     tracks.odometry.place(poses, now)
     if not real:
         tracks.sink.place(poses)
+        tracks.place_limbs(act.beat)
 
 
 def _begin(act: acts.Begin, tracks: Tracks, now: float) -> None:
@@ -162,8 +163,7 @@ def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
 
 
 def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> None:
-    for robot in robots:
-        tracks.sink.send(robot, STILL, performed)
+    tracks.queue.still(tracks.queue.movers(robots), performed)
 
 
 _HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {

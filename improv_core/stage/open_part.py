@@ -1,4 +1,5 @@
-"""One robot's part of a scene that senses decide, as it is performed. It never reads a clock."""
+"""One robot's part of a scene as it is performed, since senses, or where joints stand, decide what it does. It never
+reads a clock."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 
-from improv_core.score.movement import ENDLESS, FINEST, Exact, Movement, Velocity, exact
+from improv_core.score.movement import ENDLESS, FINEST, Duration, Exact, Movement, Velocity, exact
 from improv_core.score.performer import Performer
 from improv_core.score.performing import Decision
 from improv_core.score.transport import Transport
@@ -27,9 +28,10 @@ class OpenPart:
     """
 
     def __init__(self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None]) -> None:
+        self._movement, self._begins = movement, begins
         self._performer = Performer(movement, begins)
         self._sensed = sensed
-        self.due = begins
+        self.due: Duration = begins
         """The beat at which to perform it next."""
         self.has_begun = False
         """Whether it has been performed at all."""
@@ -51,7 +53,7 @@ class OpenPart:
     def next_after(self, beat: Exact) -> Exact:
         """The beat at which an edge that came at `beat` takes effect: what has been performed can't be changed."""
         if not self.has_begun:
-            return max(beat, self.due)
+            return max(beat, self._begins)
         return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
 
     def perform(self, beat: Exact) -> list[Decision]:
@@ -60,20 +62,23 @@ class OpenPart:
 
     def skip(self, beat: Exact) -> None:
         """Perform up to a beat as if no sense were true. Stops early if that takes too many changes."""
+        if not self._movement.open:
+            self._performer = Performer(self._movement, beat, beat - self._begins)
+            return
         try:
             self._perform(beat, lambda sense: False)
         except TooManyChangesError:
             return
 
-    def plan(self, transport: Transport, performed: float) -> float:
-        """Decide when to perform it next, after this performance time: at its next change, but not too soon."""
-        until = self._performer.until
-        assert not isinstance(until, float)
-        due = transport.end(until)
-        if due < performed + float(SHORTEST):
-            due = performed + float(SHORTEST)
-            until = max(until, transport.beat(transport.clock(due), ENDLESS))
-        self.due = until
+    def plan(self, transport: Transport, performed: float, limit_at: float = math.inf) -> float:
+        """Decide when to perform it next, after this performance time: at its next change or when a joint reaches its
+        limit, but not too soon."""
+        self.due = self._performer.until
+        changes = transport.end(self.due)
+        due = max(min(changes, limit_at), performed + float(SHORTEST))
+        if due != changes:
+            at = transport.beat(transport.clock(due), ENDLESS)
+            self.due = min(at, self.due) if due < changes else max(at, self.due)
         return due
 
     def _perform(self, beat: Exact, sensed: Callable[[str], bool | None]) -> list[Decision]:

@@ -90,7 +90,7 @@ class Player(Machine):
         load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops, anyway, gate)
         self._take(load, now)
         limbs = [name for name, part in score.parts.items() if any(scene.bounds.body.asked for scene in part.scenes)]
-        if limbs and not entry:
+        if limbs and self._sink.real and not entry:
             line = f"body parts don't move yet, only the {'base' if len(limbs) == 1 else 'bases'} of {', '.join(limbs)}"
             self._tracks.tell({"type": "warning", "message": line})
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 import sys
 
+from improv_core.score.performance import Mover
+
 SLOTS = 10
 """How many slots a period has. A hundred robots are ten sends in a slot, which takes a fraction of a millisecond."""
 SHORTEST_SLOT = 0.002
@@ -43,7 +45,7 @@ class Repeats:
 
     def __init__(self) -> None:
         self._wheels: dict[float, _Wheel] = {}  # by rate
-        self._held: dict[str, _Wheel] = {}
+        self._held: dict[Mover, _Wheel] = {}
         self._stretch = 1.0  # how many times longer than usual periods are
         self._lowered_for = 0  # how many robots were held when that was last raised
         self._window = math.inf  # when the current window ends
@@ -56,32 +58,32 @@ class Repeats:
 
     def restart(self) -> None:
         """Performance time starts over, and nobody moves. A machine that was too slow for as many robots still is."""
-        for robot in list(self._held):
-            self.release(robot)
+        for mover in list(self._held):
+            self.release(mover)
         self._window, self._served, self._skipped, self._behind = math.inf, 0, 0, 0
         self.hopeless = False
 
-    def hold(self, robot: str, rate: float, at: float) -> None:
+    def hold(self, mover: Mover, rate: float, at: float) -> None:
         """A robot was sent a velocity at this time, to be repeated at `rate` Hz until it is sent another."""
         wheel = self._wheels.get(rate) or self._wheels.setdefault(rate, _Wheel(rate, self._stretch))
-        if self._held.get(robot) is not wheel:
-            self.release(robot)
-            self._held[robot] = wheel
-        wheel.hold(robot, at)
+        if self._held.get(mover) is not wheel:
+            self.release(mover)
+            self._held[mover] = wheel
+        wheel.hold(mover, at)
         if self._window == math.inf:
             self._window = at + WINDOW
 
-    def release(self, robot: str) -> None:
+    def release(self, mover: Mover) -> None:
         """A robot's velocity is no longer repeated."""
-        if wheel := self._held.pop(robot, None):
-            wheel.release(robot)
+        if wheel := self._held.pop(mover, None):
+            wheel.release(mover)
 
     @property
     def due(self) -> float:
         """When `take` is due."""
         return min((wheel.due for wheel in self._wheels.values()), default=math.inf)
 
-    def take(self, performed: float) -> list[str]:
+    def take(self, performed: float) -> list[Mover]:
         """The robots of the slot that is due. If more than a period is overdue, only the latest repeats are left."""
         wheel = min(self._wheels.values(), key=lambda wheel: wheel.due)
         self._skipped += wheel.catch_up(performed)
@@ -134,23 +136,23 @@ class _Wheel:
         """How many robots it has."""
         self.due = math.inf
         """When the next slot that has robots is due."""
-        self._slots: list[dict[str, float]] = [{} for _ in range(max(1, min(SLOTS, int(1 / rate / SHORTEST_SLOT))))]
-        self._places: dict[str, int] = {}  # the slot of every robot met so far
+        self._slots: list[dict[Mover, float]] = [{} for _ in range(max(1, min(SLOTS, int(1 / rate / SHORTEST_SLOT))))]
+        self._places: dict[Mover, int] = {}  # the slot of every robot met so far
         self._seconds = stretch / rate / len(self._slots)  # of a slot
         self._next = _NEVER  # the number of the next turn that has robots
         self._taken = -1  # the number of the latest turn
 
-    def hold(self, robot: str, at: float) -> None:
-        place = self._places.setdefault(robot, len(self._places) % len(self._slots))
-        if robot not in self._slots[place]:
+    def hold(self, mover: Mover, at: float) -> None:
+        place = self._places.setdefault(mover, len(self._places) % len(self._slots))
+        if mover not in self._slots[place]:
             self.count += 1
-        self._slots[place][robot] = at  # when it was sent another velocity
+        self._slots[place][mover] = at  # when it was sent another velocity
         turn = math.floor(at / self._seconds) + 1
         turn += (place - turn) % len(self._slots)
         self._go_to(min(self._next, max(turn, self._taken + 1)))
 
-    def release(self, robot: str) -> None:
-        del self._slots[self._places[robot]][robot]
+    def release(self, mover: Mover) -> None:
+        del self._slots[self._places[mover]][mover]
         self.count -= 1
         if not self.count:
             self._taken = -1
@@ -162,12 +164,12 @@ class _Wheel:
         self._go_to(self._next + rounds * len(self._slots))
         return rounds * sum(map(bool, self._slots))
 
-    def take(self) -> list[str]:
+    def take(self) -> list[Mover]:
         """The robots of the slot that is due, except those that were sent another velocity less than a slot ago."""
         slot, before = self._slots[self._next % len(self._slots)], self.due - self._seconds * _ALMOST
         self._taken = self._next
         self._go_to(self._next + 1)
-        return [robot for robot, at in slot.items() if at <= before]
+        return [mover for mover, at in slot.items() if at <= before]
 
     def turn_at(self, stretch: float) -> None:
         """Make periods longer than the rate's, or as long again."""

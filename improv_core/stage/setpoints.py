@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -20,11 +20,15 @@ SHORTEST = Fraction(1, 1000)
 """Seconds. Faster changes are sampled at this interval, so no program can flood a robot."""
 
 
+Velocity = Twist | Mapping[str, float]
+"""How fast a robot's base moves, or the joints of a body part, by name, in rad/s or m/s. A zero twist stops either."""
+
+
 class Setpoint(NamedTuple):
-    """A robot's velocity from `at` seconds on. If it is `held`, it is repeated until the next one."""
+    """What a base or a body part does from `at` seconds on. If it is `held`, it is repeated until the next one."""
 
     at: float
-    twist: Twist
+    velocity: Velocity
     held: bool
 
 

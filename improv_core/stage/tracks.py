@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
+from improv_core.score.performance import Mover
 from improv_core.score.score import twist
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.stage import reports
@@ -19,6 +20,7 @@ from improv_core.stage.decide import waits
 from improv_core.stage.events import Event, Facts, Load
 from improv_core.stage.fields import PoseJson
 from improv_core.stage.guard import Guard
+from improv_core.stage.limbs import Limbs
 from improv_core.stage.listeners import Listeners
 from improv_core.stage.messages import SIMULATED, Poses
 from improv_core.stage.odometry import Odometry
@@ -27,7 +29,7 @@ from improv_core.stage.reports import Told
 from improv_core.stage.run import EMPTY, Run
 from improv_core.stage.sensing import Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
-from improv_core.stage.setpoints import zeros
+from improv_core.stage.setpoints import Velocity, zeros
 from improv_core.stage.sinks import RawPose, Sink
 from improv_core.stage.watches import RobotNews, Watches
 
@@ -50,6 +52,7 @@ class Tracks:
         self.queue = SetpointQueue(self._send, self._is_silent)
         self.sensing = Sensing()
         self.cast = Cast(self._value)
+        self.limbs = Limbs()
         self.listeners = Listeners(sink)
         self.odometry = Odometry()
         self.watches = Watches()
@@ -129,15 +132,42 @@ class Tracks:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
         self.queue.begin(robots)
         for robot in robots:
-            if open_part := self.cast.begin(self.run, robot, beat):
-                self.queue.begin_open(robot, self.run.transport.end(open_part.due))
-            else:
-                self.queue.add(robot, closed_part(self.run, robot, beat), performed)
+            self._begin(Mover(robot), beat, performed)
+            for mover in self._begin_limbs(robot, beat, performed):
+                self.queue.add(mover, zeros(0.0, 1 / self.run.score.parts[robot].profile.command_rate), performed)
         self.cast.complete(self.run)
         self.unsettled = True
         self.listeners.wait(now)
-        if not self.cast.open:  # robots come first; what open parts decide is reported after they begin
+        if not self.cast.asked:  # robots come first; what open parts decide is reported after they begin
             self.queue.send_changes(performed, self.run.score.parts, self._perform_due)
+
+    def _begin(self, mover: Mover, beat: Exact, performed: float) -> None:
+        part = self.run.score.parts[mover.robot]
+        movement = part.of_scene(self.run.scene)
+        if mover.part:
+            movement = self.limbs.track[mover].limb.performs(movement)
+        if open_part := self.cast.begin(self.run, mover, movement, beat):
+            self.queue.begin_open(mover, self.run.transport.end(open_part.due))
+        elif not mover.part:
+            self.queue.add(mover, closed_part(self.run, mover.robot, beat), performed)
+
+    def _begin_limbs(self, robot: str, beat: Exact, performed: float) -> list[Mover]:
+        """Have a robot's body parts play. Returns those that have nothing to do now, but may still move."""
+        part, left = self.run.score.parts[robot], self.queue.movers([robot])[1:]
+        for mover in self.limbs.cast(part, self.run.tempo):
+            track = self.limbs.track[mover]
+            track.settle(performed)
+            track.begin(part.begins)
+            self._begin(mover, beat, performed)
+        return [mover for mover in left if mover not in self.cast.open]
+
+    def place_limbs(self, beat: Exact) -> None:
+        """Have the joints of simulated robots stand where they ideally are at a beat."""
+        for robot, part in self.run.score.parts.items():
+            for mover in self.limbs.cast(part, self.run.tempo):
+                track = self.limbs.track[mover]
+                track.place(part.movement, max(beat - part.begins, 0), self.run.tempo)
+                self.sink.send_joints(robot, track.tell(STILL, self.advanced), self.advanced)
 
     # What is sensed
 
@@ -155,13 +185,12 @@ class Tracks:
             return
         performed = max(min(run.transport.performed(min(at, now)), run.transport.performed(now)), 0.0)
         beat = run.beat(run.transport.clock(performed), self.cast.over)
-        open_part = self.cast.open.get(what.robot) if run.mode == "playing" else None
-        if open_part:
-            beat = open_part.next_after(beat)
+        movers = self.cast.open_of(what.robot) if run.mode == "playing" else []
+        for mover in movers:
+            beat = self.cast.open[mover].next_after(beat)
         self.sensing.cued = what.sense == CUE
         self.tell_sensed(what, self._value(what), beat, performed, now)
-        if open_part and open_part.has_begun:
-            self._perform(what.robot, beat, max(performed, self.advanced))
+        self._perform_begun(movers, beat, max(performed, self.advanced))
         self.sensing.cued = False
 
     def _feel(self, performed: float) -> bool:
@@ -186,8 +215,7 @@ class Tracks:
                 self.tell_sensed(what, value, beat, at, self.run.transport.clock(at))
             robots[what.robot] = what.sense == CUE
         for robot, self.sensing.cued in robots.items():
-            if (open_part := self.cast.open.get(robot)) and open_part.has_begun:
-                self._perform(robot, edges[0].beat, max(at, self.advanced))
+            self._perform_begun(self.cast.open_of(robot), edges[0].beat, max(at, self.advanced))
         self.sensing.cued = False
 
     def _value(self, what: RobotSense) -> bool | None:
@@ -195,30 +223,49 @@ class Tracks:
         part = self.run.score.parts.get(what.robot)
         return self.sensing.value(what, part.senses if part else {})
 
-    def _perform_due(self, robot: str, at: float) -> None:
-        self._perform(robot, self.cast.open[robot].due, at)
+    def _perform_begun(self, movers: Iterable[Mover], beat: Exact, at: float) -> None:
+        for mover in movers:
+            if self.cast.open[mover].has_begun:
+                self._perform(mover, beat, at)
 
-    def _perform(self, robot: str, beat: Exact, at: float) -> None:
-        """Perform a robot's open part up to a beat, and tell it what to do from this performance time on."""
-        part = self.run.score.parts[robot]
+    def _perform_due(self, mover: Mover, at: float) -> None:
+        beat = self.cast.open[mover].due
+        assert not isinstance(beat, float)
+        self._perform(mover, beat, at)
+
+    def _perform(self, mover: Mover, beat: Exact, at: float) -> None:
+        """Perform an open part up to a beat, and tell who performs it what to do from this performance time on."""
+        part, track = self.run.score.parts[mover.robot], self.limbs.track[mover] if mover.part else None
+        if track:
+            track.settle(at)
         try:
-            for decision in self.cast.perform(robot, beat):
-                self.tell(reports.decided(self.run, robot, decision, at, self.wall()))
+            for decision in self.cast.perform(mover, beat):
+                if not track:  # body parts decide the same
+                    self.tell(reports.decided(self.run, mover.robot, decision, at, self.wall()))
         except TooManyChangesError:
-            line = f"{robot} stops: its part changes more often than it can be performed"
+            line = f"{mover} stops: its part changes more often than it can be performed"
             self.tell({"type": "error", "message": line})
-        open_part = self.cast.open.get(robot)
+        open_part, rate = self.cast.open.get(mover), part.profile.command_rate
         if not open_part:
-            self.queue.drop([robot])
-            self.queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), at)
+            self.queue.drop([mover])
+            self.queue.add(mover, zeros(0.0, 1 / rate), at)
             return
-        self.queue.drop_changes([robot])
-        self.queue.hold(robot, twist(open_part.velocity, part.profile, self.run.tempo), part.profile.command_rate, at)
-        self.queue.add_open(robot, open_part.plan(self.run.transport, at))
+        self.queue.drop_changes([mover])
+        asked, tempo = open_part.velocity, self.run.tempo
+        self.queue.hold(mover, track.speeds(asked, tempo) if track else twist(asked, part.profile, tempo), rate, at)
+        self.queue.add_open(mover, open_part.plan(self.run.transport, at, track.limit_at if track else math.inf))
 
     # What is sent
 
-    def _send(self, robot: str, twist: Twist, performed: float) -> None:
+    def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
+        if mover.part:
+            told = self.limbs.track[mover].tell(velocity, performed)
+            self.sink.send_joints(mover.robot, told, performed)
+        else:
+            assert isinstance(velocity, Twist)
+            self._send_twist(mover.robot, velocity, performed)
+
+    def _send_twist(self, robot: str, twist: Twist, performed: float) -> None:
         at = self.run.transport.clock(performed)
         correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
         self.sink.send(robot, twist if correction == STILL else twist.plus(correction), performed)

@@ -111,7 +111,7 @@ class Walk:
         assert float(edited) == pytest.approx(float(alone))
         assert alone >= self.beat - 1e-9
         self.beat = float(alone)
-        queued = [due.robot for due in self.edited.player._tracks.queue._queue]
+        queued = [due.mover for due in self.edited.player._tracks.queue._queue]
         assert len(queued) == len(set(queued))
 
     def check(self) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.senses import RobotSense
@@ -36,6 +37,7 @@ class Memory:
         self.resets = False
         self.noted = Noticed()
         self.sent: list[tuple[str, float, Twist]] = []
+        self.joints: list[tuple[str, float, dict[str, JointMotion]]] = []
         self.deaf: dict[str, str] = {}
         self.asked: list[set[str]] = []
         self.prepared: list[bool] = []
@@ -71,6 +73,9 @@ class Memory:
         if robot == broken and at >= since:
             raise OSError(f"{robot} has no publisher any more")
         self.sent.append((robot, at, twist))
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        self.joints.append((robot, at, dict(joints)))
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         self.placed = poses
@@ -158,8 +163,9 @@ def test_every_change_is_sent_at_its_time_and_zero_at_the_end() -> None:
     assert stage.states == ["playing", "ended"]
 
 
-def test_a_line_says_that_body_parts_do_not_move_yet() -> None:
+def test_a_line_says_that_body_parts_of_real_robots_do_not_move_yet() -> None:
     stage = Stage()
+    stage.sink.real = True
     stage.load("a is puppet\na $ head left || forward\nb $ forward")
     assert stage.lines == ["body parts don't move yet, only the base of a"]
 

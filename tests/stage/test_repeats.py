@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 
+from improv_core.score.performance import Mover
 from improv_core.stage.repeats import HOPELESS, SLOTS, SLOWEST, Repeats
 
 RATE = 20.0
@@ -17,7 +18,7 @@ def crowd(count: int, rate: float = RATE, at: float = 0.0) -> Repeats:
     """This many robots that were sent a velocity at the same time."""
     repeats = Repeats()
     for number in range(count):
-        repeats.hold(f"r{number}", rate, at)
+        repeats.hold(Mover(f"r{number}"), rate, at)
     return repeats
 
 
@@ -26,8 +27,8 @@ def play(repeats: Repeats, until: float, cost: float = 0.0, begin: float = 0.0) 
     sent: dict[str, list[float]] = {}
     now = begin
     while (now := max(now, repeats.due)) <= until:
-        for robot in repeats.take(now):
-            sent.setdefault(robot, []).append(now)
+        for mover in repeats.take(now):
+            sent.setdefault(mover.robot, []).append(now)
             now += cost
     return sent
 
@@ -54,7 +55,7 @@ def test_no_robot_waits_longer_than_a_period_and_a_slot_after_a_change() -> None
         repeats = crowd(20)
         play(repeats, changed)
         for number in range(20):
-            repeats.hold(f"r{number}", RATE, changed)
+            repeats.hold(Mover(f"r{number}"), RATE, changed)
         first = {robot: times[0] for robot, times in play(repeats, 1.0, begin=changed).items()}
         assert all(0 < time - changed <= PERIOD + SLOT + 1e-9 for time in first.values())
 
@@ -64,9 +65,9 @@ def test_others_do_not_shift_the_repeats_of_a_robot() -> None:
     repeats = crowd(5)
     sent = play(repeats, 1.0)["r4"]
     for robot in ("r0", "r3"):
-        repeats.release(robot)
-    repeats.hold("new", RATE, 1.0)
-    repeats.hold("r1", RATE, 1.0123)
+        repeats.release(Mover(robot))
+    repeats.hold(Mover("new"), RATE, 1.0)
+    repeats.hold(Mover("r1"), RATE, 1.0123)
     assert sent + play(repeats, 2.0, begin=1.0)["r4"] == alone
 
 
@@ -74,7 +75,7 @@ def test_robots_that_change_faster_than_the_rate_are_hardly_repeated() -> None:
     repeats = crowd(1)
     count = 0
     for step in range(1000):
-        repeats.hold("r0", RATE, step / 1000)
+        repeats.hold(Mover("r0"), RATE, step / 1000)
         count += sum(map(len, play(repeats, step / 1000, begin=step / 1000).values()))
     assert count == 0
 
@@ -126,7 +127,7 @@ def test_a_slow_machine_stays_slow_until_fewer_robots_play() -> None:
     repeats.restart()
     for robots, rate in ((1000, 11), (10, RATE)):
         for number in range(robots):
-            repeats.hold(f"r{number}", RATE, 0.0)
+            repeats.hold(Mover(f"r{number}"), RATE, 0.0)
         play(repeats, 3.0, 1 / 12_000)
         assert len(play(repeats, 4.0, 1 / 12_000, 3.0)["r0"]) == pytest.approx(rate, abs=1)
         repeats.restart()
@@ -145,8 +146,8 @@ def test_few_robots_keep_their_rate_on_a_machine_that_is_busy_with_something_els
 
 def test_each_rate_has_its_own_turns() -> None:
     repeats = crowd(1)
-    repeats.hold("fast", 1000.0, 0.0)
-    repeats.hold("slow", 1.0, 0.0)
+    repeats.hold(Mover("fast"), 1000.0, 0.0)
+    repeats.hold(Mover("slow"), 1.0, 0.0)
     sent = play(repeats, 2.0005)
     assert [len(sent[robot]) for robot in ("r0", "fast", "slow")] == [40, 2000, 2]
 
@@ -154,6 +155,6 @@ def test_each_rate_has_its_own_turns() -> None:
 def test_nobody_is_due_if_nobody_moves() -> None:
     repeats = crowd(3)
     for number in range(3):
-        repeats.release(f"r{number}")
+        repeats.release(Mover(f"r{number}"))
     assert repeats.due == float("inf")
-    repeats.release("unknown")
+    repeats.release(Mover("unknown"))

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
@@ -121,6 +122,9 @@ class Sink(Protocol):
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        """Have some of a robot's joints move from performance time `at` on. One that reaches its limit is told so."""
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Move robots to other poses, if possible."""

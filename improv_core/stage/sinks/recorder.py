@@ -8,6 +8,7 @@ import struct
 from collections.abc import Collection, Iterator, Mapping
 from typing import IO
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
@@ -179,6 +180,9 @@ class Recorder:
                 data = odometry_message(Pose(**each["pose"]), each["wall"])
                 channel = self._channel(topic, "nav_msgs/msg/Odometry")
                 self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        """Does nothing yet: a recording contains only velocities."""
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: a recording contains only velocities."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
@@ -228,6 +229,9 @@ class Ros:
             self.owed.stands(robot, known.topic, known.part.frame)
         if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        """Does nothing yet: only bases move."""
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""

@@ -10,6 +10,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part
 from improv_core.stage.sinks.collisions import Disc, Pushed
 from improv_core.stage.sinks.dynamics import Motion, Motors, follow
+from improv_core.stage.sinks.simulated_joints import SimulatedJoints
 from improv_core.stage.sinks.trails import Trail
 
 
@@ -22,6 +23,7 @@ class SimulatedRobot:
     motors: Motors | None
     motion: Motion
     trail: Trail
+    joints: SimulatedJoints
     setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
     commanded: Twist = STILL
     """The last twist it was sent."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from threading import Lock
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import RobotSense
@@ -16,6 +17,7 @@ from improv_core.score.world import World
 from improv_core.stage.sinks import Edge, Noticed
 from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
+from improv_core.stage.sinks.simulated_joints import SimulatedJoints
 from improv_core.stage.sinks.simulated_robot import SimulatedRobot
 from improv_core.stage.sinks.simulated_senses import SimulatedSenses
 from improv_core.stage.sinks.trails import Trail
@@ -35,7 +37,7 @@ class Snapshot:
     """What the page draws: poses at performance time `at` (seconds), radii in meters, trails, and the latest bumps.
 
     `placed` counts how often robots were moved by hand or by a seek: between two snapshots in which it differs, robots
-    jumped.
+    jumped. `joints` has the positions of the joints of robots with a body, in radians or meters.
     """
 
     at: float = 0.0
@@ -44,6 +46,7 @@ class Snapshot:
     radii: Mapping[str, float] = field(default_factory=dict)
     trails: Mapping[str, Trail] = field(default_factory=dict)
     bumps: tuple[Bump, ...] = ()
+    joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 class Simulator:
@@ -128,6 +131,12 @@ class Simulator:
             if speed > (self._faster[-1][1] if self._faster else self._fastest):
                 self._faster.append((at, speed))
 
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        """Queue how joints move. Ignored for robots that a restart has removed."""
+        if known := self._robots.get(robot):
+            with self._lock:
+                known.joints.tell(joints, at)
+
     def place(self, poses: Mapping[str, Pose]) -> None:
         with self._lock:
             for name, pose in poses.items():
@@ -178,6 +187,7 @@ class Simulator:
                 {name: robot.disc.radius for name, robot in self._robots.items()},
                 {name: robot.trail for name, robot in self._robots.items()},
                 tuple(self._bumps),
+                {name: robot.joints.positions(self._now) for name, robot in self._robots.items() if robot.joints.body},
             )
 
     def close(self) -> None:
@@ -211,9 +221,15 @@ class Simulator:
         known = self._robots.get(name)
         if known:
             known.part, known.disc, known.motors = part, disc, motors
+            known.joints.become(part.profile.body)
         else:
             self._robots[name] = SimulatedRobot(
-                part, disc, motors, Motion(self._now, part.start), Trail(self._now, part.start)
+                part,
+                disc,
+                motors,
+                Motion(self._now, part.start),
+                Trail(self._now, part.start),
+                SimulatedJoints(part.profile.body),
             )
 
     def _next_rise(self) -> int:

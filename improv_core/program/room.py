@@ -15,7 +15,7 @@ from improv_core.program.room_fixes import fixes
 from improv_core.score.encounters import Known
 from improv_core.score.meetings import Hit, Meeting, check_room
 from improv_core.score.movement import STILL, Source, near
-from improv_core.score.obstacles import EDGE
+from improv_core.score.obstacles import EDGE, GROUND
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
 from improv_core.score.walk import walk
@@ -81,11 +81,15 @@ def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
 
 
 def needs_check(analysis: Analysis) -> bool:
-    """Whether a program is right, and has two robots, or one with something around it."""
+    """Whether a program is right, and has two robots, or one with something around it, or one that flies."""
     if not analysis.ok:
         return False
     robots = len(analysis.all_robots)
-    return robots > 1 or (robots == 1 and analysis.opening.cast.world.has_obstacles)
+    return robots > 1 or (robots == 1 and (analysis.opening.cast.world.has_obstacles or _flies(analysis)))
+
+
+def _flies(analysis: Analysis) -> bool:
+    return any(part.bounds.peak.z for line in analysis.played.values() for _, part in line.parts)
 
 
 @dataclass(frozen=True)
@@ -127,6 +131,9 @@ class _Room:
         robot, world = hit.robot, self.score.world
         needed = f"{_number(self.score.parts[robot].profile.radius + world.margin)} m"
         doubtful = not self._is_placed(robot)
+        if hit.thing == GROUND:
+            message = f"`{robot}` is on the ground at beat {_number(hit.beat)}{self._assumed}: let it go up first"
+            return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message)
         thing = f"the {hit.thing} of the floor" if hit.thing == EDGE else hit.thing
         if hit.beat == 0:
             if hit.thing == EDGE and not world.holds(hit.pose.x, hit.pose.y):

@@ -54,6 +54,23 @@ def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: 
     )
 
 
+def with_offsets(reading: TomlReading, keys: Keys, value: Any, body: Body | None) -> Body | None:
+    """The body of one robot, whose joints differ from those of its profile as its section says. Errors are
+    reported."""
+    changed = {}
+    for name, own in reading.table(keys, value).items():
+        if joint := body and body.joint.get(name):
+            found = reading.numbers((*keys, name), reading.table((*keys, name), own))
+            offset = found.get("offset", 0.0)
+            changed[name] = replace(joint, offset=offset if joint.slides else math.radians(offset))
+        else:
+            advice = f"write one of {listed(list(body.joint))}" if body and body.joint else "remove this"
+            reading.at_key((*keys, name), f"its profile has no joint `{name}`: {advice}", given=(PROFILES,))
+    if not (body and changed):
+        return body
+    return replace(body, joints=tuple(changed.get(each.name, each) for each in body.joints))
+
+
 @dataclass(slots=True)
 class _Bodies:
     """Reads one body. `owners` says which direction moves a joint, and `slides` whether that is told in meters."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
-from improv_core.robots.bodies import read_body
+from improv_core.robots.bodies import read_body, with_offsets
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
@@ -285,6 +285,9 @@ class _RobotsReading(TomlReading):
         keys = ("robots", name)
         kind = self.one_of((*keys, "profile"), table, profiles, given=(PROFILES,))
         profile = profiles[kind] if kind else DEFAULT
+        if "joints" in table:
+            body = with_offsets(self, (*keys, "joints"), table["joints"], profile.body)
+            profile = replace(profile, body=body)
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table) or profile.message
         own = ros_name(self, (*keys, "namespace"), table, namespace)

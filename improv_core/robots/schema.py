@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import get_args
 
-from improv_core.robots.schema_bodies import BODY
+from improv_core.robots.schema_bodies import BODY, OFFSETS
 from improv_core.robots.schema_key import Key
 from improv_core.robots.schema_key import number as _number
 from improv_core.robots.schema_key import table as _table
@@ -101,6 +101,7 @@ _ROBOT = {
         default="`battery_state` with `odom`, otherwise none",
         example='"battery_state"',
     ),
+    "joints": OFFSETS,
     "follow": Key(
         "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
         "boolean",

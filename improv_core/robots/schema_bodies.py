@@ -48,6 +48,11 @@ _JOINT = {
     "max_velocity": number("its highest speed", "degrees or meters per second", 0.001, 10_000, "no limit"),
     "start": replace(_amount("where it is at beat 0"), default="0"),
 }
+OFFSETS = Key(
+    "how its joints differ from those of its profile, by name",
+    "object",
+    named=table("a joint", {"offset": replace(_amount("how far the real one is beyond where it says"), default="0")}),
+)
 _CONTROLLER = {
     "joints": Key("the joints that it moves", "array", items=Key("a joint"), example='["head_yaw", "head_pitch"]'),
     "interface": Key(

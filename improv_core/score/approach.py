@@ -97,6 +97,15 @@ def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Work)
     return None
 
 
+def sinks(beat: Beat, begin: float) -> float | None:
+    """The first time within a beat at which a robot on the ground goes on down."""
+    for stretch in beat.stretches:
+        now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
+        if stretch.along_z < 0 and stretch.z + stretch.along_z * (end - stretch.start) < -TOLERANCE:
+            return max(now, stretch.start - stretch.z / stretch.along_z)
+    return None
+
+
 def _follow_stretches(
     one: Stretch, other: Stretch, begin: float, end: float, bound: Bound, found: Encounters, work: Work
 ) -> None:

@@ -18,7 +18,7 @@ START = "start"
 @dataclass(frozen=True, slots=True)
 class Joint:
     """A joint: its limits, its highest speed, and where it starts, in radians, or in meters if it `slides`. None is no
-    limit."""
+    limit. The real one is `offset` further than it should be: what it is told is corrected by that."""
 
     name: str
     min: float | None = None
@@ -26,6 +26,7 @@ class Joint:
     max_velocity: float | None = None
     start: float = 0.0
     slides: bool = False
+    offset: float = 0.0
 
     def within(self, position: float) -> float:
         """The nearest position within its limits."""

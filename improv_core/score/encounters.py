@@ -10,9 +10,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from improv_core.score.approach import Bound, Encounters, TooMuchWorkError, Work, follow, touches
+from improv_core.score.approach import TOLERANCE, Bound, Encounters, TooMuchWorkError, Work, follow, sinks, touches
 from improv_core.score.motion import Pose
-from improv_core.score.obstacles import Obstacle, obstacles
+from improv_core.score.obstacles import GROUND, Obstacle, obstacles
 from improv_core.score.score import Score
 from improv_core.score.trajectories import BLOCK, Block, Trajectory, Volume
 from improv_core.score.world import EMPTY, World
@@ -134,6 +134,11 @@ def _follow_among(
     robot: _Here, things: Sequence[Obstacle], begin: float, margin: float, known: Known, work: Work
 ) -> None:
     hits = known.hits.setdefault(robot.name, {})
+    if robot.block.box.z0 < -TOLERANCE and hits.get(GROUND, math.inf) >= begin:
+        work.spend(BLOCK)
+        below = (sinks(beat, begin + number) for number, beat in enumerate(robot.block.beats))
+        if (first := next((at for at in below if at is not None), None)) is not None:
+            hits[GROUND] = first
     work.spend(len(things))
     for thing in things:
         if hits.get(thing.name, math.inf) < begin or not robot.box.touches(thing.box):

@@ -63,7 +63,8 @@ def check_room(score: Score, start: float = 0, before: Known | None = None) -> R
     """
     score = pictured(score)
     known, kept = _still_known(score, start, before or Known())
-    if len(score.parts) < 2 and not score.world.has_obstacles:
+    flies = any(part.movement.bounds.peak.z for part in score.parts.values())
+    if len(score.parts) < 2 and not (flies or score.world.has_obstacles):
         return RoomCheck(start, start, True, (), (), known)
     end, is_all = _end(known.trajectories.values(), start)
     given_up = follow_all(score, known, kept, start, max(math.ceil((end - start) / BLOCK), 1))

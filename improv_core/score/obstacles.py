@@ -13,6 +13,8 @@ from improv_core.score.world import Box, Circle, Wall, World
 
 EDGE = "edge"
 """The name of all four edges of the floor."""
+GROUND = "ground"
+"""What no robot can fly below, at a height of 0."""
 
 
 class Obstacle(NamedTuple):

@@ -111,6 +111,13 @@ def test_at_beat_0_it_is_at_the_line_that_places_the_later_one() -> None:
     """)
 
 
+def test_a_robot_on_the_ground_is_told_so_at_the_word_that_takes_it_down() -> None:
+    check("""
+        ada $ up forward fast 2 (down down)
+                                      ^^^^ hits: `ada` is on the ground at beat 2.5: let it go up first
+    """)
+
+
 def test_a_hit_is_at_the_robots_own_word_or_line() -> None:
     check(
         """

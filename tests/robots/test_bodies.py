@@ -47,6 +47,13 @@ ARMS = (
         (HEAD + "[profiles.a.joints.j]\nmax = nan", "nan", "write `max`"),
         (HEAD + "[profiles.a.joints.j]\nmax = 3\nstart = 4", "4", "`start` is beyond `min` or `max`"),
         (HEAD + "[profiles.a.joints.q]\nmax = 3", "q", "no direction moves `q`"),
+        (
+            HEAD + '[robots.r]\nprofile = "a"\njoints.q.offset = 3',
+            "q",
+            "its profile has no joint `q`: write one of `j`",
+        ),
+        (HEAD + "[robots.r]\njoints.j.offset = 3", "j", "its profile has no joint `j`: remove this"),
+        (HEAD + '[robots.r]\nprofile = "a"\njoints.j.offset = "3"', '"3"', "write `offset`"),
         (HEAD + "[profiles.a.body.h.poses]\nstart = { left = 3 }", "start", "`start` is a word of the language"),
         (HEAD + "[profiles.a.body.h.poses]\nleft = { left = 3 }", "left", "`left` is a word of the language"),
         (HEAD + "[profiles.a.body.h.poses]\nup = 3", "up", "`up` is a word of the language"),
@@ -96,6 +103,13 @@ def test_a_body_is_inherited_and_its_parts_are_replaced() -> None:
     assert "head_yaw" not in body.joint
     assert body.joint["left_elbow"].max == pytest.approx(math.pi / 2)
     assert body.joint["left_elbow"].min == 0
+
+
+def test_the_joints_of_one_robot_are_offset() -> None:
+    robots = read_robots(f'{HEAD}[robots.r]\nprofile = "a"\njoints.j.offset = 90\n[robots.s]\nprofile = "a"')
+    assert not robots.diagnostics
+    bodies = [robots.robot(name).profile.body for name in ("r", "s")]
+    assert [body and body.joint["j"].offset for body in bodies] == [pytest.approx(math.pi / 2), 0]
 
 
 def test_a_puppet_of_your_own_replaces_the_built_in_one() -> None:

@@ -94,6 +94,19 @@ def test_a_robot_hits_each_thing_once(world: str, program: str, expected: Sequen
 
 
 @pytest.mark.parametrize(
+    ("program", "expected"),
+    [
+        ("ada $ down", ["ada ground 0"]),
+        ("ada $ up forward down", []),
+        ("ada $ up slow 2 (down || forward) down up", ["ada ground 3"]),
+        ("ada $ repeat 9 (up scale 5/4 down)", ["ada ground 1.8"]),
+    ],
+)
+def test_nobody_flies_below_the_ground(program: str, expected: Sequence[str]) -> None:
+    check(program, expected)
+
+
+@pytest.mark.parametrize(
     ("starts", "program", "expected"),
     [
         ("{ y = 0.5 }", "ada bo $ forward", ["ada bo 0 0.50 +0"]),  # too near all the time

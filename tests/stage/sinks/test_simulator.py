@@ -97,6 +97,13 @@ def test_poses_are_those_of_exactly_the_time_asked_for() -> None:
         assert simulator.poses()["r"].x == pytest.approx(2.0 * time, abs=1e-12)
 
 
+def test_the_ground_holds_a_robot_that_goes_down() -> None:
+    twists = [(0.0, Twist(z=1)), (1.0, Twist(x=1, z=-1)), (3.0, Twist(z=1))]
+    for end, expected in ((1.75, Pose(0.75, 0, 0.25)), (2.5, Pose(1.5)), (4.0, Pose(2, 0, 1))):
+        simulator = stage(part("a"))
+        assert near(perform(simulator, "a", [each for each in twists if each[0] <= end], end), expected)
+
+
 def test_heights_are_followed_too() -> None:
     twists = [(0.0, Twist(z=1.5)), (1.003, Twist(z=-0.5, x=1.0))]
     pose = perform(stage(part("r")), "r", twists, 2.0)

@@ -42,7 +42,8 @@ ROWS: Mapping[str, Sequence[str]] = {
         "score",
     ],
     "services": ["playback", *MESSAGES, "ide", "program", *BELOW_PROGRAM],
-    "commands": ["improv_core", "child", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+    "site": ["services", "playback", "stage", "program", *BELOW_PROGRAM],
+    "commands": ["improv_core", "child", "site", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
     "__main__": ["commands"],
     "improv_ls": ["improv_core", "child", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
 }

@@ -33,6 +33,7 @@ COMMANDS = {
     "place": "place",
     "calibrate": "calibrate",
     "body": "body",
+    "site": "site",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

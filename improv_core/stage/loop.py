@@ -89,7 +89,7 @@ class Opened:
 
 def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
     """Play what arrives until the end. Robots are stopped, whatever ends it. Returns exit code 1 after a failure."""
-    loop = _Loop(opened, clock, parent)
+    loop = Loop(opened, clock, parent)
     last: Stopped = {"type": "stopped"}
     try:
         while True:
@@ -128,7 +128,9 @@ def one_line(error: BaseException) -> str:
     return in_plain_text(" ".join(str(error).split()) or type(error).__name__)
 
 
-class _Loop:
+class Loop:
+    """What `run` does about each arrival, and when the next thing is due."""
+
     def __init__(self, opened: Opened, clock: Clock, parent: Parent) -> None:
         self._opened = opened
         self._clock = clock
@@ -329,7 +331,7 @@ class _Loop:
         return max(min(now if at is None else at, now), self.player.reached)
 
 
-OBEYED: Mapping[str, Callable[[_Loop, Any, float, float], None]] = {
+OBEYED: Mapping[str, Callable[[Loop, Any, float, float], None]] = {
     "stop": lambda loop, message, at, now: loop.obey_stop(message, now),
     "pause": lambda loop, _, at, now: loop.player.pause(at),
     "resume": lambda loop, _, at, now: loop.player.resume(at),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from improv_core.score.motion import Pose
 from improv_core.score.world import EMPTY, World
@@ -52,8 +52,31 @@ class Pushed:
     yaw: float
 
 
-class Collisions:
+class Colliding(Protocol):
     """The obstacles of a world and the robots that are near something."""
+
+    def near_obstacle(self, x: float, y: float, reach: float) -> bool:
+        """Whether a wall or an obstacle is within `reach` meters of a point."""
+
+    def keep(self, discs: Mapping[str, Disc]) -> None:
+        """Add these robots and remove all others."""
+
+    def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
+        """Move the robots along their paths, from their poses at `start` to where they want to be at `end`.
+
+        Returns those that were pushed.
+        """
+
+    def take_bumps(self) -> list[Bump]:
+        """The bumps since the last call."""
+
+    def take_contacts(self) -> tuple[set[str], set[str]]:
+        """The robots that bumped into something or were bumped into, and those that touched anything, since the last
+        call."""
+
+
+class Collisions:
+    """How they push each other, by pymunk."""
 
     def __init__(self, world: World) -> None:
         import pymunk
@@ -74,7 +97,6 @@ class Collisions:
         self._touching: set[str] = set()
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
-        """Whether a wall or an obstacle is within `reach` meters of a point."""
         import pymunk
 
         if self._empty:
@@ -82,7 +104,6 @@ class Collisions:
         return self._space.point_query_nearest((x, y), reach, pymunk.ShapeFilter(mask=_OBSTACLES)) is not None
 
     def keep(self, discs: Mapping[str, Disc]) -> None:
-        """Add these robots and remove all others."""
         for name in [name for name, (*_, disc) in self._bodies.items() if discs.get(name) != disc]:
             body, shape, _ = self._bodies.pop(name)
             del self._names[shape]
@@ -92,10 +113,6 @@ class Collisions:
                 self._bodies[name] = self._take_in(name, disc)
 
     def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
-        """Move the robots along their paths, from their poses at `start` to where they want to be at `end`.
-
-        Returns those that were pushed.
-        """
         # pymunk always gets steps of the same length, with slower robots in shorter ones. Otherwise it would scale the
         # impulses of the previous step by the ratio of the lengths and throw robots apart.
         real = STEP / (end - start)
@@ -120,13 +137,10 @@ class Collisions:
         return pushed
 
     def take_bumps(self) -> list[Bump]:
-        """The bumps since the last call."""
         bumps, self._bumps = self._bumps, []
         return bumps
 
     def take_contacts(self) -> tuple[set[str], set[str]]:
-        """The robots that bumped into something or were bumped into, and those that touched anything, since the last
-        call."""
         contacts = self._pressed, self._touching
         self._pressed, self._touching = set(), set()
         return contacts

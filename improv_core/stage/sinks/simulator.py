@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from threading import Lock
@@ -15,7 +15,7 @@ from improv_core.score.score import Part, Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.world import World
 from improv_core.stage.sinks import Edge, Noticed
-from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
+from improv_core.stage.sinks.collisions import Bump, Colliding, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
 from improv_core.stage.sinks.simulated_joints import SimulatedJoints
 from improv_core.stage.sinks.simulated_robot import SimulatedRobot
@@ -61,15 +61,16 @@ class Simulator:
     name: str = "simulator"
     real: bool = False
 
-    def __init__(self, period: float | None = 1 / 60) -> None:
+    def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], Colliding] = Collisions) -> None:
         self.period = period
+        self._collide = collide
         self._lock = Lock()  # any thread may ask for poses
         self._placed = 0
         self._clear(World())
 
     def _clear(self, world: World) -> None:
         self._world = world
-        self._collisions = Collisions(world)
+        self._collisions = self._collide(world)
         self._robots: dict[str, SimulatedRobot] = {}
         self._senses = SimulatedSenses(world, self._robots)
         self._awake: list[str] = []  # robots near something
@@ -96,7 +97,7 @@ class Simulator:
                 self._clear(score.world)
                 self._placed += 1
             elif score.world != self._world:
-                self._world, self._collisions = score.world, Collisions(score.world)
+                self._world, self._collisions = score.world, self._collide(score.world)
                 self._senses = SimulatedSenses(score.world, self._robots)
             for name, part in score.parts.items():
                 self._cast(name, part)

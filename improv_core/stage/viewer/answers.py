@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-import queue
 import sys
-import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +16,7 @@ from improv_core.score.score import Score
 from improv_core.score.svg import plot
 from improv_core.stage.messages import Sensed, TransportMessage
 from improv_core.stage.replaying import followed, note
+from improv_core.stage.viewer.background import Background
 from improv_core.stage.viewer.lookahead import MOST_MOMENTS, window
 from improv_core.stage.viewer.messages import AskWindow, Window
 
@@ -35,12 +34,12 @@ Answer = TypeVar("Answer")
 
 
 class Answers:
-    """Computes answers on a thread of its own, so that a page that asks for a lot delays no robot and no other page.
+    """Computes answers in the background, so that a page that asks for a lot delays no robot and no other page.
 
     `show` and `take` may be called from any thread: the answers to later questions know of it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, background: Background) -> None:
         self._score: Score | None = None
         self._picture: str | None = None  # of this score
         self._shown: dict[int, Score] = {}  # by generation: the one that plays, and those that are to take over
@@ -48,27 +47,25 @@ class Answers:
         self._transport: TransportMessage | None = None
         self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
         self._windows: dict[tuple[int, float, float], str] = {}  # for other pages
-        self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        # Nobody waits for this thread at the end.
-        threading.Thread(target=self._run, name="improv-answers", daemon=True).start()
+        self._background = background
 
     def show(self, score: Score, generation: int) -> None:
         """Pages show a score, which plays once a transport message has its generation."""
-        self._work.put(partial(self._show, score, generation))
+        self._background.do(partial(self._show, score, generation))
 
     def take(self, message: TransportMessage | Sensed) -> None:
         """Follow what the stage says."""
-        self._work.put(partial(self._take, message))
+        self._background.do(partial(self._take, message))
 
     def close(self) -> None:
         """Compute nothing that has not been started."""
-        self._work.put(None)
+        self._background.close()
 
     async def compute(self, answer: Callable[[], Answer]) -> Answer | None:
-        """The answer, from the thread; None if it fails, which is reported."""
+        """The answer, once it is computed; None if it fails, which is reported."""
         loop = asyncio.get_running_loop()
         computed: asyncio.Future[Answer | None] = loop.create_future()
-        self._work.put(partial(_answer, loop, computed, answer))
+        self._background.do(partial(_answer, loop, computed, answer))
         return await computed
 
     def window(self, question: AskWindow) -> str | None:
@@ -118,10 +115,6 @@ class Answers:
             self._replays[generation], self._transport = replay, message
             for each in [number for number in self._shown if number < generation]:
                 del self._shown[each], self._replays[each]
-
-    def _run(self) -> None:
-        while (work := self._work.get()) is not None:
-            work()
 
 
 def _answer(

@@ -1,16 +1,16 @@
-"""Finds who meets whom in what plays, on a thread of its own, so that no setpoint and no page waits for it."""
+"""Finds who meets whom in what plays, in the background, so that no setpoint and no page waits for it."""
 
 from __future__ import annotations
 
 import math
-import queue
 import sys
-import threading
 from collections.abc import Callable
 from dataclasses import astuple
+from functools import partial
 
 from improv_core.score.meetings import RoomCheck, check_room
 from improv_core.score.score import Score
+from improv_core.stage.viewer.background import Background
 from improv_core.stage.viewer.messages import MeetingsMessage
 
 MOST_SHOWN = 100
@@ -23,27 +23,29 @@ class Meetings:
     """Passes on who meets whom in the latest score that was shown: all of it to `publish`, and a line to `tell` if a
     score has taken over from another, so that robots may meet that were apart."""
 
-    def __init__(self, publish: Callable[[MeetingsMessage], None], tell: Callable[[str], None]) -> None:
+    def __init__(
+        self, publish: Callable[[MeetingsMessage], None], tell: Callable[[str], None], background: Background
+    ) -> None:
         self._publish = publish
         self._tell = tell
-        self._scores: queue.SimpleQueue[tuple[Score, int] | None] = queue.SimpleQueue()
-        threading.Thread(target=self._run, name="improv-meetings", daemon=True).start()
+        self._background = background
+        self._latest = 0  # how many scores were shown
 
     def show(self, score: Score, generation: int) -> None:
         """Another score, or the same one once it is known when its parts began."""
-        self._scores.put((score, generation))
+        self._latest += 1
+        self._background.do(partial(self._look, score, generation, self._latest))
 
     def close(self) -> None:
         """Check nothing that has not been started."""
-        self._scores.put(None)
+        self._background.close()
 
-    def _run(self) -> None:
-        while (shown := self._scores.get()) is not None:
-            if self._scores.empty():  # otherwise a newer one waits
-                try:
-                    self._check(*shown)
-                except Exception as problem:
-                    print(f"who meets whom: {problem!r}", file=sys.stderr)
+    def _look(self, score: Score, generation: int, number: int) -> None:
+        if number == self._latest:  # otherwise a newer one waits
+            try:
+                self._check(score, generation)
+            except Exception as problem:
+                print(f"who meets whom: {problem!r}", file=sys.stderr)
 
     def _check(self, score: Score, generation: int) -> None:
         start = max((part.begins for part in score.parts.values()), default=score.since)

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 from improv_core.stage.viewer.messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
 
 if TYPE_CHECKING:
-    from aiohttp import web
-
     from improv_core.stage.sinks.collisions import Bump
 
 MOST_BUMPS = 200
@@ -25,6 +23,12 @@ class Lengthening(Protocol):
 
     @property
     def places(self) -> Sequence[Sequence[float]]: ...
+
+
+class PageSocket(Protocol):
+    """Where a page's messages go, such as a WebSocket."""
+
+    async def send_str(self, data: str) -> None: ...
 
 
 class PageOutbox:
@@ -84,7 +88,7 @@ class PageOutbox:
         """Wait until the page has received everything."""
         await self._empty.wait()
 
-    async def empty_into(self, page: web.WebSocketResponse) -> None:
+    async def empty_into(self, page: PageSocket) -> None:
         """Send everything that waits or will wait, forever."""
         while True:
             await self._filled.wait()

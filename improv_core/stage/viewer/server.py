@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import atexit
-import json
 import secrets
 import socket
 import threading
@@ -12,14 +11,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from improv_core.score.score import Score
-from improv_core.stage.commands import PageRequest, Stop, Watched
-from improv_core.stage.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
+from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer.answers import Answers
 from improv_core.stage.viewer.application import HOST, Application
-from improv_core.stage.viewer.lookahead import about
+from improv_core.stage.viewer.background import OwnThread
+from improv_core.stage.viewer.broadcast import Broadcast
 from improv_core.stage.viewer.meetings import Meetings
-from improv_core.stage.viewer.messages import MeetingsMessage, ShownScore
 from improv_core.stage.viewer.pages import Pages
 
 if TYPE_CHECKING:
@@ -46,17 +43,19 @@ class Viewer:
         token: str | None = None,
         tell: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self._takes_start_poses = takes_start_poses
         self._token = token or secrets.token_urlsafe()
         self._socket = socket.create_server((HOST, port))
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
-        self._answers = Answers()
-        self._meetings = Meetings(self.publish, tell)
-        self._restarted = 0
+        self._answers = Answers(OwnThread("improv-answers"))
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
         self._application = Application(self._token, self._pages, self._answers, command)
+        self._broadcast = Broadcast(
+            self._pages, self._answers, self._soon, self._application.confirm, takes_start_poses=takes_start_poses
+        )
+        self.publish, self.show = self._broadcast.publish, self._broadcast.show
+        self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, OwnThread("improv-meetings"))
         self._thread = threading.Thread(target=self._run, name="improv-viewer", daemon=True)
         self._thread.start()
         atexit.register(self.close)  # a page should know whether a performance is over or was cut off
@@ -65,44 +64,6 @@ class Viewer:
     def address(self) -> str:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
-
-    def publish(
-        self,
-        message: TransportMessage | Stopped | ToPages | Stop | ShownScore | MeetingsMessage | Sensed | Decided,
-    ) -> None:
-        """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
-
-        An answer goes to the page that has asked, and a stop that was obeyed to the one that asked for it.
-        """
-        if message["type"] == "stop":
-            self._soon(self._application.confirm, message["mark"])
-            return
-        if message["type"] == "answer":
-            answer = message["answer"]
-            self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
-            return
-        if message["type"] == "measured":
-            self._soon(self._pages.measure, message)
-            return
-        if message["type"] == "transport" and message["restarted"] != self._restarted:
-            self._restarted = message["restarted"]
-            self._soon(self._pages.forget_measured)
-        if message["type"] == "transport" or message["type"] == "sensed":
-            self._answers.take(message)
-        kind = [str(message["type"])]
-        if message["type"] == "sensed":
-            kind += message["robot"], message["sense"]
-        elif message["type"] == "fault":
-            kind += message["robot"], message["fault"]
-        elif message["type"] == "decided":
-            kind += [message["robot"]]
-        self._soon(self._pages.put, " ".join(kind), json.dumps(message))
-
-    def show(self, score: Score, generation: int) -> None:
-        """Show what will be played, once the player's messages have this generation."""
-        self._answers.show(score, generation)
-        self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))
-        self._meetings.show(score, generation)
 
     def close(self) -> None:
         """Send what has been published, then end all connections and the thread."""

@@ -13,6 +13,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import Score
 from improv_core.stage.swap import Before, Swap, edited
+from improv_core.stage.viewer.background import OwnThread
 from improv_core.stage.viewer.meetings import Meetings
 from improv_core.stage.viewer.messages import MeetingsMessage
 
@@ -24,7 +25,7 @@ class Heard:
     def __init__(self) -> None:
         self.messages: queue.Queue[MeetingsMessage] = queue.Queue()
         self.lines: queue.Queue[str] = queue.Queue()
-        self.meetings = Meetings(self.messages.put, self.lines.put)
+        self.meetings = Meetings(self.messages.put, self.lines.put, OwnThread("meetings of a test"))
 
     def message(self, score: Score, generation: int) -> MeetingsMessage:
         self.meetings.show(score, generation)

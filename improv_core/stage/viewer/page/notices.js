@@ -40,6 +40,12 @@ export class Notices {
     this.#show()
   }
 
+  /** @param {string} line about what is still being loaded */
+  load(line) {
+    this.#notice = line
+    this.#show()
+  }
+
   /** @param {boolean} waits whether a stop that somebody has pressed has not been confirmed for a while */
   waitForStop(waits) {
     if (waits && !this.#waits) this.announce(UNCONFIRMED)

@@ -4,7 +4,7 @@
 import { Bumps } from "./bumps.js"
 import { Cast } from "./cast.js"
 import { Clock } from "./clock.js"
-import { connect } from "./connection.js"
+import { connect } from "./home.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
 import { Editor } from "./editor.js"
@@ -41,7 +41,7 @@ const cast = new Cast()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
-const send = connect(take, change, (waits) => notices.waitForStop(waits))
+const send = connect(take, change, (waits) => notices.waitForStop(waits), (line) => notices.load(line))
 const editor = new Editor(send, {
   finish: () => startPoses.tell(),
   place: (starts) => startPoses.place(starts),

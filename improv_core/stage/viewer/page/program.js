@@ -3,7 +3,7 @@
 
 import { Anchor } from "./anchor.js"
 import { Lookahead } from "./lookahead.js"
-import { fetchPicture } from "./save.js"
+import { fetchPicture } from "./home.js"
 
 /** @import { Clock } from "./clock.js" */
 /** @import { Request } from "./requests.js" */

@@ -22,7 +22,7 @@ export function download(name, blob) {
 }
 
 /** The paths as SVG, drawn by the server; null if there are none, or no server. */
-export async function fetchPicture() {
+export async function fetchPaths() {
   try {
     const answer = await fetch(withToken("path.svg"))
     return answer.ok ? await answer.text() : null

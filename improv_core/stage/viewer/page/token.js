@@ -14,7 +14,7 @@ const framed = window.top !== window.self
 export const token = framed ? given : given ? keep(given) : kept()
 
 // The ticket is used up. Without it, the address can be reloaded and bookmarked.
-history.replaceState(null, "", location.pathname)
+if (location.search) history.replaceState(null, "", location.pathname)
 
 /** @param {string} token */
 function keep(token) {

@@ -1,0 +1,173 @@
+"""All of Improv behind a page that has no server: it runs in a worker of the browser, on one thread."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from improv_core.playback.acts import News
+from improv_core.playback.playback import Playback
+from improv_core.playback.show import PlayScore
+from improv_core.playback.start import Options, SinkName
+from improv_core.playback.stops import Stops
+from improv_core.program.compiler import score_of
+from improv_core.program.report import mistakes
+from improv_core.robots.config import read_robots
+from improv_core.services.page_editor import PageEditor
+from improv_core.site.passing import Passing
+from improv_core.site.stage_here import Hear, StageHere
+from improv_core.stage.commands import Editing, PageRequest
+from improv_core.stage.editing import EditorAnswer, Write
+from improv_core.stage.loop import Opened
+from improv_core.stage.messages import FromStage
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.answers import Answers
+from improv_core.stage.viewer.background import Work
+from improv_core.stage.viewer.broadcast import Broadcast
+from improv_core.stage.viewer.pages import Pages
+from improv_core.stage.viewer.requests import read
+from improv_core.stage.viewer.throttle import Throttle
+
+PROGRAM = Path("dance.improv")
+"""The name of the program: there are no files."""
+
+
+class Home:
+    """What a page's server is to other pages. `post` sends the page a message, which is JSON, and `obeyed` the number
+    of a stop that was obeyed."""
+
+    def __init__(self, post: Callable[[str], None], obeyed: Callable[[int], None]) -> None:
+        self._post = post
+        self._obeyed = obeyed
+        self._stops = Stops(asleep=lambda: 0.0)
+        self._simulator = Simulator(collide=Passing)
+        self._pages = Pages(self._simulator.snapshot)
+        self._answers = Answers(_AtOnce())
+        self._broadcast = Broadcast(
+            self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
+        )
+        self._playback = Playback(Options(backend="sim"), self._listen, self._stops, self._start, self._edit)
+        self._editor = PageEditor(read_robots(""))
+        self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
+        self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
+        self._text, self._revision = "", 0
+
+    async def serve(self, text: str, revision: int, ready: Callable[[], None]) -> None:
+        """Be the page's home, forever, beginning with this program, which was saved so many times before. Once it is
+        `ready`, the page may ask for something."""
+        self._text, self._revision = text, revision
+        self._outbox = self._pages.join()
+        await self._playback.open()
+        self._playback.present(PROGRAM.name, "")
+        self._show()
+        ready()
+        await asyncio.gather(self._pages.watch(), self._outbox.empty_into(self), self._answer_windows(), self._obey())
+
+    async def send_str(self, data: str) -> None:
+        self._post(data)
+
+    def hear(self, text: str) -> None:
+        """Take a request of the page. What doesn't fit is dropped."""
+        request = read(text)
+        if request is None:
+            return
+        if request["type"] == "press":
+            self._throttle.take({"type": "stop", "mark": str(request["number"])})
+        elif request["type"] == "window":
+            self._outbox.ask(request)
+        elif (
+            request["type"] == "analyze"
+            or request["type"] == "complete"
+            or request["type"] == "explain"
+            or request["type"] == "write"
+            or request["type"] == "move"
+            or request["type"] == "arrange"
+        ):
+            self._throttle.take({"type": "editing", "page": self._outbox.number, "ask": request})
+        else:
+            self._throttle.take(request)
+
+    def paths(self) -> str | None:
+        """The paths of what plays, as SVG; None if there are none."""
+        return self._answers.picture()
+
+    def _confirm(self, mark: str) -> None:
+        self._obeyed(int(mark))
+
+    def _command(self, command: PageRequest) -> None:
+        self._stage.tell({"type": "request", "command": command})
+
+    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> StageHere:
+        self._stage = StageHere(self._open, hear, stops)
+        return self._stage
+
+    def _open(self, put: Callable[[FromStage], None]) -> Opened:
+        def tell(message: FromStage) -> None:
+            if message["type"] in ("transport", "stopped", "sensed", "decided", "measured", "armed"):
+                self._broadcast.publish(message)
+            put(message)
+
+        return Opened(self._simulator, tell, self._broadcast.show, self._broadcast.publish)
+
+    def _listen(self, news: News, leads: bool) -> None:
+        """What people are told in a terminal elsewhere goes to the browser's console."""
+        if news["type"] in ("warning", "error"):
+            print(news["message"])
+
+    async def _answer_windows(self) -> None:
+        while True:
+            question = await self._outbox.asked()
+            if (text := await self._answers.compute(partial(self._answers.window, question))) is not None:
+                self._outbox.put("window", text)
+
+    def _edit(self, editing: Editing, asked: int) -> None:
+        self._asks.put_nowait((editing, asked))
+
+    async def _obey(self) -> None:
+        """Answer what the page asks while somebody edits the program."""
+        while True:
+            editing, asked = await self._asks.get()
+            ask = editing["ask"]
+            if ask["type"] == "write":
+                await self._write(ask, asked)
+            elif ask["type"] == "analyze":
+                self._answer(self._editor.analyze(self._outbox.number, ask))
+            elif ask["type"] == "complete":
+                self._answer(self._editor.complete(self._outbox.number, ask))
+            elif ask["type"] == "move" or ask["type"] == "arrange":
+                self._answer(self._editor.move(self._outbox.number, ask, rehearses=False))
+            else:
+                self._answer(self._editor.explain(self._outbox.number, ask))
+
+    async def _write(self, ask: Write, asked: int) -> None:
+        """Play what is on the page. The page keeps the text itself."""
+        self._text = ask["text"]
+        self._revision += 1
+        self._answer({"type": "written", "number": ask["number"], "revision": str(self._revision), "problem": ""})
+        self._show()
+        analysis = self._editor.analysis(self._text)
+        self._playback.present(PROGRAM.name, "", mistakes(PROGRAM, analysis))
+        if analysis.ok:
+            await self._playback.play(PlayScore(score_of(analysis), PROGRAM.name, asked))
+
+    def _show(self) -> None:
+        """Tell the page what its program is."""
+        self._playback.ask(
+            {"type": "source", "path": str(PROGRAM), "text": self._text, "revision": str(self._revision)}
+        )
+
+    def _answer(self, answer: EditorAnswer | None) -> None:
+        if answer:
+            self._playback.ask({"type": "answer", "page": self._outbox.number, "answer": answer})
+
+
+class _AtOnce:
+    """Does work at once, because there are no threads."""
+
+    def do(self, work: Work) -> None:
+        work()
+
+    def close(self) -> None:
+        """Nothing waits."""

@@ -1,0 +1,104 @@
+"""Builds the website: the page, Pyodide, and all Python files that run in the browser. No file of it names a host."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from improv_core.stage.viewer.application import CONTENT_TYPES, FOLDER
+
+MARK = "improv-site.json"
+"""The file that says that a folder is a website that we have built, so that it may be built again."""
+PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
+"""What a browser needs of the npm package `pyodide`."""
+LEFT_OUT = ("commands", "page", "site/website.py", "__main__.py")
+"""What of our own package never runs in a browser."""
+CODE = (".py", ".lark", ".json")
+POLICY = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'"
+)
+"""The content security policy: the website gets nothing from anywhere else."""
+HEAD = '<meta charset="utf-8">'
+SAME_TIME = (2020, 1, 1, 0, 0, 0)
+"""The date of all files in an archive, so that equal files make equal archives."""
+
+
+class SiteError(Exception):
+    """The website can't be built. The message is one line that says what to do."""
+
+
+def build(folder: Path, pyodide: Path) -> Mapping[str, int]:
+    """Build the website in a folder that is new, empty, or of an earlier build. Returns the bytes of each file.
+
+    `pyodide` is the folder of the npm package of that name. Raises SiteError and OSError.
+    """
+    if lacking := [name for name in PYODIDE if not (pyodide / name).is_file()]:
+        raise SiteError(
+            f"{pyodide} has no {lacking[0]}: run `npm install pyodide` here, or name the folder with --pyodide"
+        )
+    if folder.exists() and any(folder.iterdir()) and not (folder / MARK).is_file():
+        raise SiteError(f"{folder} has other files in it: name a new folder")
+    files = dict(_files(pyodide))
+    hashes = [name.encode() + sha256(data).digest() for name, data in sorted(files.items())]
+    version = sha256(b"".join(hashes)).hexdigest()[:16]
+    site = json.dumps({"version": version, "files": ["./", *sorted(files)]})
+    files["service-worker.js"] = f"self.SITE = {site}\n".encode() + _own("service-worker.js")
+    files[MARK] = json.dumps({"version": version}).encode()
+    if folder.exists():
+        shutil.rmtree(folder)
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return {name: len(data) for name, data in files.items()}
+
+
+def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
+    for path in sorted(FOLDER.iterdir()):
+        if path.suffix in CONTENT_TYPES:
+            yield path.name, path.read_bytes()
+    yield "index.html", _index().encode()
+    yield "worker.js", _own("worker.js")
+    yield "improv.zip", _archive()
+    for name in PYODIDE:
+        yield f"pyodide/{name}", (pyodide / name).read_bytes()
+
+
+def _index() -> str:
+    page = (FOLDER / "index.html").read_text(encoding="utf-8")
+    assert page.count(HEAD) == 1
+    policy = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+    return page.replace(HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="worker.js">')
+
+
+def _own(name: str) -> bytes:
+    return (resources.files("improv_core.site") / name).read_bytes()
+
+
+def _archive() -> bytes:
+    """Our package and lark's, as a zip archive."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
+        for package, left_out in (("improv_core", LEFT_OUT), ("lark", ("tools", "__pyinstaller"))):
+            for name, data in _code(resources.files(package), ""):
+                if not any(name == each or name.startswith(f"{each}/") or f"/{each}/" in name for each in left_out):
+                    info = zipfile.ZipInfo(f"{package}/{name}", SAME_TIME)
+                    info.compress_type = zipfile.ZIP_DEFLATED
+                    file.writestr(info, data)
+    return archive.getvalue()
+
+
+def _code(folder: Traversable, inside: str) -> Iterator[tuple[str, bytes]]:
+    for each in sorted(folder.iterdir(), key=lambda each: each.name):
+        if each.is_dir():
+            yield from _code(each, f"{inside}{each.name}/")
+        elif each.name.endswith(CODE):
+            yield f"{inside}{each.name}", each.read_bytes()

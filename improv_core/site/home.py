@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import io
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -54,10 +55,13 @@ class Home:
         self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
         self._text, self._revision = "", 0
 
-    async def serve(self, text: str, revision: int, ready: Callable[[], None]) -> None:
-        """Be the page's home, forever, beginning with this program, which was saved so many times before. Once it is
-        `ready`, the page may ask for something."""
+    async def serve(self, text: str, toml: str, revision: int, ready: Callable[[], None]) -> None:
+        """Be the page's home, forever, beginning with this program and its `improv.toml`, as saved last.
+
+        Once it is `ready`, the page may ask for something.
+        """
         self._text, self._revision = text, revision
+        self._editor.robots = read_robots(toml)
         self._outbox = self._pages.join()
         await self._playback.open()
         self._playback.present(PROGRAM.name, "")
@@ -93,6 +97,14 @@ class Home:
         """The paths of what plays, as SVG; None if there are none."""
         return self._answers.picture()
 
+    def code(self, text: str) -> str:
+        """A QR code that holds a text, as SVG."""
+        import segno
+
+        out = io.BytesIO()
+        segno.make(text, error="l", micro=False).save(out, kind="svg", xmldecl=False, scale=4, border=2, light="white")
+        return out.getvalue().decode()
+
     def _confirm(self, mark: str) -> None:
         self._obeyed(int(mark))
 
@@ -112,9 +124,7 @@ class Home:
         return Opened(self._simulator, tell, self._broadcast.show, self._broadcast.publish)
 
     def _listen(self, news: News, leads: bool) -> None:
-        """What people are told in a terminal elsewhere goes to the browser's console."""
-        if news["type"] in ("warning", "error"):
-            print(news["message"])
+        """Does nothing: the page knows it already, and there is no terminal."""
 
     async def _answer_windows(self) -> None:
         while True:

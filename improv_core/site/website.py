@@ -18,8 +18,12 @@ MARK = "improv-site.json"
 """The file that says that a folder is a website that we have built, so that it may be built again."""
 PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
 """What a browser needs of the npm package `pyodide`."""
-LEFT_OUT = ("commands", "page", "site/website.py", "__main__.py")
-"""What of our own package never runs in a browser."""
+PACKAGES = {
+    "improv_core": ("commands", "page", "site/website.py", "__main__.py"),
+    "lark": ("tools", "__pyinstaller"),
+    "segno": ("cli.py",),
+}
+"""The Python packages that run in the browser, and what of each doesn't."""
 CODE = (".py", ".lark", ".json")
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
@@ -65,18 +69,20 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
     for path in sorted(FOLDER.iterdir()):
         if path.suffix in CONTENT_TYPES:
             yield path.name, path.read_bytes()
-    yield "index.html", _index().encode()
+    loaded = {"improv.zip": _archive(), **{f"pyodide/{name}": (pyodide / name).read_bytes() for name in PYODIDE}}
+    yield from loaded.items()
     yield "worker.js", _own("worker.js")
-    yield "improv.zip", _archive()
-    for name in PYODIDE:
-        yield f"pyodide/{name}", (pyodide / name).read_bytes()
+    yield "index.html", _index(sum(map(len, loaded.values()))).encode()
 
 
-def _index() -> str:
+def _index(loaded: int) -> str:
+    """The page, which tells its worker how many bytes that will load."""
     page = (FOLDER / "index.html").read_text(encoding="utf-8")
     assert page.count(HEAD) == 1
     policy = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-    return page.replace(HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="worker.js">')
+    return page.replace(
+        HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="worker.js?bytes={loaded}">'
+    )
 
 
 def _own(name: str) -> bytes:
@@ -87,7 +93,7 @@ def _archive() -> bytes:
     """Our package and lark's, as a zip archive."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
-        for package, left_out in (("improv_core", LEFT_OUT), ("lark", ("tools", "__pyinstaller"))):
+        for package, left_out in PACKAGES.items():
             for name, data in _code(resources.files(package), ""):
                 if not any(name == each or name.startswith(f"{each}/") or f"/{each}/" in name for each in left_out):
                     info = zipfile.ZipInfo(f"{package}/{name}", SAME_TIME)

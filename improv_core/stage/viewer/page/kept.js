@@ -1,36 +1,57 @@
 // @ts-check
-// The program of a website's page: there is no file, so this browser keeps it.
+// The program of a website's page: there is no file, so this browser keeps it. A link may bring another one.
+
+import { workIn } from "./link.js"
 
 const KEY = "improv.program"
+const DRAFT = "improv.draft.before a link"
 const FIRST = "ada $ repeat 4 (forward left)\n"
 
-/** @typedef {{ text: string, revision: string }} Program */
+/** @typedef {{ text: string, revision: string, toml: string }} Program how it was saved last, and its improv.toml */
 
-export class Kept {
-  path = "dance.improv"
-  /** @type {Program} */
-  program
+export const path = "dance.improv"
 
-  constructor() {
-    this.program = find() ?? { text: FIRST, revision: "0" }
+/**
+ * The program to begin with, and a line if the address holds one that can't be opened. What a link brings takes the
+ * place of what was kept, which the page then offers.
+ * @returns {Promise<{ program: Program, problem: string }>}
+ */
+export async function openProgram() {
+  const kept = find()
+  const work = await workIn(location.hash)
+  if (work === null) return { program: kept ?? { text: FIRST, revision: "0", toml: "" }, problem: "" }
+  history.replaceState(null, "", location.pathname + location.search)
+  if (typeof work === "string") return { program: kept ?? { text: "", revision: "0", toml: "" }, problem: work }
+  const revision = String(Number(kept?.revision ?? 0) + 1)
+  const program = { text: work.text, revision, toml: work.toml }
+  if (kept && kept.text !== work.text) {
+    const before = { path, text: kept.text, revision: kept.revision, others: [], time: Date.now() }
+    store(DRAFT, before)
   }
+  keep(program)
+  return { program, problem: "" }
+}
 
-  /** Keeps what was saved. @param {Program} saved */
-  keep({ text, revision }) {
-    this.program = { text, revision }
-    try {
-      localStorage.setItem(KEY, JSON.stringify(this.program))
-    } catch {
-      // the draft says that this browser keeps no text
-    }
+/** Keeps what was saved. @param {Program} saved */
+export function keep(saved) {
+  store(KEY, saved)
+}
+
+/** @param {string} key @param {unknown} value */
+function store(key, value) {
+  try {
+    localStorage.setItem(key, JSON.stringify(value))
+  } catch {
+    // the draft says that this browser keeps no text
   }
 }
 
 /** @returns {Program | null} */
 function find() {
   try {
-    const kept = JSON.parse(localStorage.getItem(KEY) ?? "null")
-    return typeof kept?.text === "string" && /^\d{1,15}$/.test(kept.revision) ? kept : null
+    const { text, revision, toml = "" } = JSON.parse(localStorage.getItem(KEY) ?? "null")
+    const fits = typeof text === "string" && typeof toml === "string" && /^\d{1,15}$/.test(revision)
+    return fits ? { text, revision, toml } : null
   } catch {
     return null
   }

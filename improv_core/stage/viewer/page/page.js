@@ -4,13 +4,13 @@
 import { Bumps } from "./bumps.js"
 import { Cast } from "./cast.js"
 import { Clock } from "./clock.js"
-import { connect } from "./home.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
 import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
+import { connect, isWebsite } from "./home.js"
 import { insets as covered } from "./insets.js"
 import { Invitation } from "./invitation.js"
 import { Measured } from "./measured.js"
@@ -23,6 +23,7 @@ import { listen as listenForPointing } from "./pointing.js"
 import { Program } from "./program.js"
 import { Lights, Score } from "./score.js"
 import { Senses } from "./senses.js"
+import { Share } from "./share.js"
 import { Stage } from "./stage.js"
 import { StartPoses } from "./start-poses.js"
 import { Timeline } from "./timeline.js"
@@ -47,6 +48,7 @@ const editor = new Editor(send, {
   place: (starts) => startPoses.place(starts),
   say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
 })
+if (isWebsite) new Share(editor.saving)
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },

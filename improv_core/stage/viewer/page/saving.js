@@ -60,6 +60,16 @@ export class Saving {
     return this.#draft !== null
   }
 
+  /** The text on the page. */
+  get text() {
+    return this.#page.getText()
+  }
+
+  /** Puts another text in its place. @param {string} text */
+  replace(text) {
+    this.#page.replace(text)
+  }
+
   get isSaved() {
     return this.#draft?.isSaved(this.#page.getText()) ?? true
   }

@@ -1,24 +1,29 @@
 // @ts-check
 // Improv in a worker of this browser, in place of a server. If it hangs, it is ended, and another one begins.
 
-import { Kept } from "./kept.js"
+import { keep, openProgram, path } from "./kept.js"
 import { read } from "./messages.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
-/** @typedef {{ message: string } | { ready: true } | { loaded: number, of: number } | { obeyed: number } | { paths: string | null } | { problem: string }} FromWorker */
+/** @import { Program } from "./kept.js" */
+/** @typedef {{ message: string } | { ready: true } | { loaded: number, of: number } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
 
 const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
+const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
 const HUNG = 8000 // milliseconds after which a worker that doesn't stop is ended
 
 /** @type {Worker | undefined} */
 let worker
-/** @type {((paths: string | null) => void)[]} */
-const waiting = [] // for paths
+/** @type {((drawn: string | null) => void)[]} */
+const waiting = [] // for what the worker draws
+/** @type {Program} */
+let program
 
 /**
  * Keeps a worker. `onStop` gets whether a stop has been waiting for a while to be obeyed, and `onLoad` a line about what
- * is still being loaded. Returns a function that sends a request.
+ * is still being loaded, or one about what is wrong with the link that was opened. Returns a function that sends a
+ * request.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
  * @param {(waits: boolean) => void} onStop
@@ -26,33 +31,34 @@ const waiting = [] // for paths
  * @returns {(request: Request) => void}
  */
 export function connect(onMessage, onChange, onStop, onLoad) {
-  const kept = new Kept()
   let pressed = 0
   let obeyed = 0
   let timers = /** @type {number[]} */ ([])
   let ready = false
+  let problem = ""
 
   function begin() {
     ready = false
-    worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" })
+    worker = new Worker(new URL(address, import.meta.url), { type: "module" })
     worker.onmessage = (event) => take(event.data)
     worker.onerror = () => onLoad("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
-    worker.postMessage({ program: kept.program })
+    worker.postMessage({ program })
   }
 
   /** @param {FromWorker} said */
   function take(said) {
     if ("message" in said) {
       const message = read(said.message)
-      if (message?.type === "source") kept.keep(message)
+      if (message?.type === "source") keep((program = { ...program, text: message.text, revision: message.revision }))
       if (message) onMessage(message)
     } else if ("ready" in said) {
       ready = true
-      onLoad("")
+      keepSite()
       onChange("open")
+      if (problem) onLoad(problem)
     } else if ("loaded" in said) onLoad(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)
     else if ("obeyed" in said) confirm(said.obeyed)
-    else if ("paths" in said) waiting.shift()?.(said.paths)
+    else if ("drawn" in said) waiting.shift()?.(said.drawn)
     else onLoad(said.problem)
   }
 
@@ -78,8 +84,12 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     begin()
   }
 
-  setTimeout(() => onMessage({ type: "source", path: kept.path, ...kept.program }))
-  begin()
+  openProgram().then((opened) => {
+    program = opened.program
+    onMessage({ type: "source", path, text: program.text, revision: program.revision })
+    problem = opened.problem
+    begin()
+  })
   return (request) => {
     const sent = request.type === "stop" ? { type: "press", number: press() } : request
     if (ready) worker?.postMessage({ request: JSON.stringify(sent) })
@@ -87,11 +97,25 @@ export function connect(onMessage, onChange, onStop, onLoad) {
   }
 }
 
-/** Promises the paths as SVG; null if there are none. @returns {Promise<string | null>} */
-export function drawPaths() {
+/** Has the browser keep the website, so that it needs no network next time, where browsers allow that. */
+function keepSite() {
+  navigator.serviceWorker?.register(new URL("service-worker.js", import.meta.url)).catch(() => undefined)
+}
+
+/** Promises the paths as SVG; null if there are none. */
+export const drawPaths = () => draw({ paths: true })
+
+/** Promises a QR code that holds a text, as SVG. @param {string} text */
+export const drawCode = (text) => draw({ code: text })
+
+/** The improv.toml of the program. */
+export const getToml = () => program.toml
+
+/** @param {{ paths: true } | { code: string }} what @returns {Promise<string | null>} */
+function draw(what) {
   return new Promise((done) => {
     waiting.push(done)
-    worker?.postMessage({ draw: true })
+    worker?.postMessage({ draw: what })
   })
 }
 

@@ -1,0 +1,84 @@
+// @ts-check
+// A program as a link: it is in the fragment of the address, which no browser sends anywhere.
+
+/** @typedef {{ text: string, toml: string, beat: number }} Work a program, its improv.toml, and where to begin */
+
+const KEY = "dance="
+const MOST = 200_000 // bytes of what a link holds: longer programs are files
+const LONGEST = 8_000 // characters of a link that all mail and chat programs take
+// Characters that don't show, or that show others in another order: nobody could read what such a link plays.
+const HIDDEN = /[\u0000-\u0008\u000B-\u001F\u007F-\u009F\u200B-\u200F\u2028-\u202E\u2060-\u2069\uFEFF]/
+
+export const TOO_LONG = `this dance is too long for a link (${LONGEST.toLocaleString("en")} characters): save it as a file`
+export const BROKEN = "this link is broken, perhaps because its end is missing: ask for it again"
+export const STRANGE = "this link holds something that isn't a dance: it was not opened"
+export const LATER = "this link was made by a later version of Improv: open it on a newer page"
+
+/**
+ * The fragment that holds some work.
+ * @param {Work} work
+ */
+export async function fragmentOf({ text, toml, beat }) {
+  const bytes = new TextEncoder().encode(JSON.stringify({ v: 1, text, ...(toml && { toml }), ...(beat && { beat }) }))
+  return `#${KEY}${inBase64(await piped(bytes, new CompressionStream("deflate-raw"), Infinity))}`
+}
+
+/** Whether a link with this fragment is too long to be passed on. @param {string} link */
+export const isTooLong = (link) => link.length > LONGEST
+
+/**
+ * The work in a fragment, or a line that says why there is none; null if it is no link of ours.
+ * @param {string} fragment
+ * @returns {Promise<Work | string | null>}
+ */
+export async function workIn(fragment) {
+  if (!fragment.startsWith(`#${KEY}`)) return null
+  /** @type {unknown} */
+  let found
+  try {
+    const bytes = await piped(fromBase64(fragment.slice(KEY.length + 1)), new DecompressionStream("deflate-raw"), MOST)
+    if (!bytes) return STRANGE
+    found = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes))
+  } catch {
+    return BROKEN
+  }
+  if (typeof found !== "object" || found === null || !("v" in found) || typeof found.v !== "number") return STRANGE
+  if (found.v > 1) return LATER
+  const { text, toml = "", beat = 0 } = /** @type {Record<string, unknown>} */ (found)
+  if (typeof text !== "string" || typeof toml !== "string" || typeof beat !== "number" || !(beat >= 0)) return STRANGE
+  return HIDDEN.test(text) || HIDDEN.test(toml) ? STRANGE : { text, toml, beat }
+}
+
+/**
+ * What a stream makes of bytes; null if that is more than `most`.
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {CompressionStream | DecompressionStream} stream
+ * @param {number} most
+ */
+async function piped(bytes, stream, most) {
+  const reader = new Blob([bytes]).stream().pipeThrough(stream).getReader()
+  /** @type {Uint8Array<ArrayBuffer>[]} */
+  const pieces = []
+  let length = 0
+  for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
+    length += value?.length ?? 0
+    if (length > most) {
+      await reader.cancel()
+      return null
+    }
+    if (value) pieces.push(value)
+  }
+  return new Uint8Array(await new Blob(pieces).arrayBuffer())
+}
+
+/** @param {Uint8Array | null} bytes */
+function inBase64(bytes) {
+  const characters = Array.from(bytes ?? [], (byte) => String.fromCharCode(byte)).join("")
+  return btoa(characters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")
+}
+
+/** @param {string} text */
+function fromBase64(text) {
+  const characters = atob(text.replaceAll("-", "+").replaceAll("_", "/"))
+  return Uint8Array.from(characters, (character) => character.charCodeAt(0))
+}

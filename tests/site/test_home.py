@@ -1,0 +1,136 @@
+"""All of Improv on one thread, as the browser's worker runs it: here by Python itself."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from typing import Any
+
+from improv_core.site.home import Home
+
+LIMIT = 60.0
+Message = dict[str, Any]
+
+
+class At:
+    """A page that is at home."""
+
+    def __init__(self) -> None:
+        self.messages: list[Message] = []
+        self.obeyed: list[int] = []
+        self._new = asyncio.Event()
+        self.home = Home(self._take, self.obeyed.append)
+
+    def ask(self, kind: str, **values: Any) -> None:
+        self.home.hear(json.dumps({"type": kind, **values}))
+
+    def save(self, text: str, number: int = 1) -> None:
+        self.ask("write", number=number, text=text, revision="0")
+
+    async def wait(self, kind: str, fits: Callable[[Message], bool] = lambda message: True) -> Message:
+        """The first message of this type that fits, which may have come before."""
+
+        async def find() -> Message:
+            while True:
+                for message in self.messages:
+                    if message["type"] == kind and fits(message):
+                        return message
+                self._new.clear()
+                await self._new.wait()
+
+        return await asyncio.wait_for(find(), LIMIT)
+
+    def _take(self, text: str) -> None:
+        self.messages.append(json.loads(text))
+        self._new.set()
+
+
+def check(scene: Callable[[At], Coroutine[Any, Any, None]], text: str = "", toml: str = "") -> None:
+    """Run a scene with a page at home."""
+
+    async def run() -> None:
+        at, ready = At(), asyncio.Event()
+        serving = asyncio.create_task(at.home.serve(text, toml, 7, ready.set))
+        await asyncio.wait_for(ready.wait(), LIMIT)
+        await scene(at)
+        serving.cancel()
+        with suppress(asyncio.CancelledError):
+            await serving
+
+    asyncio.run(run())
+
+
+def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
+    async def scene(at: At) -> None:
+        source = await at.wait("source")
+        assert (source["text"], source["revision"]) == ("ada $ forward", "7")
+        at.ask("analyze", number=1, text="ada $ forwrd")
+        assert (await at.wait("analyzed"))["count"] == 1
+        assert not [each for each in at.messages if each["type"] in ("score", "transport")]
+
+    check(scene, "ada $ forward")
+
+
+def test_what_is_saved_plays_to_its_end() -> None:
+    async def scene(at: At) -> None:
+        at.save("beat 1200\nada $ forward left")
+        assert (await at.wait("written"))["revision"] == "8"
+        assert (await at.wait("score"))["robots"].keys() == {"ada"}
+        await at.wait("transport", lambda each: each["state"] == "ended")
+        poses = await at.wait("poses", lambda each: bool(each["poses"]) and each["poses"][0][0] > 1.99)
+        assert poses["poses"][0][:2] == [2, 0]
+
+    check(scene)
+
+
+def test_a_stop_is_obeyed_and_said_to_be() -> None:
+    async def scene(at: At) -> None:
+        at.save("ada $ repeat forward")
+        await at.wait("transport", lambda each: each["state"] == "playing")
+        at.ask("press", number=3)
+        await at.wait("transport", lambda each: each["state"] == "stopped")
+        assert at.obeyed == [3]
+
+    check(scene)
+
+
+def test_a_program_with_errors_says_what_is_wrong_and_the_dance_goes_on() -> None:
+    async def scene(at: At) -> None:
+        at.save("ada $ repeat forward")
+        await at.wait("transport", lambda each: each["state"] == "playing")
+        at.save("ada $ forwrd", 2)
+        (problem,) = (await at.wait("program", lambda each: each["count"] == 1))["problems"]
+        assert (problem["line"], problem["word"]) == (1, "forwrd")
+        assert [each["state"] for each in at.messages if each["type"] == "transport"] == ["playing"]
+
+    check(scene)
+
+
+def test_words_lit_and_completed_come_from_here_too() -> None:
+    async def scene(at: At) -> None:
+        at.ask("analyze", number=1, text="ada $ forw")
+        at.ask("complete", number=1, offset=10)
+        assert [each["word"] for each in (await at.wait("completed"))["words"]] == ["forward"]
+        at.save("ada $ forward left", 2)
+        generation = (await at.wait("score"))["generation"]
+        at.ask("window", generation=generation, **{"from": 0, "to": 2})
+        assert (await at.wait("window"))["robots"].keys() == {"ada"}
+        assert (at.home.paths() or "").startswith("<svg")
+
+    check(scene)
+
+
+def test_robots_are_those_of_its_improv_toml() -> None:
+    async def scene(at: At) -> None:
+        at.save("beat 1200\nada $ forward")
+        poses = await at.wait("poses", lambda each: bool(each["poses"]) and each["poses"][0][0] > 0.49)
+        assert poses["poses"][0][0] == 0.5
+
+    check(scene, toml='[robots.ada]\nprofile = "quadrotor"\nstart = {}\n')
+
+
+def test_a_qr_code_holds_a_link() -> None:
+    code = Home(lambda text: None, lambda number: None).code("https://example.org/#dance=abc")
+    assert code.startswith("<svg xmlns=")

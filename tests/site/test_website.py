@@ -1,0 +1,153 @@
+"""The website: what is in it, and that it works in a browser, also without a network."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import io
+import json
+import re
+import threading
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.site.website import MARK, PYODIDE, SiteError, build
+from tests.needs import lacking
+from tests.stage.viewer.conftest import LIMIT, Keep, wait
+
+PYODIDE_HERE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
+
+
+@pytest.fixture
+def pyodide(tmp_path: Path) -> Path:
+    """A folder that looks like the npm package."""
+    folder = tmp_path / "pyodide"
+    folder.mkdir()
+    for name in PYODIDE:
+        (folder / name).write_text(name)
+    return folder
+
+
+def content(site: Path) -> dict[str, bytes]:
+    return {path.relative_to(site).as_posix(): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+
+
+def test_all_that_is_loaded_lies_in_the_folder_and_is_kept_for_later(pyodide: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    files = build(site, pyodide)
+    assert files == {name: len(data) for name, data in content(site).items()}
+    listed = re.search(r"self.SITE = (\{.*\})\n", (site / "service-worker.js").read_text())
+    assert listed
+    kept = json.loads(listed[1])["files"]
+    assert {*kept} == {"./", *files} - {"service-worker.js", MARK}
+    page = (site / "index.html").read_text()
+    assert {*re.findall(r'(?:src|href)="([^"#:]+)"', page)} <= {*files}
+    for name in files:
+        if name.endswith((".js", ".css", ".html")):
+            hosts = re.findall(r"https?://[\w.]+", (site / name).read_text().replace("http://www.w3.org", ""))
+            assert not hosts, name
+
+
+def test_python_files_of_the_command_line_stay_out(pyodide: Path, tmp_path: Path) -> None:
+    build(tmp_path / "site", pyodide)
+    names = zipfile.ZipFile(io.BytesIO((tmp_path / "site" / "improv.zip").read_bytes())).namelist()
+    assert {"improv_core/site/home.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
+    assert not [name for name in names if "/commands/" in name or "/page/" in name or "__pycache__" in name]
+
+
+def test_the_same_files_make_the_same_website(pyodide: Path, tmp_path: Path) -> None:
+    build(tmp_path / "one", pyodide)
+    build(tmp_path / "two", pyodide)
+    assert content(tmp_path / "one") == content(tmp_path / "two")
+
+
+def test_an_earlier_build_is_replaced_and_other_folders_stay(pyodide: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    build(site, pyodide)
+    (site / "old.js").write_text("")
+    build(site, pyodide)
+    assert not (site / "old.js").exists()
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "thesis.txt").write_text("")
+    with pytest.raises(SiteError, match="has other files in it: name a new folder"):
+        build(other, pyodide)
+    assert (other / "thesis.txt").exists()
+    with pytest.raises(SiteError, match="run `npm install pyodide` here, or name the folder with --pyodide"):
+        build(tmp_path / "new", tmp_path)
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *arguments: object) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> Iterator[str]:
+    """Where the website is served, in a folder of a plain web server."""
+    if not PYODIDE_HERE.exists():
+        lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
+    build(tmp_path / "classes" / "improv", PYODIDE_HERE)
+    handler = functools.partial(_Quiet, directory=str(tmp_path))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/classes/improv/"
+        server.shutdown()
+
+
+@pytest.mark.slow("starts Python in a browser, three times")
+def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(address: str, page: Page, keep: Keep) -> None:
+    page.goto(address)
+    expect(page.locator("#notice")).to_contain_text("Loading Improv:")
+    expect(page.locator("#text")).to_have_value("ada $ repeat 4 (forward left)\n")  # may be written meanwhile
+    opened = 'document.body.dataset.connection === "open"'
+    wait(page, opened)
+    page.locator("#text").fill("bo $ repeat 3 (forwrd left)\n")
+    page.get_by_role("button", name="Change to forward").click()
+    expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
+    page.keyboard.press("Control+Enter")
+    wait(page, "improv.robots.bo?.x > 0.5")
+    keep(page, "site-playing.png")
+    page.keyboard.press("Escape")
+    page.locator("#stage").focus()
+    page.keyboard.press("Escape")
+    wait(page, 'improv.transport.state === "stopped"')
+
+    page.get_by_role("button", name="Share").click()
+    expect(page.locator("#code")).to_be_visible()
+    keep(page, "site-share.png")
+    link = page.locator("#link").input_value()
+    page.get_by_role("button", name="Close").click()
+    page.locator("#text").fill("cy $ forward\n")
+    page.keyboard.press("Control+Enter")
+    wait(page, "improv.robots.cy?.x > 0.5")
+
+    page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
+    page.context.set_offline(True)
+    try:
+        page.goto("about:blank")
+        page.goto(link)
+        expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n", timeout=LIMIT * 1000)
+        wait(page, opened)
+        assert page.evaluate("location.hash") == ""
+        assert page.evaluate("improv.transport.generation") == 0  # nothing plays by itself
+        page.get_by_role("button", name="Show it instead").click()  # what was here before is not lost
+        expect(page.locator("#text")).to_have_value("cy $ forward\n")
+        page.get_by_role("button", name="Save and play").click()
+        wait(page, "improv.robots.cy?.x > 0.5")
+    finally:
+        page.context.set_offline(False)
+
+
+@pytest.mark.slow("starts Python in a browser")
+def test_a_broken_link_says_so_and_the_page_works(address: str, page: Page) -> None:
+    page.goto(f"{address}#dance=q1YqU7Iy")
+    wait(page, 'document.body.dataset.connection === "open"')
+    expect(page.locator("#notice")).to_contain_text("this link is broken")
+    page.locator("#text").fill("ada $ forward\n")
+    page.keyboard.press("Control+Enter")
+    wait(page, "improv.robots.ada?.x > 0.5")

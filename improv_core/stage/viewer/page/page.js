@@ -30,6 +30,7 @@ import { Timeline } from "./timeline.js"
 import { Trails } from "./trails.js"
 import { View } from "./view.js"
 import { Wall } from "./wall.js"
+import { WordRow } from "./word-row.js"
 
 /** @import { Message, Messages } from "./messages.js" */
 
@@ -48,6 +49,7 @@ const editor = new Editor(send, {
   place: (starts) => startPoses.place(starts),
   say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
 })
+new WordRow(findA("text", HTMLTextAreaElement))
 if (isWebsite) new Share(editor.saving)
 const score = new Score(find("score-text"))
 const lights = new Lights(

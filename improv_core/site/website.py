@@ -12,6 +12,10 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.files import ENDING
+from improv_core.score.svg import plot
 from improv_core.stage.viewer.application import CONTENT_TYPES, FOLDER
 
 MARK = "improv-site.json"
@@ -69,6 +73,7 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
     for path in sorted(FOLDER.iterdir()):
         if path.suffix in CONTENT_TYPES:
             yield path.name, path.read_bytes()
+    yield "examples.json", json.dumps([_example(path) for path in _examples()]).encode()
     loaded = {"improv.zip": _archive(), **{f"pyodide/{name}": (pyodide / name).read_bytes() for name in PYODIDE}}
     yield from loaded.items()
     yield "worker.js", _own("worker.js")
@@ -83,6 +88,19 @@ def _index(loaded: int) -> str:
     return page.replace(
         HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="worker.js?bytes={loaded}">'
     )
+
+
+def _examples() -> list[Traversable]:
+    """The programs of the gallery that need no `improv.toml`, the simplest first."""
+    ours = resources.files("improv_core.site") / "examples"  # where the wheel has them
+    folder = ours if ours.is_dir() else Path(__file__).parents[2] / "examples"
+    programs = [each for each in folder.iterdir() if each.name.endswith(ENDING)]
+    return sorted(programs, key=lambda each: len(each.read_bytes()))
+
+
+def _example(path: Traversable) -> Mapping[str, str]:
+    text = path.read_text(encoding="utf-8")
+    return {"name": path.name.removesuffix(ENDING), "text": text, "picture": plot(score_of(analyze(text)))}
 
 
 def _own(name: str) -> bytes:

@@ -8,6 +8,7 @@ import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
 import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
+import { Examples } from "./examples.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
 import { connect, isWebsite } from "./home.js"
@@ -50,7 +51,10 @@ const editor = new Editor(send, {
   say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
 })
 new WordRow(findA("text", HTMLTextAreaElement))
-if (isWebsite) new Share(editor.saving)
+if (isWebsite) {
+  new Examples(editor.saving)
+  new Share(editor.saving)
+}
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },

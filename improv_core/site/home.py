@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -19,10 +20,11 @@ from improv_core.robots.config import read_robots
 from improv_core.services.page_editor import PageEditor
 from improv_core.site.passing import Passing
 from improv_core.site.stage_here import Hear, StageHere
+from improv_core.slices import on_checkpoint
 from improv_core.stage.commands import Editing, PageRequest
-from improv_core.stage.editing import EditorAnswer, Write
+from improv_core.stage.editing import Analyze, EditorAnswer, Write
 from improv_core.stage.loop import Opened
-from improv_core.stage.messages import FromStage
+from improv_core.stage.messages import FromStage, State
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.answers import Answers
 from improv_core.stage.viewer.background import Work
@@ -33,6 +35,10 @@ from improv_core.stage.viewer.throttle import Throttle
 
 PROGRAM = Path("dance.improv")
 """The name of the program: there are no files."""
+UNTOUCHED = 0.7
+"""Seconds without a key after which it is found out whom robots meet."""
+LONGEST_CHECK = 0.4
+"""Seconds that this may take: meanwhile, the page waits. What takes longer is given up."""
 
 
 class Home:
@@ -54,6 +60,8 @@ class Home:
         self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
         self._text, self._revision = "", 0
+        self._state: State = "stopped"
+        self._checking: asyncio.TimerHandle | None = None
 
     async def serve(self, text: str, toml: str, revision: int, ready: Callable[[], None]) -> None:
         """Be the page's home, forever, beginning with this program and its `improv.toml`, as saved last.
@@ -117,6 +125,8 @@ class Home:
 
     def _open(self, put: Callable[[FromStage], None]) -> Opened:
         def tell(message: FromStage) -> None:
+            if message["type"] == "transport":
+                self._state = message["state"]
             if message["type"] in ("transport", "stopped", "sensed", "decided", "measured", "armed"):
                 self._broadcast.publish(message)
             put(message)
@@ -144,12 +154,36 @@ class Home:
                 await self._write(ask, asked)
             elif ask["type"] == "analyze":
                 self._answer(self._editor.analyze(self._outbox.number, ask))
+                self._check_soon(ask)
             elif ask["type"] == "complete":
                 self._answer(self._editor.complete(self._outbox.number, ask))
             elif ask["type"] == "move" or ask["type"] == "arrange":
                 self._answer(self._editor.move(self._outbox.number, ask, rehearses=False))
             else:
                 self._answer(self._editor.explain(self._outbox.number, ask))
+
+    def _check_soon(self, ask: Analyze) -> None:
+        """Tell whom robots meet once nobody has typed for a moment: that takes time, and there is only one thread."""
+        if self._checking:
+            self._checking.cancel()
+        self._checking = asyncio.get_running_loop().call_later(UNTOUCHED, self._check, ask)
+
+    def _check(self, ask: Analyze) -> None:
+        if self._state in ("playing", "waiting"):
+            return
+        end = time.monotonic() + LONGEST_CHECK
+
+        def give_up() -> None:
+            if time.monotonic() > end:
+                raise TimeoutError
+
+        on_checkpoint(give_up)
+        try:
+            self._answer(self._editor.check_room(self._outbox.number, ask))
+        except TimeoutError:
+            return
+        finally:
+            on_checkpoint(None)
 
     async def _write(self, ask: Write, asked: int) -> None:
         """Play what is on the page. The page keeps the text itself."""

@@ -73,6 +73,15 @@ def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
     check(scene, "ada $ forward")
 
 
+def test_whom_robots_meet_is_said_once_nobody_types() -> None:
+    async def scene(at: At) -> None:
+        at.ask("analyze", number=1, text="ada at 0 0\nbo at 1 0 facing 180\nada bo $ forward")
+        found = await at.wait("analyzed", lambda each: each["count"] == 1)
+        assert "`ada` and `bo` meet at beat" in found["problems"][0]["message"]
+
+    check(scene)
+
+
 def test_what_is_saved_plays_to_its_end() -> None:
     async def scene(at: At) -> None:
         at.save("beat 1200\nada $ forward left")

@@ -1,8 +1,7 @@
-"""The deadman button of a gamepad, which the tests hold."""
+"""The deadman button of a gamepad, which the tests hold. modules/deadman.test.js asks when it counts as released."""
 
 from __future__ import annotations
 
-import json
 import queue
 from typing import Any
 
@@ -21,7 +20,6 @@ GAMEPADS = """
 const pads = [null, { connected: true, buttons: [0, 1, 2, 3, 4, 5].map(() => ({ pressed: false })) }]
 navigator.getGamepads = () => pads
 window.press = (button, pressed) => pads[1].buttons[button].pressed = pressed
-window.unplug = () => pads[1] = null
 """
 
 
@@ -53,7 +51,9 @@ def until_released(commands: Commands) -> None:
         assert kind == "held"
 
 
-def test_the_page_says_which_button_to_hold_and_whether_it_is(held: Page, commands: Commands) -> None:
+def test_the_page_says_which_button_to_hold_and_sends_whether_it_is(
+    held: Page, viewer: Viewer, commands: Commands
+) -> None:
     line = held.get_by_text("hold button 4 to move")
     expect(line).to_be_visible()
     held.evaluate("press(3, true)")
@@ -66,53 +66,8 @@ def test_the_page_says_which_button_to_hold_and_whether_it_is(held: Page, comman
     expect(line).to_be_visible()
     held.evaluate("press(4, true)")
     assert taken(commands) == "held"
-
-
-@pytest.mark.parametrize(
-    "gone",
-    [
-        "unplug()",
-        "Object.defineProperty(document, 'hidden', { value: true }); document.dispatchEvent(new Event(CHANGED))",
-    ],
-    ids=["unplugged", "hidden"],
-)
-def test_a_gamepad_or_page_that_disappears_counts_as_released(held: Page, commands: Commands, gone: str) -> None:
-    held.evaluate("press(4, true)")
-    assert taken(commands) == "held"
-    held.evaluate(f"() => {{ const CHANGED = 'visibilitychange'; {gone} }}")
+    held.evaluate("Object.defineProperty(document, 'hidden', { value: true })")  # as if another tab were in front of it
     until_released(commands)
     assert commands.empty()
-
-
-def test_a_frame_without_access_to_gamepads_says_what_to_do(held: Page, commands: Commands) -> None:
-    held.evaluate("press(4, true)")
-    assert taken(commands) == "held"
-    held.evaluate("() => { navigator.getGamepads = () => { throw new DOMException('not allowed', 'SecurityError') } }")
-    until_released(commands)
-    expect(held.get_by_text("open this page in a browser to use a gamepad")).to_be_visible()
-
-
-def test_nothing_is_sent_if_no_button_is_required(held: Page, viewer: Viewer, commands: Commands) -> None:
     require(viewer, None)
-    expect(held.get_by_text("hold button 4 to move")).to_be_hidden()
-    held.evaluate("press(4, true)")
-    held.evaluate("new Promise(requestAnimationFrame)")
-    held.keyboard.press("Escape")
-    assert taken(commands) == "stop"
-
-
-def test_held_messages_are_a_tenth_of_a_second_apart(held: Page) -> None:
-    sent = held.evaluate(
-        """async () => {
-          const { Deadman } = await import("/deadman.js")
-          const sent = []
-          const deadman = new Deadman((request) => sent.push(request.type))
-          deadman.require({ button: 4 })
-          press(4, true)
-          for (let now = 5000; now < 5300; now += 10) deadman.look(now)
-          press(4, false)
-          for (let now = 5300; now < 5600; now += 10) deadman.look(now)
-          return sent
-        }"""
-    )
-    assert json.dumps(sent) == json.dumps(["held", "held", "held", "released"])
+    expect(line).to_be_hidden()

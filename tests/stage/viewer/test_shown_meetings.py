@@ -36,7 +36,7 @@ MEETINGS: MeetingsMessage = {
 MARK = "201,42,42"
 
 
-def test_a_click_on_a_mark_seeks_there(
+def test_a_click_on_a_mark_or_near_it_seeks_there(
     still: Callable[..., Page],
     viewer: Viewer,
     commands: queue.SimpleQueue[PageRequest | Watched],
@@ -60,16 +60,7 @@ def test_a_click_on_a_mark_seeks_there(
     page.mouse.up()  # the view was moved: no click
     button.click()
     assert commands.get(timeout=LIMIT) == {"type": "seek", "beat": 1.85}  # the first one ahead
-
-
-def test_a_press_near_a_mark_of_the_timeline_goes_to_its_beat(
-    still: Callable[..., Page], viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]
-) -> None:
-    page = still(PROGRAM)
-    assert commands.get(timeout=LIMIT) == {"type": "watched"}
-    viewer.publish(cast(Any, MEETINGS))
-    expect(page.get_by_role("button", name="2 meetings ahead")).to_be_visible()
     line = page.locator("#playline").bounding_box()
     assert line
-    page.mouse.click(line["x"] + 1.85 / 4 * line["width"] + 4, line["y"] + 40)
+    page.mouse.click(line["x"] + 1.85 / 4 * line["width"] + 4, line["y"] + 40)  # near its mark on the timeline
     assert commands.get(timeout=LIMIT) == {"type": "seek", "beat": 1.85}

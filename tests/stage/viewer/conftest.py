@@ -8,6 +8,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -194,13 +195,19 @@ def chromium() -> Iterator[Chromium]:
         browser.close()
 
 
-@pytest.fixture
-def browser(chromium: Chromium) -> Iterator[Browser]:
+@contextmanager
+def using(chromium: Chromium) -> Iterator[None]:
     asyncio._set_running_loop(chromium.loop)
     expect.set_options(timeout=LIMIT * 1000)
-    yield chromium.browser
+    yield
     expect.set_options(timeout=None)
     asyncio._set_running_loop(None)
+
+
+@pytest.fixture
+def browser(chromium: Chromium) -> Iterator[Browser]:
+    with using(chromium):
+        yield chromium.browser
 
 
 @pytest.fixture
@@ -211,6 +218,14 @@ def window(browser: Browser, chromium: Chromium) -> BrowserContext:
 @pytest.fixture
 def page(window: BrowserContext) -> Iterator[Page]:
     """A page on which no error goes unnoticed."""
+    page, wrong = new_page(window)
+    yield page
+    page.close()
+    assert wrong == []
+
+
+def new_page(window: BrowserContext) -> tuple[Page, list[str]]:
+    """A page, and what goes wrong on it."""
     wrong: list[str] = []
 
     def listen(message: ConsoleMessage) -> None:
@@ -222,9 +237,7 @@ def page(window: BrowserContext) -> Iterator[Page]:
     page.set_default_timeout(LIMIT * 1000)
     page.on("console", listen)
     page.on("pageerror", lambda error: wrong.append(f"{error} {error.stack}"))
-    yield page
-    page.close()
-    assert wrong == []
+    return page, wrong
 
 
 @pytest.fixture

@@ -4,26 +4,57 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import datetime
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import TOKEN, Keep, Show, at, link, transport, wait, watch
+from tests.stage.viewer.conftest import (
+    TOKEN,
+    Chromium,
+    Keep,
+    Show,
+    at,
+    link,
+    new_page,
+    transport,
+    using,
+    wait,
+    watch,
+)
+from tests.stage_on_thread import start_on_thread
 
 LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
 
 
-@pytest.fixture
-def stage(page: Page, show: Show) -> Page:
+@pytest.fixture(scope="module")
+def shared(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    """One stage and one page for the tests of this file: to open them takes longer than most of these tests."""
+    show = Show(start_on_thread)
     show.play(LONG)
-    watch(page, show)
-    wait(page, "improv.transport.state === 'playing'")
+    with using(chromium):
+        page, wrong = new_page(chromium.window)
+        watch(page, show)
+    yield show, page
+    with using(chromium):
+        page.close()
+    show.close()
+    assert wrong == []
+
+
+@pytest.fixture
+def stage(browser: Browser, shared: tuple[Show, Page]) -> Page:
+    """LONG begins again. Each test leaves the page as it found it."""
+    show, page = shared
+    begun = page.evaluate("improv.transport.generation")
+    show.play(LONG)
+    wait(page, f"improv.transport.generation > {begun} && improv.transport.state === 'playing'")
+    page.locator("#stage").focus()
     return page
 
 
@@ -57,6 +88,10 @@ def test_the_play_button_begins_what_is_armed(page: Page, show: Show, keep: Keep
     page.get_by_role("button", name="Begin").click()
     wait(page, "improv.transport.state === 'playing'")
     expect(page.locator("#state-word")).to_have_text("playing")
+    page.get_by_role("button", name="Stop").click()
+    for armed, says in ((True, "armed"), (False, "stopped")):  # beside real robots
+        show.tell({"type": "armed", "generation": 1, "armed": armed, "begins": None})
+        expect(page.locator("#state-word")).to_have_text(says)
 
 
 def test_the_page_says_when_it_begins_by_itself(page: Page, show: Show, keep: Keep) -> None:
@@ -64,13 +99,6 @@ def test_the_page_says_when_it_begins_by_itself(page: Page, show: Show, keep: Ke
     watch(page, show)
     expect(page.locator("#state-word")).to_have_text(re.compile("^armed for .*:15"))
     keep(page, "armed-at.png")
-
-
-def test_the_page_beside_real_robots_shows_that_they_are_armed(stage: Page, show: Show) -> None:
-    stage.get_by_role("button", name="Stop").click()
-    for armed, says in ((True, "armed"), (False, "stopped")):
-        show.tell({"type": "armed", "generation": 1, "armed": armed, "begins": None})
-        expect(stage.locator("#state-word")).to_have_text(says)
 
 
 def test_stepping_stops_at_whole_beats(stage: Page) -> None:
@@ -171,6 +199,8 @@ def test_text_typed_outside_the_editor_starts_nothing(stage: Page) -> None:
     stage.keyboard.press("r")
     expect(did).to_have_text("R: restart")
     wait(stage, f"improv.transport.generation > {generation}")
+    stage.keyboard.press("l")
+    expect(stage.locator("#timeline")).to_be_visible()
 
 
 def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
@@ -185,6 +215,8 @@ def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
     stage.keyboard.press("ArrowRight")  # still works
     wait(stage, "improv.beat > 1")
     assert stage.evaluate("improv.transport.state") == "playing"
+    letters.click()
+    expect(letters).to_have_attribute("aria-pressed", "true")
     dialog.get_by_role("button", name="Close").click()
     expect(dialog).to_be_hidden()
     expect(stage.get_by_role("button", name="Help", exact=True)).to_be_focused()
@@ -210,8 +242,8 @@ def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> No
 
 
 @pytest.mark.slow("opens two windows")
-def test_two_pages_show_the_same(browser: Browser, stage: Page, show: Show) -> None:
-    other = watch(browser.new_page(), show)
+def test_two_pages_show_the_same(window: BrowserContext, shared: tuple[Show, Page], stage: Page) -> None:
+    other = watch(window.new_page(), shared[0])
     other.get_by_role("button", name="Pause").click()
     for page in (stage, other):
         wait(page, "improv.transport.state === 'paused'")
@@ -226,7 +258,9 @@ def test_two_pages_show_the_same(browser: Browser, stage: Page, show: Show) -> N
     other.close()
 
 
-def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, keep: Keep) -> None:
+def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show: Show, keep: Keep) -> None:
+    show.play(LONG)
+    stage = watch(page, show)
     stage.keyboard.press("Escape")
     wait(stage, "improv.transport.state === 'stopped'")
     stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
@@ -255,24 +289,23 @@ def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, kee
     keep(stage, "page-starts.png")
 
 
-@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
-def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, keep: Keep, size: tuple[int, int]) -> None:
-    width, height = size
-    page.set_viewport_size({"width": width, "height": height})
+def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, keep: Keep) -> None:
     simulator = Simulator()
     viewer = Viewer(0, simulator.snapshot, lambda command: None, takes_start_poses=True, token=TOKEN)
     viewer.show(score_of(analyze("".join(f"r{number} $ repeat forward\n" for number in range(9)))), 1)
     viewer.publish(transport(1, "paused", None))
     page.goto(link(viewer))
     wait(page, "window.improv?.known.r0 > 0")
-    if width < 720:
-        page.get_by_role("button", name="View").click()
-    page.get_by_role("button", name="Starts").click()
     dialog = page.get_by_role("dialog", name="Start poses")
-    for field in dialog.get_by_label("heading", exact=True).all():
-        field.fill("90")
-    keep(page, f"page-starts-{width}.png")
-    expect(dialog.get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
-    dialog.get_by_role("button", name="Close").click()
-    expect(dialog).to_be_hidden()
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        if width < 720:
+            page.get_by_role("button", name="View").click()
+        page.get_by_role("button", name="Starts").click()
+        for field in dialog.get_by_label("heading", exact=True).all():
+            field.fill("90")
+        keep(page, f"page-starts-{width}.png")
+        expect(dialog.get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
+        dialog.get_by_role("button", name="Close").click()
+        expect(dialog).to_be_hidden()
     viewer.close()

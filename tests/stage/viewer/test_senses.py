@@ -75,26 +75,28 @@ def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: 
     sensed(viewer, "near", None)
     expect(chip).to_have_attribute("data-value", "silent")
 
+    expect(sensing.get_by_role("button", name="Cue")).to_be_visible()
+    viewer.show(score_of(analyze("ada $ forward\n")), 2)  # which senses nothing
+    viewer.publish(transport(2, "playing"))
+    expect(sensing.locator("#senses")).to_be_hidden()
+    expect(sensing.get_by_role("button", name="Cue")).to_be_hidden()
 
-def test_shift_and_click_force_a_sense_until_the_next_time(
+
+def test_senses_are_forced_by_shift_and_a_click_and_given_by_a_button_and_keys(
     sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]
 ) -> None:
     chip = sensing.locator(".chip", has_text="wall")
     chip.click()  # without shift, nothing
-    for value in (True, None):
+    for value in (True, None):  # until the next time
         chip.click(modifiers=["Shift"])
         assert asked(commands) == {"type": "force", "robot": "ada", "sense": "wall", "value": value}
         expect(chip).to_have_attribute("data-forced", str(value is not None).lower())
 
-
-def test_the_cue_has_a_button_and_a_key(sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
     sensing.get_by_role("button", name="Cue").click()
     assert asked(commands) == {"type": "cue"}
     sensing.keyboard.press("c")
     assert asked(commands) == {"type": "cue"}
 
-
-def test_a_sense_key_does_nothing_else(sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
     sensing.keyboard.down("l")
     for _ in range(3):  # repeated while it is held
         assert asked(commands) == {"type": "key", "key": "l", "held": True}
@@ -103,12 +105,3 @@ def test_a_sense_key_does_nothing_else(sensing: Page, commands: queue.SimpleQueu
         pass
     assert command == {"type": "key", "key": "l", "held": False}
     expect(sensing.locator("#timeline")).to_be_visible()  # which the key L hides otherwise
-
-
-def test_without_senses_there_is_nothing_to_see(page: Page, viewer: Viewer) -> None:
-    viewer.show(score_of(analyze("ada $ forward\n")), 1)
-    viewer.publish(transport(1, "playing"))
-    page.goto(link(viewer))
-    wait(page, "window.improv?.known.ada > 0")
-    expect(page.locator("#senses")).to_be_hidden()
-    expect(page.get_by_role("button", name="Cue")).to_be_hidden()

@@ -12,7 +12,7 @@ from threading import Thread
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -85,13 +85,17 @@ def test_trails_can_be_cleared_and_turned_off(still: Callable[..., Page], viewer
 
 
 @pytest.mark.slow("robots drive in real time")
-def test_an_endless_program_stays_known(page: Page, show: Show) -> None:
+def test_an_endless_program_stays_known_on_a_delayed_page_too(page: Page, show: Show) -> None:
     show.play("beat 960\nada $ repeat (forward left)\nbo $ forward\n")
     watch(page, show)
     expect(page.locator("li[data-robot=ada] .endless")).to_be_visible()
     expect(page.locator("li[data-robot=bo] .endless")).to_have_count(0)
     known = page.evaluate("improv.known.ada")
     wait(page, f"improv.beat > 20 && improv.known.ada >= {known} + 16")
+    beat = page.evaluate("improv.beat")
+    page.evaluate("() => { const end = performance.now() + 400; while (performance.now() < end); }")
+    wait(page, f"improv.beat > {beat} + 8")
+    assert page.evaluate("improv.moved") == {}  # the path ahead stays in its place, though the page was delayed
 
 
 def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(page: Page, show: Show) -> None:
@@ -103,15 +107,6 @@ def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(page: 
     expect(page.locator("#score-text")).to_contain_text("repeat left")
     assert page.evaluate("improv.robots.ada.x") > 2.9
     assert page.evaluate("improv.moved") == {}  # the path ahead begins where the score has it
-
-
-def test_a_delayed_page_leaves_the_path_ahead_in_place(page: Page, show: Show) -> None:
-    show.play("beat 240\nada $ repeat (forward left)\n")
-    watch(page, show)
-    beat = page.evaluate("improv.beat")
-    page.evaluate("() => { const end = performance.now() + 400; while (performance.now() < end); }")
-    wait(page, f"improv.beat > {beat} + 3")
-    assert page.evaluate("improv.moved") == {}
 
 
 @pytest.mark.slow("looks at dozens of frames")
@@ -137,7 +132,9 @@ def test_scrubbing_while_paused_draws_no_way_between(page: Page, show: Show) -> 
     assert page.evaluate("slanted") == 0
 
 
-def test_a_page_that_was_small_for_a_while_shows_the_same_as_before(still: Callable[..., Page]) -> None:
+def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before(
+    still: Callable[..., Page],
+) -> None:
     page = still(DANCE)
     for hidden in ([], ["#timeline"], ["#timeline", "#score"]):
         page.set_viewport_size({"width": 390, "height": 700})  # as when a phone is turned
@@ -150,6 +147,20 @@ def test_a_page_that_was_small_for_a_while_shows_the_same_as_before(still: Calla
             expect(page.locator(panel)).to_be_visible(visible=panel not in hidden)
         for panel in ("#timeline", "#score")[len(hidden) :][:1]:
             page.locator(f"#show-{panel[1:]}").click()
+
+    page.set_viewport_size({"width": 320, "height": 640})
+    view = page.get_by_role("button", name="View")
+    clear = page.get_by_role("button", name="Clear")
+    expect(clear).to_be_hidden()
+    view.press("Enter")
+    expect(view).to_have_attribute("aria-expanded", "true")
+    for name in ("Clear", "Paths", "Starts", "Save"):
+        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    assert page.evaluate(COVERED) == []
+    page.get_by_role("button", name="Save").click()
+    expect(clear).to_be_hidden()
+    page.get_by_role("button", name="Close").click()
+    expect(view).to_be_focused()
 
 
 @pytest.mark.slow("draws fifty robots")
@@ -188,12 +199,12 @@ def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
 
 
 def test_editors_on_this_machine_may_frame_the_page_and_strangers_may_not(
-    browser: Browser, show: Show, tmp_path: Path
+    window: BrowserContext, show: Show, tmp_path: Path
 ) -> None:
     show.play("beat 60\nada $ repeat (forward || left)\n")
     url = show.url
     (tmp_path / "index.html").write_text(f"<iframe src='{url}' width=900 height=600></iframe>", encoding="utf-8")
-    page = browser.new_page()
+    page = window.new_page()
     with served(tmp_path) as editor:
         page.goto(editor)
         inside = page.frame_locator("iframe")
@@ -215,24 +226,6 @@ def served(folder: Path) -> Iterator[str]:
         server.shutdown()
 
 
-@pytest.mark.slow("looks at ten buttons at four sizes")
-def test_everything_has_room(still: Callable[..., Page], keep: Keep) -> None:
-    page = still("beat 60\nada $ (forward || left) [forward left]\nbo $ repeat (forward || right)\n")
-    buttons = ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster")
-    for width, height in ((390, 844), (844, 390), (1280, 800), (1920, 1080)):
-        page.set_viewport_size({"width": width, "height": height})
-        for name in (*buttons, "Timeline", "Score", "Present", "Help"):
-            button = page.get_by_role("button", name=name, exact=name != "Stop")
-            expect(button).to_be_in_viewport(ratio=1)
-        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-        box = page.locator("#hall").bounding_box()
-        assert box
-        assert box["height"] > 120
-        for scheme in SCHEMES:
-            page.emulate_media(color_scheme=scheme)
-            keep(page, f"page-{width}-{scheme}.png")
-
-
 COVERED = """() => {
   const inside = ({ left, top, right, bottom }) => left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight
   const all = document.querySelectorAll("#bar button, #tools button, #presenting button, #cast button")
@@ -244,6 +237,8 @@ COVERED = """() => {
   }).map(each => each.id)
 }"""
 """The buttons that are cut off or covered."""
+SEEN = "[...document.querySelectorAll('button')].filter(each => each.checkVisibility()).map(({ id }) => id)"
+BUTTONS = {"stop", "play", "restart", "step", "slower", "faster", "show-timeline", "show-score", "present", "show-help"}
 WIDTHS = ((1920, 1080), (1280, 800), (900, 700), (800, 700), (757, 800), (740, 800), (721, 800), (390, 844), (320, 640))
 
 
@@ -251,11 +246,19 @@ WIDTHS = ((1920, 1080), (1280, 800), (900, 700), (800, 700), (757, 800), (740, 8
 def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[..., Page], keep: Keep) -> None:
     page = still("beat 60\n" + "".join(f"r{number:02} $ repeat 8 (forward left)\n" for number in range(12)))
     expect(page.locator("#cast-list li")).to_have_count(12)
+    page.set_viewport_size({"width": 844, "height": 390})  # as when a phone is turned
+    wait(page, f"document.getElementById('stage').clientWidth <= 844 && !({COVERED})().length")
+    assert set(page.evaluate(SEEN)) >= BUTTONS
+    hall = page.locator("#hall").bounding_box()
+    assert hall
+    assert hall["height"] > 120
     present = page.get_by_role("button", name="Present")
     for width, height in WIDTHS:
         page.set_viewport_size({"width": width, "height": height})
         wait(page, f"document.getElementById('stage').clientWidth <= {width}")
         assert page.evaluate(COVERED) == [], f"at {width} pixels"
+        assert set(page.evaluate(SEEN)) >= BUTTONS
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         stop = page.get_by_role("button", name="Stop").bounding_box()
         assert stop
         assert stop["y"] < 60  # an editor's messages lie at the bottom
@@ -279,23 +282,6 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
     keep(page, "page-scrolled.png")
 
 
-def test_tools_without_room_unfold(page: Page, still: Callable[..., Page]) -> None:
-    page.set_viewport_size({"width": 320, "height": 640})
-    still(DANCE)
-    view = page.get_by_role("button", name="View")
-    clear = page.get_by_role("button", name="Clear")
-    expect(clear).to_be_hidden()
-    view.press("Enter")
-    expect(view).to_have_attribute("aria-expanded", "true")
-    for name in ("Clear", "Paths", "Starts", "Save"):
-        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
-    assert page.evaluate(COVERED) == []
-    page.get_by_role("button", name="Save").click()
-    expect(clear).to_be_hidden()
-    page.get_by_role("button", name="Close").click()
-    expect(view).to_be_focused()
-
-
 def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page], simulator: Simulator) -> None:
     page.emulate_media(reduced_motion="reduce")
     still(DANCE)
@@ -307,21 +293,17 @@ def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page
     assert page.evaluate("improv.view") == view
 
 
-def test_the_paths_can_be_downloaded_as_svg_and_png(still: Callable[..., Page], tmp_path: Path) -> None:
-    page = still("beat 60\nada $ forward || left\nbo $ forward\n")
+def test_the_paths_and_a_video_can_be_downloaded(page: Page, show: Show, tmp_path: Path) -> None:
+    program = "beat 60\nada $ repeat (forward || left)\nbo $ forward\n"
+    show.play(program)
+    watch(page, show)
     page.get_by_role("button", name="Save").click()
     svg = downloaded(page, "SVG", tmp_path / "paths.svg").read_text(encoding="utf-8")
-    assert svg == plot(score_of(analyze("beat 60\nada $ forward || left\nbo $ forward\n")))
+    assert svg == plot(score_of(analyze(program)))
     png = downloaded(page, "PNG", tmp_path / "paths.png").read_bytes()
     assert png.startswith(b"\x89PNG\r\n\x1a\n")
     width, height = struct.unpack(">II", png[16:24])
     assert max(width, height) == 2400
-
-
-def test_a_video_can_be_downloaded(page: Page, show: Show, tmp_path: Path) -> None:
-    show.play("beat 60\nada $ repeat (forward || left)\n")
-    watch(page, show)
-    page.get_by_role("button", name="Save").click()
     page.get_by_role("button", name="Record a video").click()
     beat = page.evaluate("improv.beat")
     wait(page, f"improv.beat > {beat} + 1")

@@ -38,8 +38,8 @@ STAGE = (
     ),
     Fault(
         "stage/repeats.py",
-        "return [robot for robot, at in slot.items() if at <= before]",
-        "return [robot for robot, at in slot.items() if at > before]",
+        "return [mover for mover, at in slot.items() if at <= before]",
+        "return [mover for mover, at in slot.items() if at > before]",
         "robots that hold a velocity are not sent it again, and those that were just sent another one are",
     ),
     Fault(
@@ -110,8 +110,8 @@ STAGE = (
     ),
     Fault(
         "stage/listeners.py",
-        "any(now < self._met[robot] + PATIENCE for robot in self._awaited)",
-        "any(now > self._met[robot] + PATIENCE for robot in self._awaited)",
+        "now < self._met[robot] + PATIENCE or (line",
+        "now > self._met[robot] + PATIENCE or (line",
         "beat 0 does not wait for a robot that will listen in a moment, but for one that never will",
     ),
     Fault(

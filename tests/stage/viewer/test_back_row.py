@@ -61,13 +61,11 @@ def test_on_a_phone_presented_robots_are_not_below_stop(still: Callable[..., Pag
     keep(page, "page-present-small.png")
 
 
-def test_the_score_scrolls_to_the_word_that_plays(still: Callable[..., Page]) -> None:
-    page = still("#\n" * 80 + "step = forward\n" + "#\n" * 80 + "ada $ repeat step\n")
+def test_long_names_fit_letters_are_explained_and_the_score_scrolls_to_the_word_that_plays(
+    still: Callable[..., Page],
+) -> None:
+    page = still("#\n" * 80 + "step = forward\n" + "#\n" * 80 + f"ada {NAME} $ repeat step\n")
     expect(page.locator("#score-text .moving.lit")).to_be_in_viewport()
-
-
-def test_long_names_fit_and_letters_are_explained(still: Callable[..., Page]) -> None:
-    page = still(f"beat 60\nada {NAME} $ repeat forward\n")
     for width in (390, 1280):
         page.set_viewport_size({"width": width, "height": 844})
         name = page.locator(f"li[data-robot={NAME}] .name")

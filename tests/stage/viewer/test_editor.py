@@ -100,7 +100,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
 
 
 @pytest.mark.slow("opens three pages")
-def test_unsaved_text_is_there_after_a_reload_and_on_a_new_page(edit: Callable[[str], Edit]) -> None:
+def test_unsaved_text_and_settings_are_there_after_a_reload_and_on_a_new_page(edit: Callable[[str], Edit]) -> None:
     edited = edit(SQUARE)
     page = edited.page()
     write(page, "bo $ ")
@@ -114,9 +114,20 @@ def test_unsaved_text_is_there_after_a_reload_and_on_a_new_page(edit: Callable[[
     expect(text).to_have_value(mine)
     expect(page.locator("#ink .error").first).to_be_visible()
     assert page.evaluate(ALIGNED) == [True, True, 0]
+
+    margin, numbers = "text => parseFloat(getComputedStyle(text).paddingLeft)", page.locator("#ink > div").nth(1)
+    number = "line => getComputedStyle(line, '::before').content"
+    wide = text.evaluate(margin)
+    assert numbers.evaluate(number) == "counter(line)"
+    page.get_by_role("button", name="Help").click()
+    page.get_by_role("button", name="Line numbers").click()
+    assert text.evaluate(margin) < wide
+    assert numbers.evaluate(number) == "none"
+
     page.reload()
     expect(text).to_have_value(mine)
     expect(page.locator("#file-state")).to_have_text("not saved yet")
+    assert text.evaluate(margin) < wide
     page.close()
     page = edited.page()  # a new tab offers what another one had
     expect(page.locator("#text")).to_have_value(SQUARE)
@@ -339,17 +350,13 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     expect(text).to_have_value(arranged)
     assert sorted(each.name for each in edited.file.parent.iterdir()) == ["dance.improv"]
 
-
-def test_a_line_with_an_error_has_to_be_fixed_first(edit: Callable[[str], Edit]) -> None:
-    page = edit("ada $ repeat 4 (forward left)\n").page()
-    page.get_by_role("button", name="Save and play").click()
-    wait(page, PLAYING)
-    page.locator("#text").fill("ada at 1 x\nada $ left\n")
+    page.set_viewport_size({"width": 1280, "height": 800})
+    broken = before.replace("line 2", "x")
+    text.fill(broken)
     page.get_by_role("button", name="Starts").click()
-    dialog = page.get_by_role("dialog", name="Start poses")
-    dialog.get_by_label("x", exact=True).fill("3")
+    rings[0].first.fill("3")
     expect(dialog.get_by_role("alert")).to_have_text("a line with `at` has an error: fix it first")
-    expect(page.locator("#text")).to_have_value("ada at 1 x\nada $ left\n")
+    expect(text).to_have_value(broken)
 
 
 def test_no_start_is_moved_while_a_rehearsal_begins_elsewhere(edit: Callable[..., Edit]) -> None:
@@ -397,24 +404,6 @@ def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(edit: Callab
     )
     page.keyboard.press("Control+z")
     expect(rows).to_have_count(45)  # one step back
-
-
-@pytest.mark.slow("opens the page twice")
-def test_lines_are_numbered_unless_numbers_are_turned_off(edit: Callable[[str], Edit]) -> None:
-    page = edit(SQUARE).page()
-    text = page.locator("#text")
-    margin = "text => parseFloat(getComputedStyle(text).paddingLeft)"
-    wide = text.evaluate(margin)
-    line = page.locator("#ink > div").nth(1)
-    assert line.evaluate("line => getComputedStyle(line, '::before').content") == "counter(line)"
-    assert page.evaluate(ALIGNED) == [True, True, 0]
-    page.get_by_role("button", name="Help").click()
-    page.get_by_role("button", name="Line numbers").click()
-    assert text.evaluate(margin) < wide
-    assert line.evaluate("line => getComputedStyle(line, '::before').content") == "none"
-    page.reload()
-    wait(page, f"window.improv?.connected && {IDLE}")
-    assert text.evaluate(margin) < wide
 
 
 def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:

@@ -14,28 +14,28 @@ from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import LIMIT, Keep, link, transport
 
 
-def test_before_anything_plays_the_page_names_the_file_and_shows_no_empty_panels(
+def test_before_anything_plays_the_page_names_the_file_and_says_what_is_missing(
     page: Page, viewer: Viewer, keep: Keep
 ) -> None:
+    hint = page.locator("#hint")
     viewer.publish({"type": "program", "name": "solo.improv", "folder": "/dances", "problems": [], "count": 0})
     page.goto(link(viewer))
-    expect(page.locator("#hint")).to_contain_text("Save solo.improv to see it dance")
-    expect(page.locator("#hint")).to_contain_text("It is in /dances")
+    expect(hint).to_contain_text("Save solo.improv to see it dance")
+    expect(hint).to_contain_text("It is in /dances")
     expect(page.locator("#timeline")).to_be_hidden()
     expect(page.locator("#score")).to_be_hidden()
     keep(page, "page-waiting.png")
 
-
-def test_a_program_without_robots_says_what_is_missing(still: Callable[..., Page], viewer: Viewer) -> None:
-    page = still("ada $ rest\n")
-    expect(page.locator("#hint")).to_be_hidden()
+    viewer.show(score_of(analyze("ada $ rest\n")), 1)
+    viewer.publish(transport(1, "playing", 1.0))
+    expect(hint).to_be_hidden()
     viewer.show(score_of(analyze("step = forward left\n")), 2)
     viewer.publish(transport(2, "ended", 0.0))
-    expect(page.locator("#hint")).to_contain_text("This program has no robots")
-    expect(page.locator("#hint")).to_contain_text("Write the name of a robot, a dollar sign, and what it does.")
+    expect(hint).to_contain_text("solo.improv has no robots")
+    expect(hint).to_contain_text("Write the name of a robot, a dollar sign, and what it does.")
     viewer.show(score_of(analyze("ada $ rest\n")), 3)
     viewer.publish(transport(3, "playing", 1.0))
-    expect(page.locator("#hint")).to_be_hidden()
+    expect(hint).to_be_hidden()
 
 
 def test_escape_closes_help_without_a_stop(

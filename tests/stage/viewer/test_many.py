@@ -64,13 +64,6 @@ def press(page: Page, card: str) -> None:
     button.click()
 
 
-def test_eight_rows_end_with_a_whole_one(page: Page, still: Callable[..., Page]) -> None:
-    still("".join(f"r{number} $ repeat (forward left)\n" for number in range(8)))
-    for width, height in SIZES:
-        page.set_viewport_size({"width": width, "height": height})
-        whole_rows(page, 8)
-
-
 def test_a_name_without_room_is_shown_to_those_who_point(page: Page, still: Callable[..., Page]) -> None:
     still(PROGRAM, '[formation]\nshape = "grid"\ndistance = 0.9\n')
     wait(page, f"{RESTS} && Object.keys(improv.robots).length === 30")
@@ -88,8 +81,14 @@ def test_a_name_without_room_is_shown_to_those_who_point(page: Page, still: Call
     wait(page, f"improv.names.includes('{hidden}')")
 
 
-def test_tools_make_way_for_a_card_on_a_phone(page: Page, still: Callable[..., Page]) -> None:
-    still("ada bo $ repeat (forward left)\n")
+def test_eight_rows_end_with_a_whole_one_and_tools_make_way_for_a_card_on_a_phone(
+    page: Page, still: Callable[..., Page]
+) -> None:
+    still("".join(f"r{number} $ repeat (forward left)\n" for number in range(8)))
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        whole_rows(page, 8)
+    page.set_viewport_size({"width": 1280, "height": 800})
     press(page, "Starts")
     page.set_viewport_size({"width": 390, "height": 844})  # as when the window is made narrow
     dialog = page.get_by_role("dialog", name="Start poses")

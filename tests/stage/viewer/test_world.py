@@ -17,6 +17,7 @@ from tests.stage.viewer.looks import COUNT, PIXEL
 
 WALL, GROUND, BUMP = "107,114,128", "251,250,247", [201, 42, 42]
 FACING = "[robots.ada]\nstart = {x=0,y=0}\n[robots.bo]\nstart = {x=3,y=0,heading=180}\n"
+MOTORS = "[profiles.real]\nbase = 'turtlebot4'\ndynamics = 'motors'\n[robots]\nada.profile = 'real'\n"
 
 
 def check(page: Page, **colors: tuple[float, float]) -> None:
@@ -60,7 +61,9 @@ def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], 
     expect(page.get_by_role("status")).not_to_contain_text("bumped")  # that was before the page was opened
 
 
-def test_a_replayed_dance_bumps_again(still: Callable[..., Page], simulator: Simulator, viewer: Viewer) -> None:
+def test_a_replayed_dance_bumps_again_and_the_page_says_how_ideal_its_motion_is(
+    still: Callable[..., Page], simulator: Simulator, viewer: Viewer
+) -> None:
     score = score_of(analyze("beat 60\nada $ forward\n", read_robots("[world]\nsize = [3, 3]\n")))
     page = still("ada $ rest\n")
     for generation in (2, 3):
@@ -73,19 +76,12 @@ def test_a_replayed_dance_bumps_again(still: Callable[..., Page], simulator: Sim
         simulator.advance(2.0)
         expect(page.locator("#bumps")).to_have_text("1 bump")
         wait(page, "Math.abs(improv.robots.ada.x - 1.2) < 0.01")  # a radius from the wall
-
-
-MOTORS = "[profiles.real]\nbase = 'turtlebot4'\ndynamics = 'motors'\n[robots]\nada.profile = 'real'\n"
-
-
-def test_the_page_says_how_ideal_its_motion_is(still: Callable[..., Page], viewer: Viewer) -> None:
-    page = still("ada $ forward")
     expect(page.locator("#dynamics")).to_have_text("ideal motion")
     dances = (
         ("ada $ forward", MOTORS, "with motors"),
         ("ada bo $ forward", f"{MOTORS}bo = {{}}\n", "some with motors"),
     )
-    for generation, (program, robots, said) in enumerate(dances, 2):
+    for generation, (program, robots, said) in enumerate(dances, 4):
         viewer.show(score_of(analyze(program, read_robots(robots))), generation)
         viewer.publish(transport(generation, "playing"))
         expect(page.locator("#dynamics")).to_have_text(said)

@@ -1,6 +1,7 @@
 """What all tests share: folders and a ROS domain of each worker's own, so that tests can run side by side, and what is
 reported at the end."""
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -47,12 +48,19 @@ settings.load_profile("improv")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+# All that is collected stays until the end, so looking for garbage in it takes time and finds none: as in our processes.
+gc.set_threshold(50_000, 20, 50)
+
 # No test may write into the history of the person who runs it or stop what that person plays, nor may what tests start.
 # Neither may the tests of another worker. Set before they are imported: some copy the environment then.
 _own = TemporaryDirectory(prefix="improv-tests-")
 os.environ["XDG_STATE_HOME"] = f"{_own.name}/state"
 os.environ["XDG_RUNTIME_DIR"] = f"{_own.name}/runtime"
 Path(os.environ["XDG_RUNTIME_DIR"]).mkdir(mode=0o700)
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

@@ -64,7 +64,7 @@ def test_no_input_reaches_the_editor_unescaped(tmp_path: Path) -> None:
     with Client(QUIET, capabilities=HOVERS) as client:
 
         @given(FOREIGN, FOREIGN)
-        @settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.differing_executors])
+        @settings(suppress_health_check=[HealthCheck.differing_executors])
         def check(word: str, key: str) -> None:
             client.log.clear()
             use(client, tmp_path, word.encode(errors="replace").decode(), key, numbers)

@@ -15,8 +15,8 @@ from improv_core.score.score import twist
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.stage import reports
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges
+from improv_core.stage.beginning import waits
 from improv_core.stage.cast import Cast, closed_part
-from improv_core.stage.decide import waits
 from improv_core.stage.events import Event, Facts, Load
 from improv_core.stage.fields import PoseJson
 from improv_core.stage.guard import Guard

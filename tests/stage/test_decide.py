@@ -45,7 +45,8 @@ from improv_core.stage.acts import (
     Zero,
 )
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
-from improv_core.stage.decide import _RULES, NOT_READY, SEEN, WAITS, decide, trouble
+from improv_core.stage.beginning import NOT_READY, WAITS
+from improv_core.stage.decide import _RULES, SEEN, decide, trouble
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.faults import FaultBegan, FaultOver, Worst
 from improv_core.stage.gate import Gate, is_ready, message

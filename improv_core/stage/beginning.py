@@ -1,0 +1,182 @@
+"""When robots may begin, or go on: listeners, gates, interlocks, and the places where they should stand.
+
+Pure rules of the player: `(run, event, facts) -> (run, acts)`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from improv_core.score.following import OLDEST
+from improv_core.score.movement import Exact, near
+from improv_core.score.score import Score
+from improv_core.score.transport import Transport
+from improv_core.stage import events, gate, preflight
+from improv_core.stage.acts import (
+    Act,
+    Begin,
+    Dismiss,
+    ForgetEdges,
+    Listen,
+    LookLater,
+    LookSoon,
+    Place,
+    Report,
+    ReportSenses,
+    StartMeasuring,
+    Still,
+    Tell,
+)
+from improv_core.stage.events import Facts
+from improv_core.stage.interlocks import pose_of, waits_for
+from improv_core.stage.messages import refused_by
+from improv_core.stage.run import Run
+from improv_core.stage.stopping import Decided, error_line, leave, warning_line
+from improv_core.stage.swap import joined
+
+WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
+
+NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
+
+
+def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
+    load, before = event.load, run.score.parts
+    zero = load.entry["monotonic"] if load.entry else facts.now
+    run = replace(
+        run.at_scene_of(load.score, 0),
+        mode="waiting",
+        generation=load.generation,
+        restarted=load.generation,
+        anyway=load.anyway,
+        gate=load.gate,
+        next=None,
+        transport=Transport(zero, 0.0, 0, load.score.tempo * run.speed),
+    )
+    if not load.entry:
+        return run, [Listen([robot for robot in before if robot in load.score.parts])]
+    beat = near(load.entry["beat"])  # another stage may have begun long ago
+    run, acts = play_from(run.at_scene_of(joined(load.score, load.entry), beat), beat, 0.0, facts)
+    return run, [Dismiss(), ForgetEdges(), *([Place(beat)] if beat else []), *acts]
+
+
+def awaited(run: Run, event: events.Awaited, facts: Facts) -> Decided:
+    return run, [Listen()]
+
+
+def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
+    # A robot that only has to stop need not wait for the others.
+    idle = [robot for robot in event.found if _stands(run.score, robot)]
+    acts: list[Act] = [Still(idle)] if idle else []
+    if event.waits:
+        if event.moving is not None:
+            acts += [Still(event.moving), Report()]
+        return run, acts
+    if event.deaf and run.moves and not run.score.safety.start_without:
+        if event.overdue:
+            acts += [LookSoon(event.deaf), warning_line(WAITS)]
+        return run, acts
+    if (
+        run.gate
+        and run.moves
+        and not run.gate.is_open(facts.wall)
+        and (run.gate.ready or not _displaced(run, facts.places))
+    ):
+        if run.gate.ready:
+            return run, acts
+        if event.moving:
+            acts.append(Still(event.moving))
+        return replace(run, gate=replace(run.gate, ready=True)), [*acts, Report()]
+    late = gate.lateness(run.gate, facts.wall)
+    run = replace(run, transport=replace(run.transport, zero=facts.now))
+    run, more = play_from(run, 0, 0.0, facts, facts.places)
+    told = [warning_line(late)] if late and run.mode == "playing" else []
+    return run, [*acts, StartMeasuring(), *more, LookSoon(run.score.parts), *told]
+
+
+def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
+    if run.mode == "waiting" and run.gate:
+        if not run.gate.ready:
+            return run, [warning_line(NOT_READY)]
+        return replace(run, gate=replace(run.gate, begins=-math.inf)), [Listen()]
+    if run.mode != "paused":
+        return run, []
+    places = {} if event.anyway else facts.places
+    return play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, places)
+
+
+def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
+    must_wait = waits(run, facts)
+    if must_wait and run.mode == "playing":
+        return _wait(run, facts)
+    if not must_wait and run.mode == "paused" and run.continues:
+        return resume(run, events.Resume(), facts)
+    return run, []
+
+
+def stood(run: Run, event: events.Stood, facts: Facts) -> Decided:
+    """Show what still has to be done to robots that are not in their places. They don't begin by themselves."""
+    found = preflight.misplaced(facts.places, run.score.safety.preflight)
+    if run.misplaced is None or preflight.shown(found) == preflight.shown(run.misplaced):
+        return run, []
+    there = [] if found else [warning_line("all robots are in their places: play again")]
+    return replace(run, misplaced=found), [Tell(preflight.message(found, run.generation)), *there]
+
+
+def play_from(
+    run: Run, beat: Exact, performed: float, facts: Facts, places: Mapping[str, preflight.Standing] | None = None
+) -> Decided:
+    """Play the score from a beat on, starting at this performance time, or as soon as nothing is waited for.
+
+    Robots that stood have to be in their `places`.
+    """
+    run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
+    if waits(run, facts):
+        return _wait(replace(run, mode="paused"), facts)
+    if found := _displaced(run, places or {}):
+        run, acts = leave(replace(run, mode="paused", misplaced=found), "paused", facts)
+        return run, [*acts, Tell(preflight.message(found, run.generation)), error_line(preflight.refusal(found))]
+    if swap := run.next:
+        at = run.switch_time(swap.when, performed, swap.beats_per_bar, facts.over)
+        run = replace(run, next=replace(swap, at=at))
+    run = replace(run, mode="playing", continues=False, too_near=())
+    return run, begin_parts(run, run.score.parts, beat, performed)
+
+
+def begin_parts(run: Run, robots: Collection[str], beat: Exact, performed: float, *, tells: bool = True) -> list[Act]:
+    """Have robots play their parts of this scene from a beat on, starting at this performance time."""
+    told: list[Act] = [Report(run.transport.clock(performed)), ReportSenses(beat, performed)]
+    return [Begin(robots, beat, performed), *(told if tells else [])]
+
+
+def waits(run: Run, facts: Facts) -> list[str]:
+    """What has to change before real robots may move."""
+    return waits_for(run.score.safety, run.stops, facts.held, facts.away, facts.unseen) if facts.real else []
+
+
+def _wait(run: Run, facts: Facts) -> Decided:
+    """Pause until nothing has to be waited for. After an emergency stop, somebody has to play again."""
+    if run.stops.on:
+        line = refused_by(run.stops.on, run.score.safety.stop)
+        run, acts = leave(run, "stopped", facts)
+        return run, [*acts, error_line(line)]
+    first = waits(run, facts)[0]
+    run, acts = leave(run, "paused", facts)
+    if first in facts.away:
+        what = f"paused until {first} listens again"
+    elif first in map(pose_of, facts.unseen):
+        what = f"paused: {first} didn't come for {OLDEST} s"
+    else:
+        what = f"paused: to let robots move, hold {first}"
+    return replace(run, continues=True), [*acts, LookLater(), warning_line(what)]
+
+
+def _displaced(run: Run, places: Mapping[str, preflight.Standing]) -> Mapping[str, preflight.Standing]:
+    """The robots that have to be in their places first, and are not."""
+    return preflight.misplaced(places, run.score.safety.preflight) if run.moves and not run.anyway else {}
+
+
+def _stands(score: Score, robot: str) -> bool:
+    part = score.parts[robot]
+    return not part.movement.duration and not any(scene.open for scene in part.scenes)

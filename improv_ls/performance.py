@@ -323,7 +323,7 @@ class Performance:
                 self._tell_fault(message)
         elif message["type"] == "misplaced" and leads:
             self._editor.soon(self._offer_to_begin(message))
-        elif message["type"] == "warning":
+        elif message["type"] == "warning" or message["type"] == "unreached":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
             if message["type"] == "gone" and leads:

@@ -17,7 +17,7 @@ INTERRUPTED = 130
 MEANINGS = {
     0: "success",
     PROBLEMS: "errors or findings: in a program, in formatting, or on this machine",
-    FAILED: "the command can't do its work: a missing file, a wrong option, no robot to play on",
+    FAILED: "the command can't do its work: a missing file, a wrong option, no robot, a fault",
     INTERRUPTED: "interrupted or stopped by somebody",
 }
 """What each exit code means, for `improv --help` and docs/command-line.md."""

@@ -145,7 +145,10 @@ async def play(
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
         if performing.refused.is_set():
             return FAILED
-        stopped = performing.interrupted.is_set() or performing.stops.count > 0
+        stopped = (
+            performing.interrupted.is_set() or performing.stops.count > 0 or bool(performing.stops.pressed["topics"])
+        )
+        failed = performing.was_stopped and not stopped  # a line has said why
         if not stopped:
             await performing.settle()
         if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
@@ -153,7 +156,7 @@ async def play(
             await first(performing.broken.wait(), performing.interrupted.wait())
     if report:
         echo_json(performing.report())
-    return INTERRUPTED if stopped else FAILED if performing.broken.is_set() else 0
+    return INTERRUPTED if stopped else FAILED if failed or performing.broken.is_set() else 0
 
 
 def play_fast(

@@ -178,6 +178,11 @@ class TerminalSession:
         return self._latest is not None and self._latest["state"] == "ended"
 
     @property
+    def was_stopped(self) -> bool:
+        """Whether the latest program was stopped before its end."""
+        return self._latest is not None and self._latest["state"] == "stopped"
+
+    @property
     def has_page(self) -> bool:
         return self.playback.show.page is not None
 
@@ -347,6 +352,9 @@ class TerminalSession:
                 self._errors.note(message)
                 if message["line"] and not self.interrupted.is_set():
                     self.screen.complain(f"improv: {message['line']}")
+        elif message["type"] == "unreached":
+            if leads:  # also after an interrupt: somebody has to look
+                self.screen.complain(f"improv: {message['message']}")
         elif message["type"] == "armed":
             if leads:
                 self._show_armed(message)

@@ -178,6 +178,7 @@ class Facts:
     `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved,
     and `places` where robots should be and stand whose poses are in the world. While a gate holds
     beat 0 back, `wall` is the wall clock, in Unix time. `unseen` are robots that must be seen and aren't.
+    `unreached` are robots that have moved and are out of reach, as far as is known.
     """
 
     now: float = 0.0
@@ -190,3 +191,4 @@ class Facts:
     places: Mapping[str, Standing] = field(default_factory=dict)
     wall: float = 0.0
     unseen: Collection[str] = ()
+    unreached: Collection[str] = ()

@@ -15,20 +15,17 @@ NAMED = 3
 
 
 class SeenNews(NamedTuple):
-    """What is new about a robot, and whether it stands because of a fault."""
+    """What is new about a robot, and whether it stands because of a fault; `newly` says that this one made it stand."""
 
     part: Part
     news: News
     stands: bool
+    newly: bool = False
 
 
 def as_line(found: SeenNews, beat: str, response: Response, rejoin: Rejoin) -> str:
     """One line about a robot. `beat` names the beat."""
-    (part, (fault, worst), stands) = found
-    if isinstance(found.news, FaultBegan):
-        return f"{beat}: {_BEGAN[fault](part, worst)}{_FOLLOWS[response]}"
-    back = _BACK[rejoin] if fault == "gone" else ""
-    return f"{beat}: {_OVER[fault](part.robot, worst)}{'; it stands until you unmute it' if stands else back}"
+    return _line([found], beat, response, rejoin)
 
 
 def as_lines(found: Sequence[SeenNews], beat: str, responses: Callable[[Fault], Response], rejoin: Rejoin) -> list[str]:
@@ -39,117 +36,122 @@ def as_lines(found: Sequence[SeenNews], beat: str, responses: Callable[[Fault], 
     alike: dict[tuple[object, ...], list[SeenNews]] = {}
     for each in found:
         alike.setdefault(_kind(each), []).append(each)
-    lines = []
-    for each in found:
-        group = alike.pop(_kind(each), [])
-        response = responses(each.news.fault)
-        if len(group) > 1:
-            lines.append(_line_of_several(group, beat, response, rejoin))
-        else:
-            lines.append(as_line(each, beat, response, rejoin) if group else "")
-    return lines
+    groups = (alike.pop(_kind(each), []) for each in found)
+    return [_line(group, beat, responses(group[0].news.fault), rejoin) if group else "" for group in groups]
+
+
+def may_still_move(robots: Sequence[str]) -> str:
+    """The line about robots that were told to stop while they were out of reach."""
+    are = "it is out of reach, so look at it" if len(robots) == 1 else "they are out of reach, so look at them"
+    return f"{_names(robots)} may still be moving: {are}"
 
 
 def in_words(worst: Worst) -> str:
-    """`0.31 m and 4 degrees`."""
+    """`0.31 m and 4 degrees`, or one of them if the other is nothing."""
     degrees = round(math.degrees(worst.turn))
-    return f"{worst.distance:.2f} m and {degrees} degree{'' if degrees == 1 else 's'}"
+    far, turned = f"{worst.distance:.2f} m", f"{degrees} degree{'' if degrees == 1 else 's'}"
+    if not degrees:
+        return far
+    return turned if far == "0.00 m" else f"{far} and {turned}"
+
+
+class _Robots(NamedTuple):
+    """The robots that a line is about."""
+
+    parts: Sequence[Part]
+    names: str
+
+    def pick(self, one: str, several: str) -> str:
+        """The words for one robot, or those for several."""
+        return one if len(self.parts) == 1 else several
 
 
 def _kind(found: SeenNews) -> tuple[object, ...]:
-    return type(found.news), found.news.fault, found.stands
+    return type(found.news), found.news.fault, found.stands, found.newly
 
 
-def _line_of_several(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
-    news, fault = found[0].news, found[0].news.fault
-    robots = _names([each.part.robot for each in found])
+def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
+    """One line about all robots of which the same is new."""
+    first, fault = found[0], found[0].news.fault
+    robots = _Robots([each.part for each in found], _names([each.part.robot for each in found]))
     worst = Worst(*(max(values) for values in zip(*(each.news.worst for each in found), strict=True)))
-    if isinstance(news, FaultBegan):
-        follows = _FOLLOWS[response].replace("it stands until you unmute it", _THEY_STAND)
-        return f"{beat}: {_SEVERAL_BEGAN[fault](robots, worst)}{follows}"
-    back = _BACK[rejoin].replace("continues", "continue").replace("stands", "stand") if fault == "gone" else ""
-    return f"{beat}: {_SEVERAL_OVER[fault](robots, worst)}{f'; {_THEY_STAND}' if found[0].stands else back}"
+    stand = f"; {robots.pick('it stands until you unmute it', 'they stand until you unmute them')}"
+    if isinstance(first.news, FaultBegan):
+        follows = _ALL_STOP if response == "stop" else stand if first.newly else ""
+        return f"{beat}: {_BEGAN[fault](robots, worst)}{follows}"
+    follows = _BACK[rejoin](robots) if fault == "gone" else ""
+    if first.stands:
+        follows = stand if response == "stand" else ""
+    return f"{beat}: {_OVER[fault](robots, worst)}{follows}"
 
 
 def _names(robots: Sequence[str]) -> str:
-    """`ada and bo`, `ada, bo, and cy`, `ada, bo, cy, and 27 more`."""
-    if len(robots) == 2:
+    """`ada`, `ada and bo`, `ada, bo, and cy`, `ada, bo, cy, and 27 more`."""
+    if len(robots) <= 2:
         return " and ".join(robots)
     *others, last = robots if len(robots) <= NAMED else [*robots[:NAMED], f"{len(robots) - NAMED:,} more"]
     return f"{', '.join(others)}, and {last}"
 
 
-_BEGAN: Mapping[Fault, Callable[[Part, Worst], str]] = {
-    "off_path": lambda part, worst: (
-        f"{part.robot} is {in_words(worst)} off its path: put it back, calibrate it, or look for what holds it up"
-    ),
-    "silent": lambda part, worst: (
-        f"no pose of {part.robot} has come for {worst.seconds:.1f} s: "
-        f"check its network and what publishes on {part.odom}"
-    ),
-    "jumped": lambda part, worst: (
-        f"the pose of {part.robot} jumped by {in_words(worst)}: check what publishes on {part.odom}"
-    ),
-    "stuck": lambda part, worst: (
-        f"{part.robot} is told to move but stands: check its motors, its battery, and what is in its way"
-    ),
-    "gone": lambda part, worst: f"{part.robot} is gone, nothing listens on {part.topic}: start its driver again",
-    "late": lambda part, worst: (
-        f"commands for {part.robot} leave {worst.seconds * 1000:.0f} ms late: "
-        "close other programs on this machine or play fewer robots"
-    ),
-}
-_SEVERAL_BEGAN: Mapping[Fault, Callable[[str, Worst], str]] = {
+_ALL_STOP = "; all robots are told to stop: play again once that is fixed"
+_BEGAN: Mapping[Fault, Callable[[_Robots, Worst], str]] = {
     "off_path": lambda robots, worst: (
-        f"{robots} are up to {in_words(worst)} off their paths: "
-        "put them back, calibrate them, or look for what holds them up"
+        f"{robots.names} {robots.pick('is', 'are up to')} {in_words(worst)} off "
+        + robots.pick(
+            "its path: put it back, calibrate it, or look for what holds it up",
+            "their paths: put them back, calibrate them, or look for what holds them up",
+        )
     ),
     "silent": lambda robots, worst: (
-        f"no poses of {robots} have come for {worst.seconds:.1f} s: check the network and what publishes their poses"
+        f"no {robots.pick('pose', 'poses')} of {robots.names} {robots.pick('has', 'have')} come "
+        f"for {worst.seconds:.1f} s: check {robots.pick('its', 'the')} network "
+        f"and what publishes {robots.pick(f'on {robots.parts[0].odom}', 'their poses')}"
     ),
     "jumped": lambda robots, worst: (
-        f"the poses of {robots} jumped by up to {in_words(worst)}: check what publishes them"
+        f"the {robots.pick('pose', 'poses')} of {robots.names} jumped by {robots.pick('', 'up to ')}{in_words(worst)}: "
+        f"check what publishes {robots.pick(f'on {robots.parts[0].odom}', 'them')}"
     ),
     "stuck": lambda robots, worst: (
-        f"{robots} are told to move but stand: check their motors, their batteries, and what is in their way"
+        f"{robots.names} {robots.pick('is', 'are')} told to move but {robots.pick('stands', 'stand')}: check "
+        + robots.pick(
+            "its motors, its battery, and what is in its way", "their motors, their batteries, and what is in their way"
+        )
     ),
     "gone": lambda robots, worst: (
-        f"{robots} are gone, nothing listens on their topics: check the network, or start their drivers again"
+        f"{robots.names} {robots.pick('is', 'are')} gone, nothing listens on "
+        + robots.pick(
+            f"{robots.parts[0].topic}: start its driver again",
+            "their topics: check the network, or start their drivers again",
+        )
     ),
     "late": lambda robots, worst: (
-        f"commands for {robots} leave up to {worst.seconds * 1000:.0f} ms late: "
+        f"commands for {robots.names} leave {robots.pick('', 'up to ')}{worst.seconds * 1000:.0f} ms late: "
         "close other programs on this machine or play fewer robots"
     ),
 }
-_OVER: Mapping[Fault, Callable[[str, Worst], str]] = {
-    "off_path": lambda robot, worst: f"{robot} is back on its path, it was at most {in_words(worst)} off",
-    "silent": lambda robot, worst: f"poses of {robot} come again, after {worst.seconds:.1f} s",
-    "jumped": lambda robot, worst: f"the poses of {robot} no longer jump",
-    "stuck": lambda robot, worst: f"{robot} is no longer stuck, it was for {worst.seconds:.1f} s",
-    "gone": lambda robot, worst: f"{robot} listens again, after {worst.seconds:.1f} s",
-    "late": lambda robot, worst: (
-        f"commands for {robot} leave in time again, they were at most {worst.seconds * 1000:.0f} ms late"
+_OVER: Mapping[Fault, Callable[[_Robots, Worst], str]] = {
+    "off_path": lambda robots, worst: (
+        f"{robots.names} {robots.pick('is back on its path, it was', 'are back on their paths, they were')} "
+        f"at most {in_words(worst)} off"
     ),
-}
-_SEVERAL_OVER: Mapping[Fault, Callable[[str, Worst], str]] = {
-    "off_path": lambda robots, worst: f"{robots} are back on their paths, they were at most {in_words(worst)} off",
-    "silent": lambda robots, worst: f"poses of {robots} come again, after up to {worst.seconds:.1f} s",
-    "jumped": lambda robots, worst: f"the poses of {robots} no longer jump",
-    "stuck": lambda robots, worst: f"{robots} are no longer stuck, they were for up to {worst.seconds:.1f} s",
-    "gone": lambda robots, worst: f"{robots} listen again, after up to {worst.seconds:.1f} s",
+    "silent": lambda robots, worst: (
+        f"poses of {robots.names} come again, after {robots.pick('', 'up to ')}{worst.seconds:.1f} s"
+    ),
+    "jumped": lambda robots, worst: f"the poses of {robots.names} no longer jump",
+    "stuck": lambda robots, worst: (
+        f"{robots.names} {robots.pick('is no longer stuck, it was for', 'are no longer stuck, they were for up to')} "
+        f"{worst.seconds:.1f} s"
+    ),
+    "gone": lambda robots, worst: (
+        f"{robots.names} {robots.pick('listens again, after', 'listen again, after up to')} {worst.seconds:.1f} s"
+    ),
     "late": lambda robots, worst: (
-        f"commands for {robots} leave in time again, they were at most {worst.seconds * 1000:.0f} ms late"
+        f"commands for {robots.names} leave in time again, they were at most {worst.seconds * 1000:.0f} ms late"
     ),
 }
-_FOLLOWS: Mapping[Response, str] = {
-    "tell": "",
-    "stand": "; it stands until you unmute it",
-    "stop": "; all robots are told to stop: save to play again",
-}
-_THEY_STAND = "they stand until you unmute them"
-_BACK: Mapping[Rejoin, str] = {
-    "continue": ", and continues in the middle of the program",
-    "scene": ", and stands until the next scene",
-    "next": ", and stands until the next play",
-    "pause": "",
+_BACK: Mapping[Rejoin, Callable[[_Robots], str]] = {
+    "continue": lambda robots: f", and {robots.pick('continues', 'continue')} in the middle of the program",
+    "scene": lambda robots: f", and {robots.pick('stands', 'stand')} until the next scene",
+    "next": lambda robots: f", and {robots.pick('stands', 'stand')} until the next play",
+    "pause": lambda robots: "",
 }

@@ -29,7 +29,7 @@ from improv_core.stage.messages import (
     WarningLine,
 )
 from improv_core.stage.odometry import Comparison
-from improv_core.stage.robot_messages import FaultMessage, RobotInstant, Vitals, VitalsRobot, WorstJson
+from improv_core.stage.robot_messages import FaultMessage, RobotInstant, Unreached, Vitals, VitalsRobot, WorstJson
 from improv_core.stage.run import Run
 from improv_core.stage.watches import RobotNews
 
@@ -42,6 +42,7 @@ Told = (
     | Armed
     | FaultMessage
     | Vitals
+    | Unreached
     | Pressed
     | WarningLine
     | ErrorLine
@@ -115,7 +116,9 @@ def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> M
 
 def faults(run: Run, over: Duration, news: Sequence[RobotNews], now: float, wall: float) -> Iterator[FaultMessage]:
     """What is new about the faults of robots: a message about each, and lines for people."""
-    found = [SeenNews(run.score.parts[robot], each, robot in run.stood) for robot, each in news]
+    found = [
+        SeenNews(run.score.parts[robot], each, robot in run.stood, run.stood.get(robot) == now) for robot, each in news
+    ]
     beat, responses, rejoin = run.beat(now, over), run.score.safety.faults.response, run.score.safety.rejoin
     words = beat_in_words(run, beat)
     for each, line in zip(found, as_lines(found, words, responses, rejoin), strict=True):

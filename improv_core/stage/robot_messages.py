@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
 from improv_core.score.faults import Fault, Response
@@ -43,6 +43,15 @@ class FaultMessage(RobotInstant):
     worst: WorstJson
     message: str
     line: str
+
+
+class Unreached(TypedDict):
+    """Robots were told to stop while they were out of reach, so they may still be moving; a line says so."""
+
+    type: Literal["unreached"]
+    generation: int
+    robots: Sequence[str]
+    message: str
 
 
 class VitalsRobot(TypedDict):

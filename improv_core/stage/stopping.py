@@ -7,6 +7,7 @@ from dataclasses import replace
 from improv_core.stage import events
 from improv_core.stage.acts import Act, Report, Resend, Tell, TellFaults, Zero
 from improv_core.stage.events import Facts
+from improv_core.stage.fault_lines import may_still_move
 from improv_core.stage.faults import FaultBegan
 from improv_core.stage.nearness import as_line
 from improv_core.stage.run import Mode, Run
@@ -17,14 +18,18 @@ Decided = tuple[Run, list[Act]]
 def stop(run: Run, event: events.Stop, facts: Facts) -> Decided:
     if run.mode == "waiting" and not run.moves:
         return run, []  # it waits only so that it can stop robots, and none of them would hear it yet
-    return leave(run, "stopped", facts)
+    run, acts = leave(run, "stopped", facts)
+    return run, [*acts, *_unreached(run, facts)]
 
 
 def pause(run: Run, event: events.Pause, facts: Facts) -> Decided:
     if run.mode == "waiting" and run.gate:
         return stop(run, events.Stop(), facts)  # or it would begin although a person wants robots to stand
     run = replace(run, continues=False)
-    return leave(run, "paused", facts) if run.mode == "playing" else (run, [])
+    if run.mode != "playing":
+        return run, []
+    run, acts = leave(run, "paused", facts)
+    return run, [*acts, *_unreached(run, facts)]
 
 
 def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decided:
@@ -88,6 +93,15 @@ def leave(run: Run, mode: Mode, facts: Facts) -> Decided:
     run = run.left_at(run.beat(facts.now, facts.over))
     following = run.next if mode == "paused" else None
     return replace(run, mode=mode, continues=False, too_near=(), next=following), [Zero(), Report()]
+
+
+def _unreached(run: Run, facts: Facts) -> list[Act]:
+    """Name the robots that were told to stop, and may not have heard it."""
+    robots = [robot for robot in run.score.parts if robot in facts.unreached]
+    if not robots:
+        return []
+    line = may_still_move(robots)
+    return [Tell({"type": "unreached", "generation": run.generation, "robots": robots, "message": line})]
 
 
 def error_line(line: str) -> Tell:

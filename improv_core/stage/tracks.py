@@ -292,6 +292,7 @@ class Tracks:
             self.odometry.places(now) if self.sink.real else {},
             self.wall() if self.run.gate else 0.0,
             self.guard.unseen(self.run, now),
+            self.watches.unreached if self.sink.real else (),
         )
 
     def whereabouts(self) -> Poses:

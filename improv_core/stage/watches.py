@@ -41,10 +41,14 @@ class Watches:
         self._place = 0  # how many robots have been looked at in this round
         self.posed: dict[str, float] = {}
         """When the latest pose of each robot came."""
+        self._moved: set[str] = set()
+        self.unreached: set[str] = set()
+        """Robots that have been told to move and that are out of reach now: gone, or silent."""
 
     def restart(self) -> None:
         """Another performance begins."""
         self._watches, self._poses, self._late, self.posed = {}, {}, {}, {}
+        self._moved, self.unreached = set(), set()
 
     def take(self, pose: Comparison) -> None:
         """A pose has been measured."""
@@ -57,6 +61,7 @@ class Watches:
             self._moves.pop(robot, None)
         else:
             self._moves.setdefault(robot, at)
+            self._moved.add(robot)
 
     def look_around(self, score: Score, gone: Collection[str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
         """Look at as many robots as the time since the last look asks for, if that is due, and find what is new."""
@@ -78,7 +83,12 @@ class Watches:
     def _look(self, robot: str, part: Part, score: Score, gone: bool, heard: float, now: float) -> list[News]:
         poses, late = self._poses.pop(robot, ()), self._late.pop(robot, 0.0)
         known = RobotFacts(now, poses, heard if part.odom else None, self._moves.get(robot), gone, late)
-        self._watches[robot], news = look(self._watches.get(robot, _UNWATCHED), known, score.safety.faults)
+        watch, news = look(self._watches.get(robot, _UNWATCHED), known, score.safety.faults)
+        self._watches[robot] = watch
+        if robot in self._moved and ("gone" in watch.open or "silent" in watch.open):
+            self.unreached.add(robot)
+        else:
+            self.unreached.discard(robot)
         return news
 
     def _forget(self, parts: Mapping[str, Part]) -> None:
@@ -87,6 +97,8 @@ class Watches:
             del self._watches[robot]
             self.posed.pop(robot, None)
             self._moves.pop(robot, None)
+            self._moved.discard(robot)
+            self.unreached.discard(robot)
 
 
 _UNWATCHED = RobotWatch()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import os
@@ -10,13 +11,22 @@ import socket
 import subprocess
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
 import pytest
 
+from improv_core.commands import play, terminal
+from improv_core.commands.exit_codes import FAILED, INTERRUPTED
+from improv_core.playback.playback import Playback
+from improv_core.playback.start import Options, SinkName
+from improv_core.playback.stops import Stops
+from improv_core.program.analysis import analyze
+from improv_core.stage.messages import State, ToStage
 from tests.commands.command_line import IMPROV, LIMIT, SQUARE, Ended, run
+from tests.playback.fakes import Fake, Hear
 
 
 def played(path: Path, *options: str) -> Any:
@@ -32,6 +42,40 @@ def test_play_reports_that_a_square_leads_home(tmp_path: Path) -> None:
     assert math.hypot(end["x"] - start["x"], end["y"] - start["y"]) < 1e-9
     assert abs(end["heading"] - start["heading"]) < 1e-9
     assert report["seconds"] == 0.8
+
+
+@pytest.mark.parametrize(
+    ("told", "pressed", "code"),
+    [
+        (["playing", "ended"], [], 0),
+        (["playing", "stopped"], [], FAILED),  # because of a fault, or since the stage was too late
+        (["playing", "stopped"], ["/e_stop"], INTERRUPTED),
+    ],
+)
+def test_the_exit_code_tells_how_it_ended(
+    told: list[State], pressed: list[str], code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stage stops by itself, and nobody has asked for that."""
+
+    class Robots(Fake):
+        def send(self, message: ToStage) -> None:
+            super().send(message)
+            if message["type"] == "load":
+                asyncio.get_running_loop().call_soon(self.perform)
+
+        def perform(self) -> None:
+            if pressed:
+                self.say({"type": "pressed", "topics": pressed, "count": 1})
+            for state in told:
+                self.tell(state, 1.0)
+
+    async def start(sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Robots:
+        return Robots(sink, options, hear, stops)
+
+    monkeypatch.setattr(terminal, "Playback", partial(Playback, start=start))
+    analysis = analyze("beat 60\nr $ forward 8")
+    played = play.play(analysis, tmp_path / "dance.improv", Options("ros"), browser=False)
+    assert asyncio.run(played) == code
 
 
 def test_play_says_what_plays(tmp_path: Path) -> None:

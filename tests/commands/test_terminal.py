@@ -48,6 +48,14 @@ def test_after_an_interrupt_nothing_is_printed(session: TerminalSession, capsys:
     assert capsys.readouterr().err == ""
 
 
+def test_after_an_interrupt_robots_that_may_still_move_are_named(
+    session: TerminalSession, capsys: pytest.CaptureFixture[str]
+) -> None:
+    session.interrupted.set()
+    session._hear({"type": "unreached", "generation": 1, "robots": ["a"], "message": "look at a"}, True)
+    assert capsys.readouterr().err == "improv: look at a\n"
+
+
 @pytest.mark.parametrize("count", [3, 4, 12])
 def test_all_robots_that_are_not_in_their_places_are_named(
     count: int, session: TerminalSession, capsys: pytest.CaptureFixture[str]

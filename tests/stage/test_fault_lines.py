@@ -11,7 +11,7 @@ from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Rejoin
-from improv_core.stage.fault_lines import SeenNews, as_lines
+from improv_core.stage.fault_lines import SeenNews, as_line, as_lines, in_words, may_still_move
 from improv_core.stage.faults import FaultBegan, FaultOver, News, Worst
 
 BAD = Worst(0.31, math.radians(4), 1.25)
@@ -24,7 +24,8 @@ def part(robot: str) -> Part:
 def lines(
     *news: tuple[str, News], response: Response = "tell", rejoin: Rejoin = "continue", stand: str = ""
 ) -> list[str]:
-    found = [SeenNews(part(robot), each, robot in stand) for robot, each in news]
+    newly = response == "stand"
+    found = [SeenNews(part(robot), each, newly or robot in stand, newly) for robot, each in news]
     return as_lines(found, "beat 3", FaultRules(dict.fromkeys(get_args(Fault), response)).response, rejoin)
 
 
@@ -96,7 +97,7 @@ def test_what_is_said_of_two_robots(fault: Fault, begins: str, ends: str) -> Non
     [
         ("tell", ""),
         ("stand", "; they stand until you unmute them"),
-        ("stop", "; all robots are told to stop: save to play again"),
+        ("stop", "; all robots are told to stop: play again once that is fixed"),
     ],
 )
 def test_what_follows_for_several(response: Response, follows: str) -> None:
@@ -122,9 +123,46 @@ def test_what_differs_has_a_line_of_its_own() -> None:
     """Another kind, that it is over, or that a robot stands."""
     over = FaultOver("jumped", BAD)
     news = [("a", FaultBegan("jumped", BAD)), ("b", FaultBegan("stuck", BAD)), *same("cdef", over)]
-    jumped, stuck, back, still, *others = lines(*news, stand="df")
+    jumped, stuck, back, *others = lines(*news, stand="df")
     assert jumped.startswith("beat 3: the pose of a jumped")
     assert stuck.startswith("beat 3: b is told to move")
     assert back == "beat 3: the poses of c and e no longer jump"
-    assert still == "beat 3: the poses of d and f no longer jump; they stand until you unmute them"
-    assert others == ["", ""]
+    assert others == ["beat 3: the poses of d and f no longer jump", "", ""]
+
+
+def test_that_a_robot_stands_is_told_when_it_begins_to_and_when_what_made_it_stand_is_over() -> None:
+    """Not with each other fault of a robot that stands already."""
+
+    def line(news: News, response: Response, *, newly: bool) -> str:
+        return as_line(SeenNews(part("a"), news, True, newly), "beat 3", response, "continue")
+
+    assert line(FaultBegan("silent", BAD), "stand", newly=True).endswith("; it stands until you unmute it")
+    assert line(FaultBegan("jumped", BAD), "stand", newly=False).endswith("what publishes on /a/odom")
+    assert line(FaultOver("off_path", BAD), "tell", newly=False).endswith("4 degrees off")
+    assert line(FaultOver("silent", BAD), "stand", newly=False).endswith("after 1.2 s; it stands until you unmute it")
+
+
+@pytest.mark.parametrize(
+    ("worst", "words"),
+    [
+        (Worst(0.31, math.radians(4)), "0.31 m and 4 degrees"),
+        (Worst(0.31, math.radians(1)), "0.31 m and 1 degree"),
+        (Worst(0.004, math.radians(20)), "20 degrees"),
+        (Worst(0.31, math.radians(0.4)), "0.31 m"),
+        (Worst(0.004, 0.0), "0.00 m"),
+    ],
+)
+def test_nothing_is_told_of_a_distance_or_a_turn_that_is_nothing(worst: Worst, words: str) -> None:
+    assert in_words(worst) == words
+
+
+@pytest.mark.parametrize(
+    ("robots", "line"),
+    [
+        ("a", "a may still be moving: it is out of reach, so look at it"),
+        ("ab", "a and b may still be moving: they are out of reach, so look at them"),
+        ("abcde", "a, b, c, and 2 more may still be moving: they are out of reach, so look at them"),
+    ],
+)
+def test_robots_out_of_reach_are_named(robots: str, line: str) -> None:
+    assert may_still_move([*robots]) == line

@@ -208,7 +208,7 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     robot.run(0.05)
     assert robot.off(Pose(-5.98)) == (off, 0)
     robot.run(0.2)
-    assert "beat 2: the pose of r jumped by 7.78 m and 0 degrees: check what publishes on /r/odom" in robot.lines
+    assert "beat 2: the pose of r jumped by 7.78 m: check what publishes on /r/odom" in robot.lines
 
 
 def test_odometry_that_never_stops_jumping_is_reported_once() -> None:
@@ -222,9 +222,9 @@ def test_odometry_that_never_stops_jumping_is_reported_once() -> None:
     robot.pose(Pose(500))
     robot.run(0.2)
     assert [line.partition(": ")[2] for line in robot.lines if "jump" in line] == [
-        "the pose of r jumped by 5.00 m and 0 degrees: check what publishes on /r/odom",
+        "the pose of r jumped by 5.00 m: check what publishes on /r/odom",
         "the poses of r no longer jump",
-        "the pose of r jumped by 495.00 m and 0 degrees: check what publishes on /r/odom",
+        "the pose of r jumped by 495.00 m: check what publishes on /r/odom",
     ]
 
 
@@ -434,7 +434,7 @@ def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     [
         ("tell", "", "playing", Twist(2)),
         ("stand", "; it stands until you unmute it", "playing", Twist()),
-        ("stop", "; all robots are told to stop: save to play again", "stopped", Twist()),
+        ("stop", "; all robots are told to stop: play again once that is fixed", "stopped", Twist()),
     ],
 )
 def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, twist: Twist) -> None:
@@ -442,6 +442,25 @@ def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, 
     silent = "no pose of r has come for 1.0 s: check its network and what publishes on /r/odom"
     assert on_faults(robot, response, 1.2) == [f"beat 2: {silent}{follows}"]
     assert (robot.player.state, robot.stage.sink.sent[-1][2]) == (state, twist)
+
+
+@pytest.mark.parametrize("end", ["stop", "pause"])
+def test_a_robot_that_is_told_to_stop_out_of_reach_is_named_at_once(end: str) -> None:
+    robot = Robot(frame=Pose())
+    on_faults(robot, "tell", 1.2)
+    getattr(robot.player, end)(robot.stage.now)
+    told = [message for message in robot.stage.told if message["type"] == "unreached"]
+    line = "r may still be moving: it is out of reach, so look at it"
+    assert told == [{"type": "unreached", "generation": 1, "robots": ["r"], "message": line}]
+
+
+def test_robots_in_reach_are_not_named_when_they_are_told_to_stop() -> None:
+    robot = Robot(frame=Pose())
+    on_faults(robot, "tell", 1.2)
+    robot.pose(Pose(4))
+    robot.run(0.3)
+    robot.player.stop(robot.stage.now)
+    assert "unreached" not in [message["type"] for message in robot.stage.told]
 
 
 def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> None:

@@ -98,14 +98,14 @@ class Listeners:
         if abs(self.next_look - now) > LOOK_PERIOD:
             self.next_look = now + LOOK_PERIOD
 
-    def look_around(self, score: Score, now: float, paused: bool) -> tuple[set[str], bool]:
+    def look_around(self, score: Score, now: float, waits: bool) -> tuple[set[str], bool]:
         """Check the next few robots. Returns those that stand from now on, and whether all have been checked.
 
-        If all are `paused` until some are back, these are asked whether they hear us.
+        If playback `waits` until some are back, these are asked whether they hear us.
         """
         robots = self._robots[self._looked_at : self._looked_at + LOOK_AT]
         standing = self.look(score, robots)
-        if paused:
+        if waits:
             self._sink.ask(self.away.intersection(robots))
         self._looked_at += LOOK_AT
         done = self._looked_at >= len(self._robots)
@@ -148,7 +148,9 @@ class Listeners:
             self._heard.add(robot)
             self.away.discard(robot)
             self.gone.discard(robot)
-        elif problem and robot in self._heard - self.away:
+        elif not problem:  # it is found, and will confirm in a moment that it hears us
+            self.gone.discard(robot)
+        elif robot in self._heard - self.away:
             self.away.add(robot)
             self.gone.add(robot)
             if rejoin in ("scene", "next"):

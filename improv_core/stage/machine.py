@@ -48,7 +48,7 @@ class Machine:
             at = min(self.run.transport.clock(due), self._tracks.guard.deadline(self.run))
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
-            return self._tracks.listeners.next_look
+            return max(min(self._tracks.listeners.next_look, self._tracks.watches.next_look), now)
         return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
 
     @property
@@ -114,7 +114,8 @@ class Machine:
             return events.Faults(found)
         if now < tracks.listeners.next_look:
             return None
-        standing, done = tracks.listeners.look_around(self.run.score, now, self.run.mode == "paused")
+        waits = self.run.mode == "paused" and self.run.continues
+        standing, done = tracks.listeners.look_around(self.run.score, now, waits)
         tracks.queue.silence(standing)
         if done:
             tracks.tell_news()
@@ -123,5 +124,5 @@ class Machine:
 
     @property
     def _looks_while_paused(self) -> bool:
-        """Whether playback waits for robots that have gone away."""
-        return self.run.mode == "paused" and self.run.continues and bool(self._tracks.listeners.away)
+        """Whether robots are paused that may be carried away meanwhile, or lost."""
+        return self.run.mode == "paused" and self._sink.real

@@ -55,6 +55,11 @@ class Watches:
         self._poses.setdefault(pose.raw.robot, []).append(pose)
         self.posed[pose.raw.robot] = pose.raw.at
 
+    @property
+    def next_look(self) -> float:
+        """When to look around again."""
+        return self._looked + PERIOD
+
     def tell(self, robot: str, twist: Twist, at: float) -> None:
         """A robot has been told to move, or to stand."""
         if twist == STILL:

@@ -444,6 +444,35 @@ def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, 
     assert (robot.player.state, robot.stage.sink.sent[-1][2]) == (state, twist)
 
 
+def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat forward\n")
+    for _ in range(10):
+        robot.pose(Pose(2 * (robot.stage.now - 1000)))
+        robot.run(0.05)
+    robot.player.pause(robot.stage.now)
+    for step in range(20):
+        robot.pose(Pose(1, step / 40))
+        robot.run(0.05)
+    assert robot.lines == ["beat 1: r is 0.30 m off its path: put it back, calibrate it, or look for what holds it up"]
+    robot.stage.sink.deaf = {"r": "nobody listens on /r/cmd_vel"}
+    robot.run(0.6)
+    assert robot.lines[1:] == ["beat 1: r is gone, nothing listens on /r/cmd_vel: start its driver again"]
+    robot.run(0.6)
+    assert robot.lines[2:] == [
+        "beat 1: no pose of r has come for 1.1 s: check its network and what publishes on /r/odom"
+    ]
+    assert robot.stage.states[-1] == "paused"
+
+
+def test_nothing_is_looked_for_once_everything_was_stopped() -> None:
+    robot = Robot(frame=Pose())
+    on_faults(robot, "tell", 0)
+    robot.player.stop(robot.stage.now)
+    robot.run(5)
+    assert (robot.lines, robot.player.deadline(robot.stage.now)) == ([], None)
+
+
 @pytest.mark.parametrize("end", ["stop", "pause"])
 def test_a_robot_that_is_told_to_stop_out_of_reach_is_named_at_once(end: str) -> None:
     robot = Robot(frame=Pose())

@@ -569,6 +569,19 @@ def test_a_robot_that_stops_listening_is_named_once_each_time() -> None:
     assert stage.lines == [f"beat 2: {LOST}", back, f"beat 7: {LOST}"]
 
 
+def test_a_robot_is_no_longer_gone_once_its_listener_is_found() -> None:
+    """Whether it hears us takes longer to find out, and it may already move."""
+    stage = Stage()
+    stage.sink.real = True
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    for deaf, seconds in ((GONE, 3), ({"r": ""}, 4)):
+        stage.sink.deaf = deaf
+        stage.run(seconds)
+    back = "beat 5: r listens again, after 2.9 s, and continues in the middle of the program"
+    assert stage.lines == [f"beat 2: {LOST}", back]
+
+
 def test_a_robot_that_will_listen_in_a_moment_is_not_reported() -> None:
     stage = Stage()
     stage.sink.deaf = {"r": ""}
@@ -841,7 +854,7 @@ def test_all_wait_for_a_robot_that_went_away() -> None:
     stage.run(5)
     assert stage.states == ["playing", "paused", "playing", "ended"]
     assert stage.lines[0] == "paused until r listens again"
-    assert [line.partition(": ")[2] for line in stage.lines[1:]] == [LOST, "r listens again, after 20.0 s"]
+    assert [line.partition(": ")[2] for line in stage.lines[1:]] == [LOST, "r listens again, after 19.9 s"]
     assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import re
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.needs import lacking
 from tests.stage.viewer.conftest import Show, wait, watch
@@ -54,6 +56,49 @@ def test_the_wall_opens_by_a_key_and_its_first_robots_are_in_trouble(page: Page,
     assert [rows.nth(place).locator("th").text_content() for place in range(4)] == ["tb11", "tb3", "tb6", "tb1"]
     page.keyboard.press("Escape")
     expect(page.locator("#wall")).to_be_hidden()
+
+
+def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Show) -> None:
+    """Whether its poses are measured or not: it is not drawn as if it went on along its path."""
+    see(page, show, 12)
+    wait(page, "window.improv.beat > 1.2")
+    where = "JSON.stringify([improv.drawn.tb3, improv.drawn.tb11])"
+    for message in faults(12):
+        tell(show, message)
+    off = page.locator("li[data-robot=tb3] .off")
+    expect(off).to_have_text(re.compile(r"^silent, last pose \d+ s ago$"))
+    expect(page.locator("li[data-robot=tb11] .off")).to_have_text(re.compile(r"^gone, last pose \d+ s ago$"))
+    wait(page, "JSON.stringify(improv.robots.tb3) !== JSON.stringify(improv.drawn.tb3)")
+    seen, beat = page.evaluate(where), page.evaluate("improv.beat")
+    wait(page, f"improv.beat > {beat + 0.7}")
+    assert page.evaluate(where) == seen
+    before = page.evaluate("JSON.stringify(improv.drawn.tb1)")
+    wait(page, f"JSON.stringify(improv.drawn.tb1) !== {json.dumps(before)}")
+    tell(show, {**next(faults(12)), "over": True})
+    expect(off).to_have_text("")
+    wait(page, "JSON.stringify(improv.robots.tb3) === JSON.stringify(improv.drawn.tb3)")
+
+
+def test_on_a_phone_the_stage_keeps_the_larger_half_and_no_robot_is_under_the_line(page: Page, show: Show) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    see(page, show, 12)
+    for message in faults(12):
+        tell(show, message)
+    line = page.locator("#show-wall.trouble")
+    expect(line).to_be_visible()
+    wait(page, f"improv.toScreen(0, Math.max(...Object.values(improv.drawn).map(({{ y }}) => y))).y > {bottom(line)}")
+    open_wall(page)
+    hall, wall = (page.locator(what).bounding_box() for what in ("#hall", "#wall"))
+    assert hall
+    assert wall
+    assert wall["height"] < hall["height"] / 2
+    assert line.bounding_box() == page.locator("#show-wall").bounding_box()
+    expect(page.locator("#wall tbody tr").nth(2)).to_be_in_viewport(ratio=1)
+
+
+def bottom(line: Locator) -> float:
+    """Where a line ends, in pixels from the top of the stage."""
+    return float(line.evaluate("line => line.getBoundingClientRect().bottom - hall.getBoundingClientRect().top"))
 
 
 @pytest.mark.slow("axe looks at the page in three sizes")

@@ -45,6 +45,11 @@ export class Clock {
     return Date.now() / 1000 + this.#ahead
   }
 
+  /** Seconds since the latest restart, pauses included. */
+  performed() {
+    return this.transport.performed + Math.max(this.now() - this.transport.wall, 0)
+  }
+
   /** The position in beats at this moment. */
   beat() {
     const { beat, beats, wall, tempo } = this.transport

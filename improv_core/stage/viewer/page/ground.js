@@ -262,8 +262,9 @@ function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, col
  * @param {Drawn} robot
  * @returns {Reached}
  */
-function paintTrail(pen, scene, { name, color, pose }) {
-  const { at, colors, view, size, trail, trails, measured } = scene
+function paintTrail(pen, scene, { name, color, pose, seen }) {
+  const { colors, view, size, trail, trails, measured } = scene
+  const at = Math.min(scene.at, seen)
   if (measured.has(name)) {
     inWorld(pen, scene)
     if (trail > 0) measured.paint(pen, name, { from: 0, since: at - trail, ...strokes(scene, view, color) })
@@ -332,8 +333,9 @@ function reached({ at, trails, measured }, name) {
  * @param {Drawn} robot
  * @param {Reached | undefined} from
  */
-export function paintTail(pen, { camera, ratio, trails, measured, colors, at }, { name, pose, color }, from) {
+export function paintTail(pen, { camera, ratio, trails, measured, colors, at: now }, { name, pose, color, seen }, from) {
   const real = measured.has(name)
+  const at = Math.min(now, seen)
   if (!from || from.version !== (real ? measured : trails).version) return
   if (real ? from.count === measured.count(name) : from.at >= at) return
   const origin = camera.toScreen({ x: 0, y: 0 })

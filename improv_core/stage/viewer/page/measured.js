@@ -112,6 +112,15 @@ export class Measured {
   }
 
   /**
+   * When the latest pose of a real robot came, in seconds of performance; -Infinity if none is known.
+   * @param {string} name
+   */
+  latest(name) {
+    const latest = this.#places.get(name)?.at(-1)
+    return latest && !latest.simulated ? latest.at : -Infinity
+  }
+
+  /**
    * How far off a robot is, or was at a beat, in words; empty if that is not known.
    * @param {string} name
    * @param {number | null} beat

@@ -68,8 +68,8 @@ const controls = new Controls(clock, (request) => {
 const meetings = new Meetings(find("meetings"), (beat) => controls.seek(beat), () => clock.beat())
 const misplaced = new Misplaced(send, (text) => notices.announce(text))
 const deadman = new Deadman(send)
-const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
-const wall = new Wall(clock, (name) => measured.off(name))
+const timeline = new Timeline(clock, measured, (name) => wall.lost(name), (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const wall = new Wall(clock, measured, resize)
 const senses = new Senses(clock, send, () => view.touch())
 const formation = new Formation()
 const startPoses = new StartPoses(() => view.touch())
@@ -85,7 +85,7 @@ const panels = new Panels({
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings, misplaced })
+const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall })
 
 /** @param {Message} message */
 function take(message) {
@@ -276,12 +276,18 @@ function showTransport() {
   timeline.showPosition()
 }
 
+/** Shows how long ago robots were seen that are lost now. */
+function showLost() {
+  view.touch()
+  timeline.showMeasured()
+}
+
 function frame() {
   const now = seconds()
   const beat = clock.atStart ? 0 : clock.beat()
   const open = notices.connection === "open"
   deadman.look(performance.now())
-  wall.show(performance.now())
+  if (wall.show(performance.now())) showLost()
   if (open) program.want(beat)
   if (clock.playing && open && controls.showBeat()) timeline.showPosition()
   program.place(motion.newest, now)
@@ -365,6 +371,10 @@ const improv = Object.freeze({
         return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
       }),
     )
+  },
+  /** Where robots are drawn: real ones where they were seen. */
+  get drawn() {
+    return structuredClone(stage.poses)
   },
   /** How far off each robot is, in words, if that is measured. */
   get off() {

@@ -72,3 +72,20 @@ export function drawRing(pen, { heading, place, tip, size, color, chosen }, colo
     pen.stroke()
   }
 }
+
+/**
+ * Draws around a robot that it was last seen there.
+ * @param {Pen} pen
+ * @param {Point} place
+ * @param {number} size of the robot, in pixels
+ * @param {Colors} colors
+ */
+export function drawLost(pen, { x, y }, size, colors) {
+  pen.beginPath()
+  pen.setLineDash([size / 3, size / 4])
+  pen.arc(x, y, size * 1.25, 0, 2 * Math.PI)
+  pen.strokeStyle = colors.bump
+  pen.lineWidth = 2.5
+  pen.stroke()
+  pen.setLineDash([])
+}

@@ -9,7 +9,7 @@ import { Labels } from "./labels.js"
 import { drawMark } from "./meetings.js"
 import { drawWay } from "./misplaced.js"
 import { penOn } from "./pen.js"
-import { drawRing, placed } from "./rings.js"
+import { drawLost, drawRing, placed } from "./rings.js"
 import { picture, REACH } from "./robots.js"
 
 /** @import { Colors } from "./colors.js" */
@@ -132,6 +132,11 @@ export class Stage {
     return turning || painting
   }
 
+  /** Where robots are drawn. */
+  get poses() {
+    return Object.fromEntries(this.#cast.map(({ name, pose }) => [name, pose]))
+  }
+
   /**
    * The robot that is drawn at a point of the canvas.
    * @param {Point} point
@@ -190,7 +195,7 @@ export class Stage {
   }
 
   /** @param {Drawn} robot */
-  #drawRobot({ kind, pose, place, size, color, silent }) {
+  #drawRobot({ kind, pose, place, size, color, silent, lost }) {
     const pen = this.#pen
     const shade = mix(color, this.colors.shadow, 0.28)
     const made = picture(kind, color, shade, Math.round(size), this.#ratio)
@@ -198,10 +203,10 @@ export class Stage {
     const lift = Math.max(height, 0) * size * 0.8
     const scale = 1 + height * 0.12
     const reach = size * 1.35 * Math.max(scale, 1)
-    pen.globalAlpha = silent ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
+    pen.globalAlpha = silent || lost ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
     this.#shadow ??= shadow(this.colors.below) // in the dark theme a light, as no shadow would be visible
     pen.drawImage(this.#shadow, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
-    pen.globalAlpha = silent ? 0.4 : 1
+    pen.globalAlpha = silent || lost ? 0.4 : 1
     pen.save()
     pen.translate(place.x, place.y)
     pen.rotate(-pose.heading)
@@ -209,6 +214,7 @@ export class Stage {
     pen.drawImage(made, -half, -half, 2 * half, 2 * half)
     pen.restore()
     pen.globalAlpha = 1
+    if (lost) drawLost(pen, place, size, this.colors)
   }
 
   /**

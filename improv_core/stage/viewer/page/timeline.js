@@ -44,19 +44,22 @@ export class Timeline {
   #clock
   #silenced = new Silence()
   #measured
+  #lost
   /** @type {number | null} */
   #pointed = null // the beat under a pointer that presses nothing
 
   /**
-   * `seek` and `silence` ask the server.
+   * `seek` and `silence` ask the server, and `lost` says what is known of a robot that nobody can see or reach now.
    * @param {Clock} clock
    * @param {Measured} measured
+   * @param {(name: string) => string} lost
    * @param {(beat: number) => void} seek
    * @param {(muted: string[], soloed: string[]) => void} silence
    */
-  constructor(clock, measured, seek, silence) {
+  constructor(clock, measured, lost, seek, silence) {
     this.#clock = clock
     this.#measured = measured
+    this.#lost = lost
     this.#seek = seek
     this.#silence = silence
     this.#tracks = find("tracks")
@@ -156,7 +159,8 @@ export class Timeline {
     find("cast-head").textContent = beat === null ? count : words(Math.floor(beat), this.#clock.bar)
     for (const row of rows) {
       const off = row.querySelector(".off")
-      const text = this.#measured.off(row.dataset.robot ?? "", beat)
+      const { robot = "" } = row.dataset
+      const text = (beat === null && this.#lost(robot)) || this.#measured.off(robot, beat)
       if (off && off.textContent !== text) off.textContent = text
     }
   }

@@ -19,6 +19,7 @@ import { outline } from "./world.js"
 /** @import { Stage } from "./stage.js" */
 /** @import { StartPoses } from "./start-poses.js" */
 /** @import { Trails } from "./trails.js" */
+/** @import { Wall } from "./wall.js" */
 /** @typedef {ReturnType<View["scene"]>} Scene */
 
 const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
@@ -32,13 +33,15 @@ export class View {
   /** @type {Point[]} */
   #room = [] // corners of what should be in view
   #fitted = false // whether a view has shown all paths
+  /** @type {Map<string, { pose: Pose | undefined, seen: number }>} */
+  #lost = new Map() // where robots were that nobody can see or reach now
   /** @type {Record<string, Pose>} */
   robots = {}
   frames = 0
 
   /**
    * @param {{ clock: Clock, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
-   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced }} parts
+   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: Wall }} parts
    */
   constructor(parts) {
     this.#parts = parts
@@ -109,8 +112,24 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings, misplaced } = this.#parts
+    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
     const { muted, soloed } = clock.transport
+    const robots = cast.list(program.current, (index) => stage.color(index)).map((robot) => {
+      const { name } = robot
+      const lost = wall.lost(name)
+      const silent = clock.isSilent(name)
+      return {
+        ...robot,
+        ...this.#whereabouts(name, lost !== "", at, seconds),
+        ideal: lost ? undefined : measured.ideal(name),
+        off: lost || measured.off(name),
+        moved: program.anchor.of(name),
+        fields: lost ? [] : senses.fields(name),
+        silent,
+        lost: lost !== "",
+        path: silent || lost ? null : robot.path,
+      }
+    })
     return {
       at,
       moving,
@@ -127,17 +146,23 @@ export class View {
       meetings: startPoses.rings.length ? [] : meetings.marks(stage.camera),
       ways: misplaced.ways,
       still: this.still,
-      key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
-      cast: cast.list(program.current, (index) => stage.color(index)).map((robot) => ({
-        ...robot,
-        pose: measured.pose(robot.name, seconds) ?? this.robots[robot.name],
-        ideal: measured.ideal(robot.name),
-        off: measured.off(robot.name),
-        moved: program.anchor.of(robot.name),
-        fields: senses.fields(robot.name),
-        silent: clock.isSilent(robot.name),
-        path: clock.isSilent(robot.name) ? null : robot.path,
-      })),
+      key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
+      cast: robots,
     }
+  }
+
+  /**
+   * Where a robot is, as far as that is known. One that is lost stays where it was `seen`, or where it should have been
+   * then.
+   * @param {string} name
+   * @param {boolean} lost
+   * @param {number} at seconds of performance
+   * @param {number} seconds since the last frame
+   */
+  #whereabouts(name, lost, at, seconds) {
+    const pose = this.#parts.measured.pose(name, seconds) ?? this.robots[name]
+    if (!lost) this.#lost.delete(name)
+    else if (!this.#lost.has(name)) this.#lost.set(name, { pose, seen: at })
+    return this.#lost.get(name) ?? { pose, seen: Infinity }
   }
 }

@@ -4,6 +4,7 @@
 import { find } from "./elements.js"
 
 /** @import { Clock } from "./clock.js" */
+/** @import { Measured } from "./measured.js" */
 /** @import { Messages } from "./messages.js" */
 /**
  * @typedef {object} Brick one robot as the wall shows it
@@ -21,6 +22,7 @@ const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off i
 const ORDER = Object.keys(WORDS)
 const LOW = 0.2 // of a battery: less is trouble
 const NAMED = 3 // robots in trouble that the line names
+const FRESH = 2 // seconds: with poses that come, and are told once a second, the latest one is not older
 const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
 
 export class Wall {
@@ -32,16 +34,19 @@ export class Wall {
   #rows = new Map()
   #looked = -Infinity
   #clock
-  #off
+  #measured
+  #resize
 
   /**
-   * `off` says how far off a robot is, in words.
+   * `resize` fits the stage to what is covered of it.
    * @param {Clock} clock
-   * @param {(name: string) => string} off
+   * @param {Measured} measured
+   * @param {() => void} resize
    */
-  constructor(clock, off) {
+  constructor(clock, measured, resize) {
     this.#clock = clock
-    this.#off = off
+    this.#measured = measured
+    this.#resize = resize
   }
 
   /** @param {Messages["fault"]} message */
@@ -64,9 +69,21 @@ export class Wall {
     this.#looked = -Infinity
   }
 
+  /**
+   * What is known of a robot that nobody can see or reach now; empty for others.
+   * @param {string} name
+   */
+  lost(name) {
+    const fault = ["silent", "gone"].find((fault) => this.#faults.get(name)?.has(fault))
+    if (!fault || !Object.hasOwn(this.#vitals, name)) return ""
+    const seconds = this.#seconds(name)
+    if (fault === "gone" && seconds < FRESH) return "" // it is still seen
+    return `${WORDS[fault]}${seconds < Infinity ? `, last pose ${Math.round(seconds)} s ago` : ""}`
+  }
+
   /** All robots that are real, those in trouble first. @returns {Brick[]} */
   get bricks() {
-    const found = Object.entries(this.#vitals).map(([name, { odom, posed, battery }]) => {
+    const found = Object.entries(this.#vitals).map(([name, { odom, battery }]) => {
       const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
       const low = battery !== null && battery < LOW
       const wrong = [...faults.map((fault) => WORDS[fault]), ...(low ? ["battery low"] : [])]
@@ -75,12 +92,13 @@ export class Wall {
       const does = silent ? "muted" : state
       /** @type {Brick["kind"]} */
       const kind = wrong.length ? "fault" : silent || !this.#clock.playing ? "still" : "well"
-      const age = posed === null ? "" : this.#age(posed)
+      const age = this.#age(name)
+      const off = this.#measured.off(name)
       const brick = {
         name,
         state: wrong.length ? `${wrong.join(", ")}${silent ? " (muted)" : ""}` : does,
         kind,
-        off: this.#off(name),
+        off: age === "now" || !off ? off : `${off.replace(", following", "")} then`,
         age: odom ? age || "none yet" : "not measured",
         battery: battery === null ? "" : `${Math.round(battery * 100)}%`,
       }
@@ -102,18 +120,23 @@ export class Wall {
   }
 
   /**
-   * Shows it, if that is due.
+   * Shows it, if that is due. Whether robots are lost, so that the time since then is to be shown anew.
    * @param {number} now milliseconds
    */
   show(now) {
-    if (now < this.#looked + PERIOD) return
+    if (now < this.#looked + PERIOD) return false
     this.#looked = now
     const { bricks, summary } = this
     const button = find("show-wall")
     button.hidden = !summary
     write(button, summary)
-    button.classList.toggle("trouble", bricks[0]?.kind === "fault")
-    if (!find("wall").hasAttribute("open")) return
+    const trouble = bricks[0]?.kind === "fault"
+    if (button.classList.contains("trouble") !== trouble) {
+      button.classList.toggle("trouble", trouble)
+      this.#resize() // it must not cover robots
+    }
+    const lost = bricks.some(({ name }) => this.lost(name))
+    if (!find("wall").hasAttribute("open")) return lost
     write(find("wall-summary"), summary)
     for (const [name, row] of this.#rows) {
       if (Object.hasOwn(this.#vitals, name)) continue
@@ -129,15 +152,21 @@ export class Wall {
       row.title = [...(this.#faults.get(brick.name)?.values() ?? [])].join("\n")
       if (body.children[place] !== row) body.insertBefore(row, body.children[place] ?? null)
     }
+    return lost
   }
 
-  /** How old a pose is that came at a time of the performance. @param {number} posed */
-  #age(posed) {
-    const { performed, wall } = this.#clock.transport
-    if (!this.#clock.playing) return "–"
-    const now = performed + Math.max(this.#clock.now() - wall, 0)
-    const seconds = Math.max(now - posed - AGED, 0)
-    return seconds < 1 ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
+  /** How old the latest pose of a robot is, in words; empty if none has come. @param {string} name */
+  #age(name) {
+    const seconds = this.#seconds(name)
+    if (seconds === Infinity) return ""
+    if (!["playing", "paused"].includes(this.#clock.transport.state)) return "–" // nobody looks
+    return seconds < FRESH ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
+  }
+
+  /** How old the latest pose of a robot is; Infinity if none has come. @param {string} name */
+  #seconds(name) {
+    const told = this.#vitals[name].posed ?? -Infinity
+    return this.#clock.performed() - Math.max(told, this.#measured.latest(name))
   }
 
   /** @param {string} name */
@@ -154,7 +183,6 @@ export class Wall {
 }
 
 const COLUMNS = ["state", "off", "age", "battery"]
-const AGED = 1 // seconds that what is known of a pose may be old: it is told once a second
 
 /**
  * @param {string} one

@@ -8,15 +8,16 @@ import { Wall } from "../../../../improv_core/stage/viewer/page/wall.js"
 const clock = (/** @type {object} */ changes = {}) => ({
   playing: true,
   transport: { state: "playing", performed: 10, wall: 100 },
-  now: () => 102,
+  performed: () => 12,
   isSilent: () => false,
   ...changes,
 })
+const measured = (latest = -Infinity, off = "") => ({ latest: () => latest, off: () => off })
 const well = { odom: true, posed: 11.5, battery: 0.8 }
 const fault = (robot, kind, over = false) => ({ robot, fault: kind, over, message: `${robot} ${kind}` })
 
 function wall(robots, ...faults) {
-  const made = new Wall(clock(), () => "")
+  const made = new Wall(clock(), measured(), () => {})
   made.takeVitals({ robots })
   for (const each of faults) made.takeFault(each)
   return made
@@ -50,8 +51,8 @@ test("a robot has several faults until each is over, and none after a restart", 
   assert.equal(made.summary, "1 robot, all well")
 })
 
-test("how old a pose is, beyond the second for which what is known of it may be old", () => {
-  const ages = { 11.5: "now", 9.4: "1.6 s", "-20": "31 s" }
+test("how old a pose is; one is told of once a second, so those of a moment ago are as good as new", () => {
+  const ages = { 11.5: "now", 10.1: "now", 9.4: "2.6 s", "-20": "32 s" }
   for (const [posed, age] of Object.entries(ages)) {
     assert.equal(wall({ ada: { ...well, posed: Number(posed) } }).bricks[0].age, age)
   }
@@ -59,8 +60,40 @@ test("how old a pose is, beyond the second for which what is known of it may be 
   assert.equal(wall({ ada: { odom: false, posed: null, battery: null } }).bricks[0].age, "not measured")
 })
 
+test("a pose that the page was sent counts before it is told of again", () => {
+  const made = new Wall(clock(), measured(11.9, "0.10 m, 3° off, following"), () => {})
+  made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
+  assert.deepEqual([made.bricks[0].age, made.bricks[0].off], ["now", "0.10 m, 3° off, following"])
+})
+
+test("how far off a robot was when it was last seen is no news, and nobody knows whether it follows its path", () => {
+  const made = new Wall(clock(), measured(3, "0.10 m, 3° off, following"), () => {})
+  made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
+  assert.deepEqual([made.bricks[0].age, made.bricks[0].off], ["9.0 s", "0.10 m, 3° off then"])
+})
+
+test("nobody looks for poses after the end", () => {
+  const ended = clock({ playing: false, transport: { state: "ended", performed: 10, wall: 100 } })
+  const made = new Wall(ended, measured(), () => {})
+  made.takeVitals({ robots: { ada: well } })
+  assert.equal(made.bricks[0].age, "–")
+})
+
+for (const [kind, posed, lost] of [
+  ["silent", 9, "silent, last pose 3 s ago"],
+  ["gone", 9, "gone, last pose 3 s ago"],
+  ["gone", null, "gone"],
+  ["gone", 11.5, ""], // a camera still sees it
+  ["stuck", 9, ""],
+]) {
+  test(`what is known of a robot that is ${kind}, with its latest pose at ${posed}`, () => {
+    const made = wall({ ada: { ...well, posed }, bo: well }, fault("ada", kind))
+    assert.deepEqual([made.lost("ada"), made.lost("bo"), made.lost("nobody")], [lost, "", ""])
+  })
+}
+
 test("a robot that is muted stands, and that is no trouble", () => {
-  const made = new Wall(clock({ isSilent: () => true }), () => "0.10 m, 3° off")
+  const made = new Wall(clock({ isSilent: () => true }), measured(11.9, "0.10 m, 3° off"), () => {})
   made.takeVitals({ robots: { ada: well } })
   const [{ state, kind, off, battery }] = made.bricks
   assert.deepEqual({ state, kind, off, battery }, { state: "muted", kind: "still", off: "0.10 m, 3° off", battery: "80%" })

@@ -50,6 +50,8 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
         # The twin waits, too: it may still play what was played before.
         pause: list[Act] = _to(show.twin, {"type": "pause"}) if leads and message["robots"] else []
         acts = [*pause, *_to(show.twin, message)] if leads else []
+    elif message["type"] == "unreached" and leads:
+        show, acts = _explained(show, message["message"])
     elif message["type"] == "armed" and leads:
         show, acts = replace(show, armed=message["armed"]), _to(show.twin, message)
     return show, [*acts, Announce(message, leads)]
@@ -66,6 +68,7 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
         show = replace(show, still=True)  # before it was sent its score, it had nothing to stop
     if not show.leads(name):
         return show, []
+    show, acts = _explained(show, _why_still(show, transport))
     show = replace(
         show,
         is_on=state in ("waiting", "playing", "paused"),
@@ -74,13 +77,30 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
     )
     if show.twin and state == "playing":
         if latest and not show.entered and transport["generation"] == latest.generation:
-            return _enter(replace(show, entered=transport), show.twin, latest, transport)
-        return show, _to(show.twin, {"type": "resume", "at": transport["monotonic"]}) if waited else []
+            show, enters = _enter(replace(show, entered=transport), show.twin, latest, transport)
+            return show, [*enters, *acts]
+        return show, [*(_to(show.twin, {"type": "resume", "at": transport["monotonic"]}) if waited else []), *acts]
     if state == "stopped":
-        return show, _to(show.twin, {"type": "stop"})
+        return show, [*_to(show.twin, {"type": "stop"}), *acts]
     if state == "paused" and show.waits_for:
-        return show, _to(show.twin, {"type": "pause", "at": transport["monotonic"]})
-    return show, []
+        return show, [*_to(show.twin, {"type": "pause", "at": transport["monotonic"]}), *acts]
+    return show, acts
+
+
+def _why_still(show: Show, transport: TransportMessage) -> str:
+    """What pages say about why real robots stand. What was said at a stop stays until something else plays."""
+    if near := transport.get("too_near"):
+        return f"Too near to each other: {', '.join(near)}. Make room, then press Play."
+    if transport["state"] == "paused" and (waits := transport.get("waits_for")):
+        return f"Waiting for {', '.join(waits)}."
+    return show.why_still if transport["state"] in ("stopped", "paused") else ""
+
+
+def _explained(show: Show, line: str) -> Decided:
+    """Tell pages why real robots stand, if they don't know that."""
+    if line == show.why_still:
+        return show, []
+    return replace(show, why_still=line), _to(show.twin, {"type": "why_still", "line": line})
 
 
 def _enter(show: Show, twin: SinkName, play: PlayScore, entered: TransportMessage, whole: bool = False) -> Decided:

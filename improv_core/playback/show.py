@@ -66,6 +66,8 @@ class Show:
     entered: TransportMessage | None = None
     behind: float = 0.0
     waits_for: Sequence[str] = ()
+    why_still: str = ""
+    """What pages say about why real robots stand."""
     armed: bool = False
     """Whether the leader waits for nothing but a person, or its time."""
     kept: Mapping[str, Kept] = field(default_factory=dict)

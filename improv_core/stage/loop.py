@@ -285,6 +285,7 @@ class Loop:
             or message["type"] == "vitals"
             or message["type"] == "misplaced"
             or message["type"] == "armed"
+            or message["type"] == "why_still"
         ):
             if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
                 self.player.stand(message["robot"], now)

@@ -54,6 +54,13 @@ class Unreached(TypedDict):
     message: str
 
 
+class WhyStill(TypedDict):
+    """Why real robots stand although nobody at a page has stopped them, in one line; empty if they don't."""
+
+    type: Literal["why_still"]
+    line: str
+
+
 class VitalsRobot(TypedDict):
     """How a real robot is: whether it has a topic of poses (`odom`), when the latest pose came (`posed`, in seconds
     since beat 0), and how full its battery is, from 0 to 1; null if that isn't known."""

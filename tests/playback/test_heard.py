@@ -72,10 +72,10 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
     "a stage crashes while it waits": [
         (play(), ["ros: score 1"]),
         (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
-        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
+        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "simulator: why_still", "transport"]),
         (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
-        (("ros", at("playing", 1)), ["transport"]),
+        (("ros", at("playing", 1)), ["simulator: why_still", "transport"]),
     ],
     "a stage cannot be replaced": [
         (play(), ["ros: score 1"]),
@@ -140,8 +140,8 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
     "the leading stage stops, waits, and continues by itself": [
         (play(), ["ros: score 1"]),
         (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
-        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
-        (("ros", at("ended", 1, **BUTTON)), ["transport"]),
+        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "simulator: why_still", "transport"]),
+        (("ros", at("ended", 1, **BUTTON)), ["simulator: why_still", "transport"]),
         (("ros", at("playing", 1)), ["simulator: resume", "transport"]),
         (("ros", at("paused", 1)), ["transport"]),  # what somebody asks for, the twin is told when it is asked
         (("ros", at("playing", 1)), ["transport"]),
@@ -222,9 +222,38 @@ def test_the_twin_enters_where_the_leading_stage_did() -> None:
 def test_the_twin_pauses_and_resumes_when_the_leading_stage_did() -> None:
     story = Story.playing()
     story(("ros", at("paused", 1, monotonic=510.0, **BUTTON)))
-    assert story.sent("simulator") == [{"type": "pause", "at": 510.0}]
+    assert story.sent("simulator")[0] == {"type": "pause", "at": 510.0}
     story(("ros", at("playing", 1, monotonic=520.0)))
-    assert story.sent("simulator") == [{"type": "resume", "at": 520.0}]
+    assert story.sent("simulator")[0] == {"type": "resume", "at": 520.0}
+
+
+@pytest.mark.parametrize(
+    ("why", "line"),
+    [
+        ({"too_near": ["ada", "bo"]}, "Too near to each other: ada, bo. Make room, then press Play."),
+        ({"waits_for": ["a pose of ada"]}, "Waiting for a pose of ada."),
+    ],
+)
+def test_pages_say_why_real_robots_stand_until_they_play(why: dict[str, Any], line: str) -> None:
+    story = Story.playing()
+    story(("ros", at("paused", 1, **why)))
+    assert story.sent("simulator")[1:] == [{"type": "why_still", "line": line}]
+    story(("ros", at("paused", 1, **why)))
+    assert story.sent("simulator")[1:] == []
+    story(("ros", at("playing", 1)))
+    assert story.sent("simulator")[1:] == [{"type": "why_still", "line": ""}]
+
+
+def test_pages_name_robots_that_may_still_be_moving_until_something_plays() -> None:
+    story = Story.playing()
+    story(("ros", at("stopped", 1)))
+    story(("ros", {"type": "unreached", "generation": 1, "robots": ["ada"], "message": "look at ada"}))
+    assert story.sent("simulator") == [{"type": "why_still", "line": "look at ada"}]
+    story(("ros", at("stopped", 1)))
+    assert story.sent("simulator") == [{"type": "stop"}]
+    story(play())
+    story(("ros", at("waiting", 2)))
+    assert story.sent("simulator") == [{"type": "why_still", "line": ""}]
 
 
 def test_the_twin_plays_what_senses_decide_a_moment_later() -> None:

@@ -12,7 +12,7 @@ from improv_core.stage.commands import Conduct, Form, PlaceRobots, Restart
 from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
 from improv_core.stage.fields import Beat, Count
 from improv_core.stage.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
-from improv_core.stage.robot_messages import FaultMessage, Vitals
+from improv_core.stage.robot_messages import FaultMessage, Vitals, WhyStill
 
 
 class ServerTime(TypedDict):
@@ -210,6 +210,7 @@ ToPage = (
     | Decided
     | FaultMessage
     | Vitals
+    | WhyStill
     | ProgramSource
     | EditorAnswer
 )

@@ -79,6 +79,21 @@ def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Sho
     wait(page, "JSON.stringify(improv.robots.tb3) === JSON.stringify(improv.drawn.tb3)")
 
 
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_says_why_robots_stand(page: Page, show: Show, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 844})
+    see(page, show, 2)
+    why = page.locator("#stands")
+    expect(why).to_be_hidden()
+    tell(show, {"type": "why_still", "line": "Too near to each other: tb1, tb2. Make room, then press Play."})
+    expect(why).to_be_visible()
+    expect(why).to_have_text("Too near to each other: tb1, tb2. Make room, then press Play.")
+    expect(page.locator("#news")).to_have_text("Too near to each other: tb1, tb2. Make room, then press Play.")
+    expect(why).to_be_in_viewport(ratio=1)
+    tell(show, {"type": "why_still", "line": ""})
+    expect(why).to_be_hidden()
+
+
 def test_on_a_phone_the_stage_keeps_the_larger_half_and_no_robot_is_under_the_line(page: Page, show: Show) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     see(page, show, 12)

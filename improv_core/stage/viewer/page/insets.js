@@ -24,8 +24,10 @@ export function insets(presenting) {
     else left = beat.width
     if (stop.left < hall.right) top = Math.max(top, stop.bottom - hall.top)
   }
-  const trouble = document.querySelector("#show-wall.trouble:not([hidden])")?.getBoundingClientRect()
-  if (trouble?.height) top = Math.max(top, trouble.bottom - hall.top + 8) // names of robots must not be under it
+  for (const line of document.querySelectorAll("#show-wall.trouble:not([hidden]), #stands:not([hidden])")) {
+    const { height, bottom: end } = line.getBoundingClientRect()
+    if (height) top = Math.max(top, end - hall.top + 8) // no robot and no name must be under it
+  }
   if (senses.width && isBeside(senses)) left = Math.max(left, senses.right - hall.left)
   else if (senses.width) top = Math.max(top, senses.bottom - hall.top)
   if (card && isBeside(card)) left = Math.max(left, card.right - hall.left)

@@ -53,6 +53,13 @@ export class Notices {
     this.#show()
   }
 
+  /** @param {string} line why real robots stand; empty if they don't */
+  say(line) {
+    find("stands").hidden = !line
+    find("stands").textContent = line
+    if (line) this.announce(line)
+  }
+
   #show() {
     const notice = this.#waits ? UNCONFIRMED : this.#notice
     find("notice").hidden = !notice

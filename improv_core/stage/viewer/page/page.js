@@ -106,6 +106,7 @@ function take(message) {
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "vitals") wall.takeVitals(message)
   else if (message.type === "fault") takeFault(message)
+  else if (message.type === "why_still") sayWhyStill(message)
   else if (message.type === "source") takeSource(message)
   else if (message.type === "stopped") notices.end(message)
   else editor.takeAnswer(message)
@@ -116,6 +117,12 @@ function take(message) {
 function takeFault(message) {
   wall.takeFault(message)
   if (message.line) notices.announce(message.line)
+}
+
+/** @param {Messages["why_still"]} message */
+function sayWhyStill({ line }) {
+  notices.say(line)
+  resize()
 }
 
 /** @param {Messages["armed"]} message */

@@ -133,9 +133,7 @@ export class Stage {
   }
 
   /** Where robots are drawn. */
-  get poses() {
-    return Object.fromEntries(this.#cast.map(({ name, pose }) => [name, pose]))
-  }
+  get poses() { return Object.fromEntries(this.#cast.map(({ name, pose }) => [name, pose])) }
 
   /**
    * The robot that is drawn at a point of the canvas.

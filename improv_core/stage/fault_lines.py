@@ -67,7 +67,9 @@ class _Robots(NamedTuple):
 
 
 def _kind(found: SeenNews) -> tuple[object, ...]:
-    return type(found.news), found.news.fault, found.stands, found.newly
+    other = found.news.swapped if isinstance(found.news, FaultBegan) else ""
+    pair = frozenset((found.part.robot, other)) if other else None
+    return type(found.news), found.news.fault, found.stands, found.newly, pair
 
 
 def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
@@ -78,11 +80,21 @@ def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejo
     stand = f"; {robots.pick('it stands until you unmute it', 'they stand until you unmute them')}"
     if isinstance(first.news, FaultBegan):
         follows = _ALL_STOP if response == "stop" else stand if first.newly else ""
-        return f"{beat}: {_BEGAN[fault](robots, worst)}{follows}"
+        what = (
+            _swapped([first.part.robot, first.news.swapped], worst)
+            if first.news.swapped
+            else _BEGAN[fault](robots, worst)
+        )
+        return f"{beat}: {what}{follows}"
     follows = _BACK[rejoin](robots) if fault == "gone" else ""
     if first.stands:
         follows = stand if response == "stand" else ""
     return f"{beat}: {_OVER[fault](robots, worst)}{follows}"
+
+
+def _swapped(pair: Sequence[str], worst: Worst) -> str:
+    names = " and ".join(sorted(pair))
+    return f"{names} seem to be swapped, their poses jumped by {in_words(worst)}: check what tells them apart"
 
 
 def _names(robots: Sequence[str]) -> str:

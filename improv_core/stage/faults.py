@@ -33,6 +33,9 @@ FRESH = 0.5
 """Seconds: older poses don't show whether a robot moves."""
 LATE = 0.02
 """Seconds by which a command may leave too late. A base notices nothing: its own cycle takes as long."""
+SWAPPED = 0.5
+"""Seconds in which two robots have jumped, and the share of a jump by which each may be off where the other one was, if
+they seem to be swapped: both move on meanwhile."""
 QUIET = 10.0
 """Seconds without a jump or a late command after which that is over. Two nodes that publish on one topic make twenty
 jumps a second."""
@@ -47,10 +50,12 @@ class Worst(NamedTuple):
 
 
 class FaultBegan(NamedTuple):
-    """Something is wrong with a robot from now on."""
+    """Something is wrong with a robot from now on. A robot that has jumped seems to be `swapped` with another one if
+    each of them is where the other one was."""
 
     fault: Fault
     worst: Worst
+    swapped: str = ""
 
 
 class FaultOver(NamedTuple):
@@ -85,7 +90,8 @@ class RobotWatch:
     """One robot as it is watched: the faults that are not over, with the time they began, and how bad each has been.
 
     `latest` is its latest pose, and `usual` how long it usually takes until the next one. `anchor` is the pose from
-    which it has not moved since. `jumped` and `late` are the latest times of that.
+    which it has not moved since. `jumped` and `late` are the latest times of that, and `left` is where it was before it
+    jumped.
     """
 
     open: Mapping[Fault, tuple[float, Worst]] = field(default_factory=dict)
@@ -93,6 +99,7 @@ class RobotWatch:
     usual: float = 0.0
     anchor: Comparison | None = None
     jumped: float = -math.inf
+    left: Comparison | None = None
     late: float = -math.inf
 
 
@@ -116,6 +123,15 @@ def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[Robot
     return _settled(watch, found, known.now)
 
 
+def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:
+    """Whether two robots have jumped to where the other one was, so that their poses seem to be swapped."""
+    if not (one.left and one.latest and other.left and other.latest) or abs(one.jumped - other.jumped) > SWAPPED:
+        return False
+    far, _ = one.left.pose.apart(other.left.pose)
+    offs = one.latest.pose.apart(other.left.pose), other.latest.pose.apart(one.left.pose)
+    return all(off < SWAPPED * far for off, _ in offs)
+
+
 def _settled(watch: RobotWatch, found: Mapping[Fault, Worst | None], now: float) -> tuple[RobotWatch, list[News]]:
     """The watch with what was found, and what is new in that."""
     if not watch.open and not any(found.values()):
@@ -136,16 +152,16 @@ def _settled(watch: RobotWatch, found: Mapping[Fault, Worst | None], now: float)
 
 def _posed(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> RobotWatch:
     """Take a pose."""
-    before, anchor, usual, jumped = watch.latest, watch.anchor, watch.usual, watch.jumped
+    before, anchor, usual, jumped, left = watch.latest, watch.anchor, watch.usual, watch.jumped, watch.left
     if before and pose.raw.at - before.raw.at <= SILENT:  # a longer gap is not usual
         usual = min(max(pose.raw.at - before.raw.at, 0.9 * usual), LONGEST_USUAL)
     if pose.jump:
-        jumped = pose.raw.at
+        jumped, left = pose.raw.at, before
         _note(found, "jumped", Worst(*pose.jump))
     _find_deviation(watch, pose, found, rules)
     if pose.jump or not anchor or anchor.aligned != pose.aligned or _has_moved(anchor, pose):
         anchor, found["stuck"] = pose, None
-    return replace(watch, latest=pose, usual=usual, anchor=anchor, jumped=jumped)
+    return replace(watch, latest=pose, usual=usual, anchor=anchor, jumped=jumped, left=left)
 
 
 def _find_deviation(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> None:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Part, Score
-from improv_core.stage.faults import News, RobotFacts, RobotWatch, look
+from improv_core.stage.faults import FaultBegan, News, RobotFacts, RobotWatch, are_swapped, look
 from improv_core.stage.odometry import Comparison
 from improv_core.stage.sinks import Noticed
 
@@ -76,9 +76,12 @@ class Watches:
         due = len(robots) * min((now - self._looked) / PERIOD, 1.0)
         if due < min(len(robots), TOGETHER):
             return
-        for robot in robots[self._place : self._place + math.ceil(due)]:
-            news = self._look(robot, score.parts[robot], score, robot in gone, min(noticed.heard, now), now)
-            yield from (RobotNews(robot, each) for each in news)
+        news = [
+            RobotNews(robot, each)
+            for robot in robots[self._place : self._place + math.ceil(due)]
+            for each in self._look(robot, score.parts[robot], score, robot in gone, min(noticed.heard, now), now)
+        ]
+        yield from (self._with_swap(each) for each in news)
         self._looked = now
         self._place += math.ceil(due)
         if self._place >= len(robots):
@@ -95,6 +98,15 @@ class Watches:
         else:
             self.unreached.discard(robot)
         return news
+
+    def _with_swap(self, found: RobotNews) -> RobotNews:
+        """What is new about a robot, with the other one if they seem to be swapped."""
+        robot, news = found
+        if not isinstance(news, FaultBegan) or news.fault != "jumped":
+            return found
+        watch = self._watches[robot]
+        others = (other for other, each in self._watches.items() if other != robot and are_swapped(watch, each))
+        return RobotNews(robot, news._replace(swapped=next(others, "")))
 
     def _forget(self, parts: Mapping[str, Part]) -> None:
         """Forget robots that have left."""

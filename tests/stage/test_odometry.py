@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
 
@@ -442,6 +443,29 @@ def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, 
     silent = "no pose of r has come for 1.0 s: check its network and what publishes on /r/odom"
     assert on_faults(robot, response, 1.2) == [f"beat 2: {silent}{follows}"]
     assert (robot.player.state, robot.stage.sink.sent[-1][2]) == (state, twist)
+
+
+@pytest.mark.parametrize(
+    ("others", "line"),
+    [
+        (
+            lambda y: 1.5 - y,
+            "beat 2: a and b seem to be swapped, their poses jumped by 1.50 m: check what tells them apart",
+        ),
+        (lambda y: y + 3, "beat 2: the poses of a and b jumped by up to 3.00 m: check what publishes them"),
+    ],
+)
+def test_two_robots_that_are_swapped_are_told_in_one_line(others: Callable[[float], float], line: str) -> None:
+    """Not if each jumps somewhere else."""
+    robot = Robot(frame=Pose(), odom_frame="world")
+    robot.play("beat 60\na b $ repeat forward\n", anyway=True)
+    for step in range(40):
+        at, place = robot.stage.now, (lambda y: y) if step < 22 else others
+        poses = {"a": Pose(step / 10, place(0.0)), "b": Pose(step / 10, place(1.5))}
+        robot.player.measure([RawPose(name, LOCALIZATION, pose, at) for name, pose in poses.items()], at)
+        robot.run(0.05)
+    told = [message["line"] for message in robot.stage.told if message["type"] == "fault"]
+    assert [each for each in told if "jump" in each] == [line]
 
 
 def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:

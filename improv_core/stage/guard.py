@@ -23,10 +23,11 @@ class Guard:
         self._proximity = Proximity()
         self._told: set[str] = set()  # robots that people know are not guarded
         self._lost: set[str] = set()  # those of which no poses come now
+        self._delayed: set[str] = set()  # those whose poses come too late
 
     def forget(self) -> None:
         """Name all robots again that aren't guarded, since somebody has restarted everything."""
-        self._told, self._lost = set(), set()
+        self._told, self._lost, self._delayed = set(), set(), set()
 
     def hear(self, poses: Iterable[RawPose]) -> None:
         """Take measured poses."""
@@ -62,6 +63,25 @@ class Guard:
         if new := lost - self._lost:
             yield f"`keep_apart` doesn't guard {', '.join(sorted(new))} now: no pose came for {OLDEST} s"
         self._lost = lost
+
+    def delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
+        """Lines about robots whose poses come too late to be of use. `ages` are how old they were at least when they
+        came, in seconds."""
+        if not self._sink.real or run.mode != "playing":
+            return
+        keeps = run.score.world.keep_apart is not None or run.score.safety.sight
+        guarded = _guarded(run) if keeps else {}
+        late = {robot for robot, part in run.score.parts.items() if part.follow or robot in guarded}
+        late = {robot for robot in late if ages.get(robot, 0.0) > OLDEST}
+        if new := late - self._delayed:
+            seconds = max(ages[robot] for robot in new)
+            yield (
+                f"poses of {', '.join(sorted(new))} come {seconds:.1f} s after they were measured: those older than "
+                f"{OLDEST} s correct no path and keep nobody apart; check the network, or the clock that stamps them"
+            )
+        if over := (self._delayed - late) & ages.keys():
+            yield f"poses of {', '.join(sorted(over))} come in time again"
+        self._delayed = (self._delayed | late) - over
 
 
 def _guarded(run: Run) -> Mapping[str, float]:

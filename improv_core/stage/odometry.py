@@ -122,6 +122,14 @@ class Odometry:
         track = self._tracks.get(raw.robot)
         return track.taken_at(raw) if track else raw.at
 
+    def ages(self) -> dict[str, float]:
+        """How old poses were at least when they came, in seconds, of the robots of which some came since the last
+        call."""
+        found = {robot: track.youngest for robot, track in self._tracks.items() if track.youngest < math.inf}
+        for robot in found:
+            self._tracks[robot].youngest = math.inf
+        return found
+
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one; None if it can't be compared."""
         track = self._tracks.get(raw.robot)
@@ -172,6 +180,7 @@ class _Track:
     limits: tuple[float, float] | None = None
     error: tuple[Pose, Pose, float] | None = None
     least: float = math.inf  # seconds from a stamp to its arrival
+    youngest: float = math.inf  # how old a pose was at least when it came, lately
     jumped: float = -math.inf  # when its poses in the world jumped last
 
     def __post_init__(self) -> None:
@@ -252,10 +261,12 @@ class _Track:
 
     def taken_at(self, raw: RawPose) -> float:
         """When a pose was measured."""
-        if raw.stamp is None:
-            return raw.at
-        self.least = min(self.least, raw.at - raw.stamp)
-        return min(raw.stamp, raw.at) if AHEAD <= self.least <= BEHIND else raw.at
+        at = raw.at
+        if raw.stamp is not None:
+            self.least = min(self.least, raw.at - raw.stamp)
+            at = min(raw.stamp, raw.at) if AHEAD <= self.least <= BEHIND else raw.at
+        self.youngest = min(self.youngest, raw.at - at)
+        return at
 
     def _speed(self, leg: _Leg, at: float) -> Twist:
         """How fast its motors are at a time of a leg."""

@@ -359,6 +359,6 @@ class Tracks:
             self.tell({"type": "warning", "message": line})
 
     def tell_unguarded(self, now: float) -> None:
-        """Report which real robots aren't guarded, if people don't know that."""
-        for line in self.guard.news(self.run, now):
+        """Report which real robots aren't guarded, or are seen too late, if people don't know that."""
+        for line in (*self.guard.news(self.run, now), *self.guard.delays(self.run, self.odometry.ages())):
             self.tell({"type": "warning", "message": line})

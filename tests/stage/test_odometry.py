@@ -50,11 +50,18 @@ class Robot:
         return self.stage.player
 
     def play(
-        self, program: str = PROGRAM, when: Any = "restart", *, rules: FaultRules | None = None, anyway: bool = False
+        self,
+        program: str = PROGRAM,
+        when: Any = "restart",
+        *,
+        rules: FaultRules | None = None,
+        anyway: bool = False,
+        follow: bool = False,
     ) -> None:
         read = score(program)
         parts = {
-            name: replace(part, odom=f"/{name}/odom", odom_frame=self.odom_frame) for name, part in read.parts.items()
+            name: replace(part, odom=f"/{name}/odom", odom_frame=self.odom_frame, follow=follow)
+            for name, part in read.parts.items()
         }
         read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
         self.player.load(read, len(self.stage.told) + 1, when, self.stage.now, anyway=anyway)
@@ -443,6 +450,32 @@ def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, 
     silent = "no pose of r has come for 1.0 s: check its network and what publishes on /r/odom"
     assert on_faults(robot, response, 1.2) == [f"beat 2: {silent}{follows}"]
     assert (robot.player.state, robot.stage.sink.sent[-1][2]) == (state, twist)
+
+
+def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in_time() -> None:
+    """Which are old by their stamps. As long as there are none, that is silence."""
+    robot = Robot(frame=Pose(), odom_frame="world")
+    robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True)
+    for step in range(80):
+        at, age = robot.stage.now, 0.08 if step < 20 or step >= 60 else 0.5
+        robot.player.measure([RawPose("r", LOCALIZATION, Pose(2 * (at - 1000)), at, "map", at - age)], at)
+        robot.run(0.05)
+    late, again = [line for line in robot.lines if line.startswith("poses of r")]
+    assert late == (
+        "poses of r come 0.5 s after they were measured: those older than 0.2 s correct no path and keep nobody apart; "
+        "check the network, or the clock that stamps them"
+    )
+    assert again == "poses of r come in time again"
+
+
+def test_nobody_minds_poses_that_come_late_if_nothing_depends_on_them() -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat forward\n")
+    for _ in range(40):
+        at = robot.stage.now
+        robot.player.measure([RawPose("r", ODOMETRY, Pose(2 * (at - 1000)), at, "odom", at - 0.5)], at)
+        robot.run(0.05)
+    assert robot.lines == []
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,7 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         restarted=load.generation,
         anyway=load.anyway,
         gate=load.gate,
+        is_due=False,
         next=None,
         transport=Transport(zero, 0.0, 0, load.score.tempo * run.speed),
     )
@@ -62,7 +63,7 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
 
 
 def awaited(run: Run, event: events.Awaited, facts: Facts) -> Decided:
-    return run, [Listen()]
+    return _begin(run, facts) if run.is_due else (run, [Listen()])
 
 
 def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
@@ -88,11 +89,20 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
         if event.moving:
             acts.append(Still(event.moving))
         return replace(run, gate=replace(run.gate, ready=True)), [*acts, Report()]
+    if event.moving is None:
+        # A look at robots that were waited for has taken 0.2 s, while the network found them: beat 0 comes after it.
+        return replace(run, is_due=True), acts
+    run, more = _begin(run, facts)
+    return run, [*acts, *more]
+
+
+def _begin(run: Run, facts: Facts) -> Decided:
+    """Beat 0 is now."""
     late = gate.lateness(run.gate, facts.wall)
     run = replace(run, transport=replace(run.transport, zero=facts.now))
-    run, more = play_from(run, 0, 0.0, facts, facts.places)
+    run, acts = play_from(run, 0, 0.0, facts, facts.places)
     told = [warning_line(late)] if late and run.mode == "playing" else []
-    return run, [*acts, StartMeasuring(), *more, LookSoon(run.score.parts), *told]
+    return run, [StartMeasuring(), *acts, LookSoon(run.score.parts), *told]
 
 
 def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:

@@ -55,8 +55,8 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
     then, acts = _RULES[type(event)](run, event, facts)
     if then.misplaced is not None and then.mode != "paused":
         then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
-    if then.gate and then.mode != "waiting":
-        then = replace(then, gate=None)
+    if (then.gate or then.is_due) and then.mode != "waiting":
+        then = replace(then, gate=None, is_due=False)
     if gate.is_ready(run.gate) != gate.is_ready(then.gate):
         acts = [*acts, Tell(gate.message(then.gate, then.generation))]
     return then, acts

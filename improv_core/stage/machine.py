@@ -41,6 +41,8 @@ class Machine:
     def deadline(self, now: float) -> float | None:
         """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
         if self.run.mode == "waiting":
+            if self.run.is_due:
+                return now
             left = time_left(gate, self._tracks.wall()) if (gate := self.run.gate) else 0.0
             return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at

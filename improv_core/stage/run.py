@@ -40,7 +40,8 @@ class Run:
     `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
     by itself once nothing is waited for; one because robots are `too_near` ends when a person says so. Unless
     `misplaced` is None, playing waits until these robots are in their places, and a person plays again; with `anyway`,
-    it doesn't matter where they stand. While beat 0 waits, a `gate` holds it back, once everything is ready.
+    it doesn't matter where they stand. While beat 0 waits, a `gate` holds it back, once everything is ready. With
+    `is_due`, it no longer waits for anything, and is as soon as this is decided again.
 
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
@@ -62,6 +63,7 @@ class Run:
     anyway: bool = False
     too_near: tuple[str, ...] = ()
     gate: Gate | None = None
+    is_due: bool = False
 
     @property
     def tempo(self) -> Fraction:

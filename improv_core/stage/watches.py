@@ -57,8 +57,8 @@ class Watches:
 
     @property
     def next_look(self) -> float:
-        """When to look around again."""
-        return self._looked + PERIOD
+        """When to look around again: a bit later than that would be due, whatever is rounded."""
+        return self._looked + PERIOD * (1 + 1e-6)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
         """A robot has been told to move, or to stand."""

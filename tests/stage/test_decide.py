@@ -99,6 +99,15 @@ def begins(dance: Score, beat: float, second: float) -> list[Act]:
     return [Begin(dance.parts, beat, second), Report(ZERO + second), ReportSenses(beat, second)]  # type: ignore[arg-type]
 
 
+def found(before: Run, event: Event, facts: Facts) -> tuple[Run, list[Act]]:
+    """What follows from an event, and from the next look at a beat 0 that waits for nothing anymore."""
+    then, done = decide(before, event, facts)
+    if not then.is_due:
+        return then, done
+    after, more = decide(then, events.Awaited(), facts)
+    return after, [*done, *more]
+
+
 def names(done: Sequence[Act]) -> list[str]:
     return [type(each).__name__ for each in done]
 
@@ -368,10 +377,23 @@ def test_beat_0_waits_for_listeners() -> None:
     assert decide(then, events.Listened((), True, ["a", "b"]), at(3)) == (then, [Still(["a", "b"]), Report()])
     assert decide(then, events.Awaited(), at(4)) == (then, [Listen()])
     assert decide(then, events.Listened((), True, None), at(4)) == (then, [])
-    after, what = decide(then, events.Listened((), False, None), at(5))
-    assert (after.mode, after.transport.zero) == ("playing", ZERO + 5)
+    due, what = decide(then, events.Listened((), False, None), at(5))
+    assert (due.mode, due.is_due, what) == ("waiting", True, []), "that look may have taken long"
+    after, what = decide(due, events.Awaited(), at(5.2))
+    assert (after.mode, after.is_due, after.transport.zero) == ("playing", False, ZERO + 5.2)
     begun = Begin(OTHER.parts, 0, 0.0)
-    assert what == [StartMeasuring(), begun, Report(ZERO + 5), ReportSenses(0, 0.0), LookSoon(OTHER.parts)]
+    assert what == [StartMeasuring(), begun, Report(ZERO + 5.2), ReportSenses(0, 0.0), LookSoon(OTHER.parts)]
+
+
+@pytest.mark.parametrize(("event", "mode"), [(events.Stop(), "stopped"), (events.EmergencyStop(STOP, True), "stopped")])
+def test_a_stop_just_before_beat_0_is_obeyed(event: Event, mode: Mode) -> None:
+    then, done = decide(run("waiting", is_due=True), event, real(5))
+    assert (then.mode, then.is_due, Zero() in done) == (mode, False, True)
+
+
+def test_a_restart_just_before_beat_0_looks_for_its_own_robots() -> None:
+    then, _ = decide(run("waiting", is_due=True), events.Restarted(events.Load(OTHER, 2, "restart")), at(5))
+    assert (then.mode, then.is_due) == ("waiting", False)
 
 
 @pytest.mark.parametrize(
@@ -388,7 +410,7 @@ def test_whether_beat_0_waits_for_robots_that_do_not_listen(
     heard: events.Listened, without: bool, begins: bool, says: bool
 ) -> None:
     dance = replace(OTHER, safety=Safety(start_without=without))
-    after, done = decide(run("waiting", dance=dance), heard, at(5))
+    after, done = found(run("waiting", dance=dance), heard, at(5))
     assert after.mode == ("playing" if begins else "waiting")
     named: list[Act] = [LookSoon(["b"]), Tell({"type": "warning", "message": WAITS})]
     assert (done == named) == says, "it is said once"
@@ -396,7 +418,7 @@ def test_whether_beat_0_waits_for_robots_that_do_not_listen(
 
 def test_a_score_that_only_stops_robots_does_not_wait_for_those_that_do_not_listen() -> None:
     before = run("waiting", dance=replace(NOTHING, safety=Safety(start_without=False)))
-    after, _ = decide(before, events.Listened((), False, None, ["b"], True), at(5))
+    after, _ = found(before, events.Listened((), False, None, ["b"], True), at(5))
     assert after.mode == "playing"
 
 
@@ -611,7 +633,7 @@ def test_what_is_armed_begins_when_a_person_or_the_clock_says(
     gate: Gate, event: Event, second: float, mode: Mode, ready: bool
 ) -> None:
     before = run("waiting", gate=gate)
-    then, done = decide(before, event, wall(second))
+    then, done = found(before, event, wall(second))
     assert then.mode == mode
     assert is_ready(then.gate) == ready
     assert (told(then.gate) in done) == (gate.ready != ready), "people are told of each change, once"
@@ -630,7 +652,7 @@ def test_robots_stand_while_it_is_armed() -> None:
 def test_a_person_begins_at_once() -> None:
     asked, done = decide(armed(AT_5), events.Resume(), wall(3))
     assert done == [Listen()], "which waits for nothing"
-    then, done = decide(asked, READY, wall(3))
+    then, done = found(asked, READY, wall(3))
     assert (then.mode, then.transport.zero) == ("playing", ZERO + 3)
     assert not lines(done)
 
@@ -644,28 +666,28 @@ def test_who_asks_too_early_is_told() -> None:
     ("second", "says"), [(5.01, []), (5.5, ["begins 0.50 s late: robots were still waited for, or the clock was set"])]
 )
 def test_a_late_beginning_is_told(second: float, says: list[str]) -> None:
-    then, done = decide(run("waiting", gate=AT_5), READY, wall(second))
+    then, done = found(run("waiting", gate=AT_5), READY, wall(second))
     assert (then.mode, lines(done)) == ("playing", says)
 
 
 def test_robots_have_to_be_in_their_places_before_it_is_armed_and_when_it_begins() -> None:
     wrong = {"a": Standing(Pose(), Pose(1.0))}
     for gate, second in ((Gate(), 4), (AT_5, 4), (replace(AT_5, ready=True), 5)):
-        then, done = decide(run("waiting", gate=gate), READY, replace(wall(second, places=wrong), real=True))
+        then, done = found(run("waiting", gate=gate), READY, replace(wall(second, places=wrong), real=True))
         assert (then.mode, then.gate, then.misplaced) == ("paused", None, wrong)
         assert "doesn't begin" in lines(done)[0]
-    then, _ = decide(armed(AT_5), READY, replace(wall(4, places=wrong), real=True))
+    then, _ = found(armed(AT_5), READY, replace(wall(4, places=wrong), real=True))
     assert then.mode == "waiting", "somebody who walks among them disarms nothing"
 
 
 def test_without_the_deadman_button_nothing_begins_by_itself() -> None:
-    then, done = decide(armed(AT_5, dance=GUARDED), READY, replace(wall(5), real=True))
+    then, done = found(armed(AT_5, dance=GUARDED), READY, replace(wall(5), real=True))
     assert (then.mode, then.continues, then.gate) == ("paused", True, None)
     assert Zero() in done
 
 
 def test_a_score_that_only_stops_robots_is_never_armed() -> None:
-    then, _ = decide(run("waiting", dance=NOTHING, gate=Gate()), READY, wall(4))
+    then, _ = found(run("waiting", dance=NOTHING, gate=Gate()), READY, wall(4))
     assert then.mode == "playing"
 
 

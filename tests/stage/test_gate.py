@@ -83,6 +83,7 @@ def test_a_person_begins_it_and_it_looks_for_nobody_again() -> None:
     armed.stage.run(PATIENCE + 30)
     assert (armed.zero, armed.says, armed.stage.states) == (None, [True], ["waiting", "waiting"])
     armed.stage.player.resume(armed.stage.now)
+    armed.stage.run(0)
     assert armed.zero == PATIENCE + 31
     assert armed.stage.sink.sent[-1][2].x > 0, "at once"
 

@@ -273,6 +273,14 @@ class _RobotsReading(TomlReading):
                 message = f"`{taken[inside]}` has this namespace too: give each its own"
                 self.at_value(("robots", name, "namespace"), message, given=(("robots", taken[inside]),))
             taken.setdefault(inside, name)
+        topics: dict[str, str] = {}
+        own = {name for name, each in robots.items() if each.topic != _topic(each.namespace or f"{namespace}/{name}")}
+        for name in sorted(robots, key=own.__contains__):
+            topic = robots[name].topic
+            if topic in topics and name in own:
+                message = f"`{topics[topic]}` listens on this topic too: give each its own"
+                self.at_value(("robots", name, "topic"), message, given=(("robots", topics[topic]),))
+            topics.setdefault(topic, name)
 
     def robot(
         self,

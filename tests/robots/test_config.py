@@ -896,3 +896,25 @@ def test_one_robot_has_one_role() -> None:
         assert not robots.ok
         (found,) = robots.diagnostics
         assert found.message.endswith("has this namespace too: give each its own")
+
+
+@pytest.mark.parametrize(
+    ("text", "other", "at"),
+    [
+        ('[robots.ada]\ntopic = "/base"\n[robots.bo]\ntopic = "/base"\n', "ada", 1),
+        ('[ros]\nnamespace = "/lab"\n[robots.ada]\ntopic = "base"\n[robots.bo]\ntopic = "/lab/base"\n', "ada", 1),
+        ('[robots.ada]\ntopic = "/bo/cmd_vel"\n[robots.bo]\n', "bo", 0),
+        ('[robots.ada]\nnamespace = "tb3"\n[robots.bo]\ntopic = "/tb3/cmd_vel"\n', "ada", 0),
+    ],
+)
+def test_one_topic_has_one_role(text: str, other: str, at: int) -> None:
+    robots = read_robots(text)
+    (found,) = robots.diagnostics
+    assert found.message == f"`{other}` listens on this topic too: give each its own"
+    quoted = [match.span(1) for match in re.finditer(r'topic = (".*?")', text)]
+    assert (found.span.start, found.span.end) == quoted[at]
+
+
+def test_an_unfinished_section_says_nothing_about_the_topic_of_another_one() -> None:
+    robots = read_robots('[robots.ada]\ntopic = "/base"\nprofile =\n[robots.bo]\ntopic = "/base"\n')
+    assert "listens on this topic too" not in "".join(found.message for found in robots.diagnostics)

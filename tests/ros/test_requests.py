@@ -117,6 +117,24 @@ def test_ros_arguments(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp
         assert reliable.heard == []
 
 
+def test_an_armed_dance_begins_when_somebody_asks_for_it(
+    ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    """Until then, a robot hears zeros and nothing else."""
+    robot = listen("/turtle1/cmd_vel")
+    (tmp_path / "improv.toml").write_text('[ros]\nnode = "conductor"\n')
+    with play(ros_env, tmp_path, PROGRAM, "--armed") as playing:
+        assert playing.stdout
+        lines = iter(playing.stdout.readline, "")
+        assert any("armed: all is ready, and begins with the service ~/play" in line for line in lines)
+        robot.wait(still)
+        assert ask("call /conductor/play")[0]
+        begun = robot.wait(at_speed(SPEED))
+        assert all(map(still, robot.heard[: robot.heard.index(begun)]))
+        assert ask("call /conductor/stop") == [True, "all robots are being stopped"]
+        robot.wait(still)
+
+
 def test_arguments_that_ros_refuses(ros_env: Mapping[str, str], tmp_path: Path) -> None:
     with play(ros_env, tmp_path, PROGRAM, "--ros-args", "-r", "what") as playing:
         _, err = playing.communicate(timeout=LIMIT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import queue
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -18,7 +18,9 @@ from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
 from improv_core.stage.arrivals import Arrival, End, First, Play
+from improv_core.stage.beginning import WAITS
 from improv_core.stage.commands import Force, Held, KeySense, Released, Seek, Speed
+from improv_core.stage.listeners import PATIENCE
 from improv_core.stage.loop import Opened, run
 from improv_core.stage.messages import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping, When
 from improv_core.stage.parent import Parent
@@ -137,6 +139,33 @@ def test_a_stage_that_ends_while_waiting_for_listeners_never_begins() -> None:
     told = perform(sink, (0, load("r $ forward\n")), (0.1, End()))
     assert told[-1]["type"] == "stopped"
     assert {twist for _, _, twist in sink.sent} == {STILL}
+
+
+class Later(Slow):
+    """A robot whose listener is found only after a while."""
+
+    after = 7.0
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        Memory.prepare(self, score, restart)
+
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        self.deaf = {} if self.turned.now() >= START + self.after else {"b": "nothing is listening on /b/cmd_vel"}
+        return super().missing(robots)
+
+
+@pytest.mark.parametrize(("without", "begins"), [(True, PATIENCE), (False, Later.after)])
+def test_all_begin_at_once_when_the_last_one_listens_or_without_it(without: bool, begins: float) -> None:
+    sink, dance = Later(), load("a b $ repeat forward\n")
+    dance = replace(dance, score=replace(dance.score, safety=Safety(start_without=without)))
+    told = perform(sink, (0, dance), *((each / 5, PING) for each in range(1, 50)), (10, End()))
+    states = [message for message in told if message["type"] == "transport"]
+    assert [each["state"] for each in states] == ["waiting", "playing", "stopped"]
+    assert states[1]["monotonic"] == pytest.approx(START + begins, abs=0.03)
+    first = {robot: next(at for name, at, twist in sink.sent if name == robot and twist != STILL) for robot in "ab"}
+    assert first == {"a": 0.0, "b": 0.0}
+    lines = [message["message"] for message in told if message["type"] == "warning"]
+    assert lines[0] == ("nothing is listening on /b/cmd_vel" if without else WAITS)
 
 
 def test_nobody_waits_for_a_real_robot_that_only_stands_there() -> None:

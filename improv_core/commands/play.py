@@ -144,6 +144,8 @@ async def play(
         await performing.play(analysis, path, senses=senses, anyway=anyway, arming=arming)
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
         if performing.refused.is_set():
+            if report:
+                echo_json(performing.report())
             return FAILED
         stopped = (
             performing.interrupted.is_set() or performing.stops.count > 0 or bool(performing.stops.pressed["topics"])

@@ -7,7 +7,7 @@ import contextlib
 import signal
 import threading
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Mapping, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,7 @@ from improv_core.stage.messages import (
     Decided,
     Measured,
     MeasuredRobot,
+    MisplacedRobot,
     Poses,
     Sensed,
     Sent,
@@ -155,6 +156,7 @@ class TerminalSession:
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
         self._errors = Errors()
+        self._misplaced: Mapping[str, MisplacedRobot] = {}
         self.measured: dict[str, tuple[MeasuredRobot, MeasuredRobot]] = {}
         """The first and the latest pose of robots since beat 0, if they are measured."""
         self._playing: set[str] = set()  # which stages play
@@ -323,9 +325,10 @@ class TerminalSession:
 
     def report(self) -> dict[str, Any]:
         """Where the robots of the latest program started and ended, how near they came to each other, and how far off
-        they were if that was measured."""
+        they were if that was measured; also those that are not in their places, so that it doesn't begin."""
         played = self.playback.show.played
-        return outcome(self._latest, self._poses, self._errors, played.score if played else None)
+        found = outcome(self._latest, self._poses, self._errors, played.score if played else None)
+        return {**found, "misplaced": self._misplaced} if self._misplaced else found
 
     def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
         """Where a robot was at beat 0 and is now, if the leading stage simulates it."""
@@ -359,6 +362,8 @@ class TerminalSession:
             if leads:
                 self._show_armed(message)
         elif message["type"] == "misplaced":
+            if leads:
+                self._misplaced = message["robots"]
             if leads and message["robots"] and not self.has_page:  # where it could begin anyway
                 if len(message["robots"]) > NAMED:  # otherwise the line that follows names all
                     for misplaced in message["robots"].values():

@@ -27,7 +27,7 @@ def scenes_named(analysis: Analysis, first: str | int | None, last: str | int | 
     end = analysis.scene_count - 1 if last is None else _scene(analysis, last)
     if end < begin:
         raise UnplayableError(
-            f"{scene_called(analysis, end)} is above {scene_called(analysis, begin)}: name the upper one first"
+            f"{scene_called(analysis, end)} is above {scene_called(analysis, begin)}: write the upper scene first"
         )
     return Scenes(begin, end)
 
@@ -60,7 +60,7 @@ def _scene(analysis: Analysis, wanted: str | int) -> int:
     if near:
         hint = f"did you mean `{near[0]}`?"
     elif known:
-        hint = f"there is {', '.join(f'`{name}`' for name in known[:10])}"
+        hint = f"write one of {', '.join(f'`{name}`' for name in known[:10])}"
     else:
         hint = f"write `--- {wanted}` above its lines"
     raise UnplayableError(f"no scene is called `{wanted}`: {hint}")

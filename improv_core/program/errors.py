@@ -17,7 +17,8 @@ class Deviation(NamedTuple):
 
     def __str__(self) -> str:
         degrees = round(math.degrees(self.turn))
-        return f"{self.distance:.2f} m, {degrees} degree{'' if degrees == 1 else 's'} off"
+        far, turned = f"{self.distance:.2f} m", f"{degrees} degree{'' if degrees == 1 else 's'}"
+        return f"{turned if degrees and far == '0.00 m' else f'{far}, {turned}' if degrees else far} off"
 
 
 class Nearness(NamedTuple):
@@ -100,8 +101,9 @@ class Errors:
         }
 
     def lines(self) -> Iterator[str]:
-        """A line about each robot."""
-        for robot, (largest, last) in sorted(self.robots.items()):
+        """A line about each robot, the one that is farthest off first."""
+        worst_first = sorted(self.robots.items(), key=lambda each: (-each[1][1].distance, -each[1][1].turn, each[0]))
+        for robot, (largest, last) in worst_first:
             yield f"{robot} ended {last}; at most {largest}"
 
 

@@ -46,6 +46,8 @@ class Mistake(NamedTuple):
 
 NEAR = 1.0
 """Meters between the centers of robots that are reported as near each other."""
+FEW = 4
+"""So many robots that play for as long are named in a summary."""
 LONGEST_MISTAKE = 80
 """The most characters of the wrong text that are shown."""
 
@@ -95,9 +97,21 @@ def as_json(diagnostics: Iterable[Diagnostic], lines: LineIndex) -> list[Mapping
 
 
 def summary(analysis: Analysis) -> str:
-    """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
+    """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`.
+
+    Of many robots that play for as long, it names the first: `r1 and 11 more 8 beats each`.
+    """
     parts = analysis.lengths
-    robots = " · ".join(f"{name} {in_beats(length)}" for name, length in parts.items())
+    alike: dict[str, list[str]] = {}
+    for name, length in parts.items():
+        alike.setdefault(in_beats(length), []).append(name)
+    many = {names[0]: f"{names[0]} and {len(names) - 1:,} more {beats} each" for beats, names in alike.items()}
+    counted = {name for names in alike.values() if len(names) > FEW for name in names[1:]}
+    robots = " · ".join(
+        many[name] if len(alike[in_beats(length)]) > FEW else f"{name} {in_beats(length)}"
+        for name, length in parts.items()
+        if name not in counted
+    )
     if not parts:
         return "no robot plays"
     shortest, longest = (max(each[place] for each in parts.values()) for place in (0, 1))

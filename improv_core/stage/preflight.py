@@ -66,7 +66,9 @@ def refusal(found: Mapping[str, Standing]) -> str:
     """The line about robots that are not in their places."""
     lines = [advice(robot, place) for robot, place in found.items()]
     more = f", and {len(lines) - NAMED:,} more" if len(lines) > NAMED else ""
-    return f"✗ doesn't begin: {', '.join(lines[:NAMED])}{more}; then play again, or begin anyway"
+    return (
+        f"✗ doesn't begin: {', '.join(lines[:NAMED])}{more}; then play again (`--force` or *Begin anyway* ignores this)"
+    )
 
 
 def shown(found: Mapping[str, Standing]) -> Sequence[str]:

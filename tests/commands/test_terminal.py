@@ -84,5 +84,15 @@ def test_the_report_has_an_entry_for_each_fault_of_each_robot(session: TerminalS
     ]
 
 
+def test_the_report_names_robots_that_are_not_in_their_places(session: TerminalSession) -> None:
+    session._hear(preflight.message({"a": preflight.Standing(Pose(), Pose(1))}, 1), True)
+    session._hear(preflight.message({"b": preflight.Standing(Pose(), None)}, 1), False)  # the twin says nothing new
+    misplaced = session.report()["misplaced"]
+    assert [*misplaced] == ["a"]
+    assert misplaced["a"]["line"] == "move a 1.00 m toward 180°"
+    session._hear(preflight.message(None, 1), True)
+    assert "misplaced" not in session.report()
+
+
 def entry(robot: str, begins: float, ends: float | None, seconds: float) -> dict[str, Any]:
     return {"robot": robot, "kind": "silent", "from": begins, "to": ends, "worst": {"seconds": seconds}}

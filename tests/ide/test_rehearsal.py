@@ -72,12 +72,12 @@ def test_scenes_without_names_have_numbers() -> None:
 def test_an_unknown_scene_has_the_nearest_name() -> None:
     refused(THREE, "bov", None, "no scene is called `bov`: did you mean `bow`?")
     refused(THREE, "Bow", None, "no scene is called `Bow`: did you mean `bow`?")
-    refused(THREE, "xxxxxx", None, "no scene is called `xxxxxx`: there is `walk`, `bow`, `home`")
+    refused(THREE, "xxxxxx", None, "no scene is called `xxxxxx`: write one of `walk`, `bow`, `home`")
     refused("anna $ up", "bow", None, "no scene is called `bow`: write `--- bow` above its lines")
 
 
 def test_scenes_go_downward_and_play_something() -> None:
-    refused(THREE, "home", "walk", "scene walk is above scene home: name the upper one first")
+    refused(THREE, "home", "walk", "scene walk is above scene home: write the upper scene first")
     refused(
         "anna $ up\n--- bow\n", "bow", None, "nothing plays in scene bow: write a line such as `anna $ forward` there"
     )

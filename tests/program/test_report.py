@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+import pytest
+
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import analyze
+from improv_core.program.errors import Deviation, Errors
 from improv_core.program.report import as_annotation, summary
 from improv_core.text import LineIndex, Span
 
@@ -13,6 +16,33 @@ def test_summary() -> None:
     assert summary(analyze(program)) == "turtle1 8 beats · turtle2 4 beats, 16.0 s at beat 30"
     assert summary(analyze("r1 $ left\nr2 $ repeat left")) == "r1 1 beat · r2 ∞, endless at beat 60"
     assert summary(analyze("# nothing")) == "no robot plays"
+
+
+def test_of_many_robots_that_play_for_as_long_the_summary_names_the_first() -> None:
+    names = " ".join(f"r{number}" for number in range(1, 13))
+    program = f"{names} $ repeat 8 forward\nada bo $ left\n"
+    assert summary(analyze(program)) == "r1 and 11 more 8 beats each · ada 1 beat · bo 1 beat, 8.0 s at beat 60"
+    assert summary(analyze("a b c d $ left")).startswith("a 1 beat · b 1 beat · c 1 beat · d 1 beat, ")
+
+
+@pytest.mark.parametrize(
+    ("off", "words"),
+    [
+        (Deviation(0.31, 0.07), "0.31 m, 4 degrees off"),
+        (Deviation(0.31, 0.0), "0.31 m off"),
+        (Deviation(0.001, 0.35), "20 degrees off"),
+        (Deviation(0.001, 0.001), "0.00 m off"),
+    ],
+)
+def test_how_far_off_a_robot_is(off: Deviation, words: str) -> None:
+    assert str(off) == words
+
+
+def test_the_robot_that_ended_farthest_off_comes_first() -> None:
+    errors = Errors()
+    for robot, last in (("a", Deviation(0.1, 0.2)), ("b", Deviation(0.3, 0.0)), ("c", Deviation(0.1, 0.3))):
+        errors.robots[robot] = last, last
+    assert [line.split()[0] for line in errors.lines()] == ["b", "c", "a"]
 
 
 def test_github_accepts_no_columns_of_a_place_on_several_lines() -> None:

@@ -45,6 +45,7 @@ def test_a_robot_that_was_placed_wrong_begins_only_if_forced(
         refused = play()
     assert refused.returncode == FAILED
     assert "doesn't begin: move ada 0.36 m toward 120° and turn it 5° left" in refused.stderr
+    assert json.loads(refused.stdout)["misplaced"]["ada"]["line"] == "move ada 0.36 m toward 120° and turn it 5° left"
     forced = play("--force")
     assert forced.returncode == 0, forced.stderr
     off = json.loads(forced.stdout)["measured"]["ada"]["last"]

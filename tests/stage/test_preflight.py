@@ -57,7 +57,7 @@ def test_a_line_names_a_few_robots() -> None:
     found = {f"r{number}": Standing(Pose(), Pose(1)) for number in range(1_000)}
     line = refusal(found)
     assert line.count("move") == NAMED
-    assert ", and 997 more; then play again, or begin anyway" in line
+    assert ", and 997 more; then play again (`--force` or *Begin anyway* ignores this)" in line
 
 
 class Lab:
@@ -125,7 +125,9 @@ def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is()
     lab = Lab()
     lab.begins(Pose(0.36))
     assert (lab.state, lab.moved) == ("paused", False)
-    assert lab.lines == ["✗ doesn't begin: move ada 0.36 m toward 180°; then play again, or begin anyway"]
+    assert lab.lines == [
+        "✗ doesn't begin: move ada 0.36 m toward 180°; then play again (`--force` or *Begin anyway* ignores this)"
+    ]
     assert lab.shown == ["move ada 0.36 m toward 180°"]
     lab.resume()
     assert (lab.state, lab.moved) == ("paused", False)

@@ -166,7 +166,10 @@ def from_json(data: Mapping[str, Any] | None) -> Body | None:
     body = Body(parts, groups, joints, controllers, data["joint_states"])
     known = set(body.part)
     mentioned = {name for group in groups for name in group.parts} | {part.mirror for part in parts if part.mirror}
-    if not (mentioned <= known and {drive.joint for part in parts for drive in part.drives} <= names):
+    moved = {drive.joint for part in parts for drive in part.drives} | {
+        name for each in controllers for name in each.joints
+    }
+    if not (mentioned <= known and moved <= names):
         raise ValueError("a body lacks a part or a joint")
     return body
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
@@ -93,10 +93,13 @@ class Limb:
 def limbs_of(part: Part, tempo: Fraction) -> list[Limb]:
     """The body parts that move in a robot's part, where they stand at its beginning."""
     body = part.profile.body
-    if not body:
-        return []
+    return [Limb(body.part[name], body, tempo) for name in moved_parts(part)] if body else []
+
+
+def moved_parts(part: Part) -> Sequence[str]:
+    """The names of the body parts that move in a robot's part."""
     asked = part.movement.body_words.asked.union(*(scene.body_words.asked for scene in part.scenes))
-    return [Limb(body.part[name], body, tempo) for name in body.moved_by(asked)]
+    return part.profile.body.moved_by(asked) if part.profile.body else ()
 
 
 class JointMoment(NamedTuple):

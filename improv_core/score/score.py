@@ -34,9 +34,9 @@ class Part:
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame
     that they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic that says how full its
-    battery is. With `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame of its
-    velocities. `senses` are those that its movements read. `editions` has a number for each scene: two parts of a robot
-    with the same number move it alike.
+    battery is. `namespace` is that of the robot's own topics. With `use_sim_time`, its messages are stamped with the
+    time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read. `editions` has a
+    number for each scene: two parts of a robot with the same number move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -62,6 +62,7 @@ class Part:
     follow: bool = False
     odom_frame: OdomFrame = "own"
     battery: str | None = None
+    namespace: str = ""
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:

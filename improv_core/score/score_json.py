@@ -76,7 +76,7 @@ class _Written(NamedTuple):
             self.scenes == other.scenes
             and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow, one.odom_frame)
             == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow, two.odom_frame)
-            and one.battery == two.battery
+            and (one.battery, one.namespace) == (two.battery, two.namespace)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -143,6 +143,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "follow": part.follow,
         "odom_frame": part.odom_frame,
         "battery": part.battery,
+        "namespace": part.namespace,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -160,6 +161,7 @@ class _PartJson(TypedDict):
     follow: bool
     odom_frame: OdomFrame
     battery: str | None
+    namespace: str
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -249,6 +251,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         follow=data["follow"],
         odom_frame=data["odom_frame"],
         battery=data["battery"],
+        namespace=data["namespace"],
     )
 
 

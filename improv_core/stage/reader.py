@@ -1,5 +1,5 @@
 """Reads robots' sensors from ROS topics and reports only changes to the stage, instead of up to 2,000 scans a second.
-Of each robot's poses, it reports the latest, at most twenty a second.
+Of each robot's poses and joints, it reports the latest, at most twenty times a second.
 
 A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
 interpreter, as `python …/improv_core/stage reader`. Standard library only (rclpy imported lazily).
@@ -58,11 +58,14 @@ def main() -> int:
             period = message["period"]
             subscriptions.poses.keep(message["odometry"])
             subscriptions.batteries.keep(message["batteries"])
+            subscriptions.joint_states.keep(message["joint_states"])
         subscriptions.spin(min(period, LOOK))
         if poses := subscriptions.poses.take():
             tell({"type": "poses", "poses": [*map(_pose, poses)]})
         if batteries := subscriptions.batteries.take():
             tell({"type": "batteries", "batteries": batteries})
+        for robot, positions, at in subscriptions.joint_states.take():
+            tell({"type": "joints", "robot": robot, "positions": positions, "at": at})
         tell({"type": "alive"})
         tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()

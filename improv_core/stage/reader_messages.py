@@ -18,14 +18,15 @@ class SenseToRead(TypedDict):
 
 
 class Read(TypedDict):
-    """Read these senses, and the poses and batteries of these robots (robot: topic), and no others. `period` is the
-    seconds between two looks for poses."""
+    """Read these senses, and the poses, batteries, and joint states of these robots (robot: topic), and no others.
+    `period` is the seconds between two looks for poses."""
 
     type: Literal["read"]
     period: float
     senses: Sequence[SenseToRead]
     odometry: Mapping[str, str]
     batteries: Mapping[str, str]
+    joint_states: Mapping[str, str]
 
 
 class EdgeMessage(TypedDict):
@@ -74,6 +75,16 @@ class Batteries(TypedDict):
     batteries: Mapping[str, float]
 
 
+class MeasuredJoints(TypedDict):
+    """Where joints of a robot are, in radians or meters, at a time on the monotonic clock; at most twenty times a
+    second."""
+
+    type: Literal["joints"]
+    robot: str
+    positions: Mapping[str, float]
+    at: float
+
+
 ToReader = Read
 """From the stage to the reader of sensors, over a pipe."""
-FromReader = EdgeMessage | MeasuredPoses | Batteries | Alive | Unread
+FromReader = EdgeMessage | MeasuredPoses | Batteries | MeasuredJoints | Alive | Unread

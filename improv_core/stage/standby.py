@@ -22,7 +22,7 @@ from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines, own_output
 from improv_core.stage.owed import UNCONFIRMED, TopicFacts, look, owe
 from improv_core.stage.setpoints import LAST_ZEROS, LINGER
-from improv_core.stage.sinks.cdr import frame_field, stamped, twist_message
+from improv_core.stage.sinks.cdr import frame_field, numbers_message, stamped, twist_message
 from improv_core.stage.standby_messages import FromStandby, ToStandby
 
 LOOK = 0.12
@@ -167,6 +167,7 @@ class _Publishers:
         # Nobody spins the node, so it offers no services; nor does it log.
         self._nodes = Nodes(node, arguments, start_parameter_services=False, enable_rosout=False)
         self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
+        self._joints: dict[str, int] = {}  # of the controllers on topics
         self.new: dict[tuple[str, str], float] = {}
         """Publishers that have found no listener yet, and until when to look."""
 
@@ -180,11 +181,11 @@ class _Publishers:
 
     def take(self, message: ToStandby) -> None:
         if message["type"] == "publish":
-            import geometry_msgs.msg
+            from improv_core.stage.sinks.ros_topic import message_class
 
             topic, kind = message["topic"], message["kind"]
-            made = self._nodes.advertise(getattr(geometry_msgs.msg, kind), topic, message["second"])
-            self._made[topic, kind] = made
+            self._made[topic, kind] = self._nodes.advertise(message_class(kind), topic, message["second"])
+            self._joints[topic] = message["joints"]
             self.new[topic, kind] = time.monotonic() + FIND_LIMIT
         elif message["type"] == "withdraw":
             _, destroy = self._made.pop((message["topic"], message["kind"]))
@@ -202,7 +203,7 @@ class _Publishers:
             for topic, kind in list(left):
                 publisher, _ = self._made[topic, kind]
                 with suppress(Exception):  # whatever rclpy raises
-                    self._send_zero(publisher, kind, topics[topic])
+                    self._send_zero(publisher, topic, kind, topics[topic])
                     left[topic, kind] -= publisher.get_subscription_count() > 0
             left = {key: count for key, count in left.items() if count}
             time.sleep(ZERO_PERIOD)
@@ -215,7 +216,7 @@ class _Publishers:
             topic: {kind: self._made[name, kind][0] for name, kind in self._made if name == topic} for topic in topics
         }
         for topic in topics:  # at once: listeners have confirmed all that we have sent as long as that is nothing
-            self._send_zeros(made[topic], topics[topic])
+            self._send_zeros(topic, made[topic], topics[topic])
         now = time.monotonic()
         owed = {topic: owe(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics}
         end = now + UNCONFIRMED
@@ -223,7 +224,7 @@ class _Publishers:
             for topic in [topic for topic, each in owed.items() if each.due <= now]:
                 found = look(owed.pop(topic), now, self._facts(topic, made[topic]))
                 if found.sends:
-                    self._send_zeros(made[topic], topics[topic])
+                    self._send_zeros(topic, made[topic], topics[topic])
                 if found.owed:
                     owed[topic] = found.owed
             time.sleep(ZERO_PERIOD)
@@ -243,12 +244,15 @@ class _Publishers:
             frozenset(name for name in names if not is_harmless(name)),
         )
 
-    def _send_zeros(self, publishers: Mapping[str, Any], frame: str) -> None:
+    def _send_zeros(self, topic: str, publishers: Mapping[str, Any], frame: str) -> None:
         for kind, publisher in publishers.items():
             with suppress(Exception):  # whatever rclpy raises: the others need theirs
-                self._send_zero(publisher, kind, frame)
+                self._send_zero(publisher, topic, kind, frame)
 
-    def _send_zero(self, publisher: Any, kind: str, frame: str) -> None:
+    def _send_zero(self, publisher: Any, topic: str, kind: str, frame: str) -> None:
+        if joints := self._joints[topic]:
+            publisher.publish(numbers_message([0.0] * joints))
+            return
         zero, now = twist_message(STILL), self._nodes.first.get_clock().now().nanoseconds
         publisher.publish(stamped(zero, now, frame_field(frame)) if kind == "TwistStamped" else zero)
 

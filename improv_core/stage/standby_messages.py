@@ -8,12 +8,14 @@ from improv_core.stage.lines import Alive
 
 
 class Publish(TypedDict):
-    """The stage has a publisher: `kind` is Twist or TwistStamped, and it may be its second node's."""
+    """The stage has a publisher: `kind` is the type of its messages, and it may be its second node's. For a velocity
+    controller, `joints` is how many joints it has; otherwise 0."""
 
     type: Literal["publish"]
     topic: str
     kind: str
     second: bool
+    joints: int
 
 
 class Withdraw(TypedDict):

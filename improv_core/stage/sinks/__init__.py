@@ -72,6 +72,14 @@ class Noticed:
     batteries: Mapping[str, float] = field(default_factory=dict)
 
 
+class RawJoints(NamedTuple):
+    """Where joints of a robot are, in radians or meters. `at` is when that came, in monotonic seconds."""
+
+    robot: str
+    positions: Mapping[str, float]
+    at: float
+
+
 class Sink(Protocol):
     """Something that moves robots. The stage's loop calls it from one thread only."""
 

@@ -1,4 +1,4 @@
-"""Serialized messages with velocities, texts, and poses. Standard library only.
+"""Serialized messages with velocities, texts, poses, and what joints are told. Standard library only.
 
 CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. A
 string is its length, its bytes, and a zero byte.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Sequence
+from functools import lru_cache
 
 from improv_core.score.motion import Pose, Twist
 
@@ -16,6 +18,9 @@ SECOND = 1_000_000_000
 
 LARGEST = 1e9
 """Of the numbers in a pose, in meters. With larger ones, sums and products could become infinite, or no numbers."""
+
+MOST_JOINTS = 1_000
+"""That a message may say the positions of: more are no robot's."""
 
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
@@ -49,6 +54,35 @@ def frame_field(frame: str) -> bytes:
 def stamped(message: bytes, time: int, frame: bytes) -> bytes:
     """A Twist as a TwistStamped of this time, in nanoseconds, and this `frame_field`."""
     return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + message[_VELOCITY]
+
+
+def numbers_message(numbers: Sequence[float]) -> bytes:
+    """A std_msgs/Float64MultiArray with these numbers, and no layout."""
+    return struct.pack(f"<4s3I4x{len(numbers)}d", _HEADER, 0, 0, len(numbers), *numbers)
+
+
+def trajectory_message(
+    joints: tuple[str, ...], points: Sequence[tuple[float, Sequence[float], Sequence[float]]]
+) -> bytes:
+    """A trajectory_msgs/JointTrajectory that begins when it comes: for each point, the seconds from then, and the
+    positions and velocities of these joints."""
+    body = bytearray(_trajectory_begin(joints))
+    body += struct.pack("<I", len(points))
+    for seconds, positions, velocities in points:
+        for numbers in (positions, velocities):
+            body += struct.pack("<I", len(numbers)) + bytes(-(len(body) + 4) % 8)
+            body += struct.pack(f"<{len(numbers)}d", *numbers)
+        body += struct.pack("<IIiI", 0, 0, *divmod(round(seconds * SECOND), SECOND))  # no accelerations, no efforts
+    return _HEADER + bytes(body)
+
+
+@lru_cache(maxsize=1_000)
+def _trajectory_begin(joints: tuple[str, ...]) -> bytes:
+    """The header of a trajectory, stamped 0, and the names of its joints."""
+    body = bytearray(8) + _string("")
+    for part in (struct.pack("<I", len(joints)), *map(_string, joints)):
+        body += bytes(-len(body) % 4) + part
+    return bytes(body + bytes(-len(body) % 4))
 
 
 def odometry_message(pose: Pose, time: int) -> bytes:
@@ -93,6 +127,37 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
     if not all(abs(each) <= LARGEST for each in (x, y, z, *turn)) or not any(turn):
         return None
     return Pose(x, y, z, math.atan2(2 * (w * k + i * j), w * w + i * i - j * j - k * k))
+
+
+def joints_in(message: bytes) -> dict[str, float]:
+    """The positions in a sensor_msgs/JointState, by joint. Those that are no numbers are left out, and so is all of a
+    message that can't be read."""
+    order, body = "<" if message[1] & 1 else ">", memoryview(message)[len(_HEADER) :]
+    try:
+        _, place = _text(body, 8, order)  # after the stamp
+        (count,) = struct.unpack_from(f"{order}I", body, place := _aligned(place, 4))
+        place += 4
+        names = []
+        for _ in range(min(count, MOST_JOINTS)):
+            name, place = _text(body, _aligned(place, 4), order)
+            names.append(name)
+        (found,) = struct.unpack_from(f"{order}I", body, place := _aligned(place, 4))
+        if not len(names) == count == found:
+            return {}
+        positions = struct.unpack_from(f"{order}{count}d", body, _aligned(place + 4, 8)) if count else ()
+    except (struct.error, IndexError):
+        return {}
+    return {name: value for name, value in zip(names, positions, strict=True) if abs(value) <= LARGEST}
+
+
+def _text(body: memoryview, place: int, order: str) -> tuple[str, int]:
+    """A text, and where it ends."""
+    (length,) = struct.unpack_from(f"{order}I", body, place)
+    return bytes(body[place + 4 : place + 4 + length]).rstrip(b"\0").decode(errors="replace"), place + 4 + length
+
+
+def _aligned(place: int, size: int) -> int:
+    return place + -place % size
 
 
 def _string(text: str) -> bytes:

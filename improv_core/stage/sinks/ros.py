@@ -16,12 +16,14 @@ from improv_core.score.score import Part, Score
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.arrivals import End
+from improv_core.stage.controllers import Channel, joint_states_of, needs_base
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.loop import one_line
 from improv_core.stage.messages import FromStage
 from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks import Alarm, Edge, Noticed, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
+from improv_core.stage.sinks.ros_controllers import RosControllers
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
 from improv_core.stage.sinks.ros_owed import ZERO, OwedZeros
@@ -30,7 +32,7 @@ from improv_core.stage.sinks.ros_reader import PROMPT, USUAL, RosReader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import PULSE_PERIOD, Standby
-from improv_core.stage.sinks.ros_topic import Now, RosTopic
+from improv_core.stage.sinks.ros_topic import Advertise, Now, RosTopic
 
 REST = 0.005
 """Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
@@ -86,6 +88,9 @@ class Ros:
         self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
         self.owed = OwedZeros(self._send_zero, self._others, self._standby.paid, tell, now)
         """The zeros that robots may not have heard."""
+        where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
+        shared = (self._standby, self.owed, tell, now)
+        self._controllers = RosControllers(self._node, self._advertise_for, where, *shared)
         self._robots: dict[str, _Robot] = {}
         self._topics: dict[str, RosTopic] = {}
         self._met: set[str] = set()  # topics of which no robot has been prepared
@@ -120,6 +125,7 @@ class Ros:
                 self._met.add(part.topic)
                 self._standby.live()
                 yield
+            self._controllers.meet(part)
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.
@@ -134,16 +140,20 @@ class Ros:
             self._publishing.health.zero = None  # performance time starts over
         odometry = {name: part.odom for name, part in parts.items() if part.odom}
         batteries = {name: part.battery for name, part in parts.items() if part.battery}
+        joint_states = {name: topic for name, part in parts.items() if (topic := joint_states_of(part))}
         period = PROMPT if score.world.keep_apart is not None or score.safety.sight else USUAL
-        self._reader.read(_read_from_topics(parts), odometry, batteries, period)
+        self._reader.read(_read_from_topics(parts), odometry, batteries, joint_states, period)
         self._cast = list(parts)
+        self._controllers.take(parts, restart)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
         for robot, part in parts.items():
             self._advertise_new(part, at_once=not restart)
             if restart and part.topic in self._met:
                 self._topics[part.topic].unsettle()
             self._topics[part.topic].take(part.profile.message)
-            self._robots[robot] = _Robot(part, self._topics[part.topic], frame_field(part.frame))
+            self._robots[robot] = _Robot(
+                part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
+            )
             if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
                 self._standby.owes(part.topic, part.frame)
                 self.owed.inherits(robot, self._topics[part.topic], part.frame)
@@ -162,24 +172,29 @@ class Ros:
     def resetting(self) -> bool:
         # All of them have to be asked.
         waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
-        return any([*waits, self._reader.under_way()])
+        return any([*waits, self._reader.under_way(), self._controllers.waits()])
 
     def _awaits_standby(self) -> bool:
         """Whether the standby has yet to start, or to find a listener that we have found; it gets a few seconds."""
         if self._now() >= self._standby_until:
             return False
         self._standby.look()
-        return not self._standby.is_ready({self._robots[robot].topic.name for robot in self._cast})
+        topics = {self._robots[robot].topic.name for robot in self._cast}
+        return not self._standby.is_ready(topics | self._controllers.topics(self._cast))
 
     def ask(self, robots: Collection[str]) -> None:
         for known in map(self._robots.__getitem__, robots):
             known.topic.ask(ZERO, self._clock, known.frame)
+        self._controllers.ask(robots)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         found = {}
         for robot in self._cast if robots is None else robots:
-            topic = self._topic(robot)
-            if (problem := topic.missing(self._robots[robot].moves_since is not None)) is not None:
+            known, topic = self._robots[robot], self._topic(robot)
+            problem = topic.missing(known.moves_since is not None) if known.needs_base else None
+            if problem is None:
+                problem = self._controllers.missing(robot)
+            if problem is not None:
                 found[robot] = problem and f"{problem} ({self.description})"
             elif topic.is_stamped and self._clock.ros_time_is_active and not self._clock.now().nanoseconds:
                 found[robot] = (
@@ -211,6 +226,8 @@ class Ros:
                     f"messages on {topic.name} carry this machine's time, but a node publishes /clock: "
                     "if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml",
                 )
+            elif line := self._controllers.warning(robot, self._others):
+                found[robot] = line
             elif silent := self._silent(robot) or self._unmeasured(robot):
                 found.setdefault(robot, silent)
         return found
@@ -231,7 +248,10 @@ class Ros:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
-        """Does nothing yet: only bases move."""
+        """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        self._controllers.send(robot, joints, at)
+        if (late := self._publishing.health.sent(robot, at, self._now(), False)) > 0:
+            self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""
@@ -282,9 +302,15 @@ class Ros:
             message = part.profile.message
             self._topics[part.topic] = RosTopic(part.topic, message, self._node, self._advertise, self._now, at_once)
 
-    def _advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
+    def _advertise_for(self, channel: Channel) -> Advertise:
+        """How publishers for a controller are made. The standby has none for those that come to rest by themselves."""
+        if channel.interface == "velocity":
+            return lambda kind, topic, second: self._advertise(kind, topic, second, len(channel.joints))
+        return self._nodes.advertise
+
+    def _advertise(self, kind: Any, topic: str, second: bool, joints: int = 0) -> tuple[Any, Callable[[], None]]:
         publisher, destroy = self._nodes.advertise(kind, topic, second)
-        self._standby.publish(topic, kind.__name__, second, publisher.get_subscription_count)
+        self._standby.publish(topic, kind.__name__, second, publisher.get_subscription_count, joints)
 
         def withdraw() -> None:
             destroy()
@@ -319,9 +345,11 @@ class Ros:
         silent = "no poses arrive" if self._node.count_publishers(topic) else "nobody publishes"
         return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
 
-    def _others(self, topic: RosTopic) -> list[str]:
-        """The nodes that also publish on a topic, except ours and those that send nothing."""
-        return [name for name in topic.others(self._nodes.names, self._standby.works) if not is_harmless(name)]
+    def _others(self, topic: RosTopic, guarded: bool = True) -> list[str]:
+        """The nodes that also publish on a topic, except ours and those that send nothing. The standby has publishers
+        on those that are `guarded`."""
+        standby = guarded and self._standby.works
+        return [name for name in topic.others(self._nodes.names, standby) if not is_harmless(name)]
 
     def _send_zero(self, topic: RosTopic, message: bytes, frame: bytes) -> None:
         topic.publish(message, self._clock, frame)
@@ -356,6 +384,7 @@ class _Robot:
     twist: Twist | None = None
     message: bytes = b""
     is_clipped: bool = False
+    needs_base: bool = True
     moves_since: float | None = None
 
     def message_of(self, twist: Twist) -> bytes:

@@ -41,20 +41,20 @@ class OwedZeros:
         self._moved.add(topic.name)
         self._debts.pop(topic.name, None)
 
-    def stands(self, robot: str, topic: RosTopic, frame: str) -> None:
-        """Note that a robot was told to stop."""
+    def stands(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
+        """Note that a robot was told to stop, by this message."""
         now, debt = self._now(), self._debts.get(topic.name)
         if debt:
             debt.owed = debt.owed.sent(now)
         elif topic.name in self._moved:
             self._moved.discard(topic.name)
             owed = owe(now, topic.count_listeners(), topic.was_heard)
-            self._debts[topic.name] = _Debt(robot, topic, frame, owed)
+            self._debts[topic.name] = _Debt(robot, topic, frame, owed, zero)
 
-    def inherits(self, robot: str, topic: RosTopic, frame: str) -> None:
+    def inherits(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
         """Note that a robot that an earlier stage may have moved is told to stop."""
         owed = owe(self._now(), topic.count_listeners(), topic.was_heard, inherited=True)
-        self._debts[topic.name] = _Debt(robot, topic, frame, owed)
+        self._debts[topic.name] = _Debt(robot, topic, frame, owed, zero)
 
     @property
     def due(self) -> float:
@@ -72,7 +72,7 @@ class OwedZeros:
             else:
                 self._paid(name)
             if found.sends:
-                self._send(debt.topic, ZERO, frame_field(debt.frame))
+                self._send(debt.topic, debt.zero, frame_field(debt.frame))
             if found.tells:
                 self._tell(
                     f"{debt.robot} may still be moving: nothing on {name} has confirmed that it was told to stop; "
@@ -92,3 +92,4 @@ class _Debt:
     topic: RosTopic
     frame: str
     owed: Owed
+    zero: bytes

@@ -60,11 +60,14 @@ class RosReader:
         self._doubts = 0  # how many signs of life are missing until what it says counts again
         self._odometry: Mapping[str, str] = {}
         self._batteries: Mapping[str, str] = {}
+        self._joint_states: Mapping[str, str] = {}
         self._period = USUAL
         self.alive = -math.inf
         """When the process last showed signs of life: all that came by then has been heard."""
         self.batteries: dict[str, float] = {}
         """How full the batteries of robots are, from 0 to 1."""
+        self.joints: dict[str, Mapping[str, tuple[float, float]]] = {}
+        """Where the joints of robots are, and when that came."""
         self._posed: set[str] = set()  # robots of which a pose has come
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -74,9 +77,11 @@ class RosReader:
         sources: Mapping[RobotSense, Topic],
         odometry: Mapping[str, str],
         batteries: Mapping[str, str],
+        joint_states: Mapping[str, str],
         period: float = USUAL,
     ) -> None:
-        """From now on, read these senses, and the poses and batteries of these robots (robot: topic), and no others.
+        """From now on, read these senses, and the poses, batteries, and joint states of these robots (robot: topic),
+        and no others.
 
         `period` is the seconds between two looks for poses.
         """
@@ -84,9 +89,14 @@ class RosReader:
             self._asked = self._clock()
         self._posed = {robot for robot in self._posed if self._odometry.get(robot) == odometry.get(robot)}
         self._sources, self._odometry, self._batteries = dict(sources), dict(odometry), dict(batteries)
+        joints = {robot: self.joints.get(robot, {}) for robot in joint_states}
+        self.joints = {
+            robot: known for robot, known in joints.items() if self._joint_states.get(robot) == joint_states[robot]
+        }
+        self._joint_states = dict(joint_states)
         self._period = period
         self.batteries = {robot: share for robot, share in self.batteries.items() if robot in batteries}
-        if (sources or odometry or batteries) and not self._thread.ident:
+        if (sources or odometry or batteries or joint_states) and not self._thread.ident:
             self._thread.start()
 
     def under_way(self) -> bool:
@@ -132,7 +142,7 @@ class RosReader:
         asked: object = None
         waited, limit = 0.0, START_LIMIT
         while not self._closing.is_set():
-            if asked != (wanted := (self._sources, self._odometry, self._batteries, self._period)):
+            if asked != (wanted := self._wanted):
                 asked, self.unread = wanted, {}
                 child.write(_request(*wanted))
             try:
@@ -155,6 +165,10 @@ class RosReader:
                 return f"sent what can't be read ({type(error).__name__})"
         return "is not needed"
 
+    @property
+    def _wanted(self) -> _Wanted:
+        return self._sources, self._odometry, self._batteries, self._joint_states, self._period
+
     def _take(self, message: FromReader) -> None:
         if message["type"] == "edge":
             sense = RobotSense(message["robot"], message["sense"])
@@ -172,6 +186,10 @@ class RosReader:
             self._measure(message)
         elif message["type"] == "batteries":
             self.batteries = {**self.batteries, **message["batteries"]}
+        elif message["type"] == "joints":
+            if message["robot"] in self._joint_states:
+                new = {joint: (position, message["at"]) for joint, position in message["positions"].items()}
+                self.joints = {**self.joints, message["robot"]: {**self.joints.get(message["robot"], {}), **new}}
         elif message["type"] == "unread":
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
@@ -194,8 +212,15 @@ class RosReader:
             self._turn(sense, None, now)
 
 
+_Wanted = tuple[Mapping[RobotSense, Topic], Mapping[str, str], Mapping[str, str], Mapping[str, str], float]
+
+
 def _request(
-    sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str], batteries: Mapping[str, str], period: float
+    sources: Mapping[RobotSense, Topic],
+    odometry: Mapping[str, str],
+    batteries: Mapping[str, str],
+    joint_states: Mapping[str, str],
+    period: float,
 ) -> bytes:
     senses: list[SenseToRead] = [
         {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in sources.items()
@@ -206,5 +231,6 @@ def _request(
         "senses": senses,
         "odometry": odometry,
         "batteries": batteries,
+        "joint_states": joint_states,
     }
     return json.dumps(request).encode() + b"\n"

@@ -102,12 +102,12 @@ class Standby:
                 "save to play again, or turn off `ros.standby`"
             )
 
-    def publish(self, topic: str, kind: str, second: bool, listeners: Callable[[], int]) -> None:
+    def publish(self, topic: str, kind: str, second: bool, listeners: Callable[[], int], joints: int = 0) -> None:
         """The stage has created a publisher of a message type on a topic, on its second node or not. `listeners`
-        counts those that it has found."""
-        self._publishers[topic, kind] = _Publisher(second, listeners)
+        counts those that it has found, and `joints` are how many a velocity controller has there."""
+        self._publishers[topic, kind] = publisher = _Publisher(second, listeners, joints)
         self._found.discard((topic, kind))
-        self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
+        self._tell(_publish(topic, kind, publisher))
 
     def withdraw(self, topic: str, kind: str) -> None:
         """Note that the stage has destroyed this publisher."""
@@ -197,7 +197,7 @@ class Standby:
         self._child = new
         self._relief.starts(now)
         for (topic, kind), publisher in self._publishers.items():
-            self._tell({"type": "publish", "topic": topic, "kind": kind, "second": publisher.second})
+            self._tell(_publish(topic, kind, publisher))
         for topic, frame in self._moving.items():
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
         for topic, frame in self._owed.items():
@@ -229,3 +229,8 @@ class Standby:
 class _Publisher(NamedTuple):
     second: bool
     listeners: Callable[[], int]
+    joints: int
+
+
+def _publish(topic: str, kind: str, publisher: _Publisher) -> ToStandby:
+    return {"type": "publish", "topic": topic, "kind": kind, "second": publisher.second, "joints": publisher.joints}

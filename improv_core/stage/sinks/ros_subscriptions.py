@@ -11,6 +11,7 @@ from typing import Any
 from improv_core.score.senses import Message, Topic
 from improv_core.stage.readings import holds
 from improv_core.stage.sinks.ros_batteries import RosBatteries
+from improv_core.stage.sinks.ros_joint_states import RosJointStates
 from improv_core.stage.sinks.ros_nodes import Nodes, subscribe
 from improv_core.stage.sinks.ros_poses import RosPoses
 
@@ -30,10 +31,12 @@ class Subscriptions:
         self._node = self._nodes.first
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
-        self.poses = RosPoses(self._node_without_executor, unread)
+        self.poses = RosPoses(lambda: self._node_without_executor("poses"), unread)
         """The poses of robots, which are taken, not passed on."""
         self.batteries = RosBatteries(self._node, unread)
         """How full the batteries of robots are, which is taken too."""
+        self.joint_states = RosJointStates(lambda: self._node_without_executor("joints"), unread)
+        """Where the joints of robots are, which is taken too."""
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 
@@ -62,12 +65,13 @@ class Subscriptions:
         """Leave ROS."""
         self._executor.shutdown()
         self.poses.close()
+        self.joint_states.close()
         self._nodes.close()
 
-    def _node_without_executor(self) -> Any:
+    def _node_without_executor(self, what: str) -> Any:
         import rclpy
 
-        name = f"{self._node.get_name()}_poses"
+        name = f"{self._node.get_name()}_{what}"
         options = {"start_parameter_services": False, "enable_rosout": False}
         return rclpy.create_node(name, context=self._node.context, **options)
 

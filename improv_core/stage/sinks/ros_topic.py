@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 from improv_core.stage.hearing import (
@@ -19,8 +20,14 @@ from improv_core.stage.hearing import (
 from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks.cdr import stamped
 
-TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
-"""The message types Improv can send: their names in profiles and in ROS."""
+TWISTS = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
+"""The message types that Improv can send to a base: their names in profiles and in ROS."""
+TYPES = {
+    **TWISTS,
+    "JointTrajectory": "trajectory_msgs/msg/JointTrajectory",
+    "Float64MultiArray": "std_msgs/msg/Float64MultiArray",
+}
+"""The same, and those that it can send to controllers of joints."""
 FIND_LIMIT = 10.0
 """Seconds that a listener and a publisher may take to find each other on a busy machine."""
 
@@ -28,6 +35,12 @@ Now = Callable[[], float]
 """The monotonic time, in seconds."""
 Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
 """Creates a publisher of a type on a topic, on the second node or not. Returns it and a function that destroys it."""
+
+
+def message_class(kind: str) -> Any:
+    """The class of a message type that Improv can send."""
+    package, _, name = TYPES[kind].split("/")
+    return getattr(import_module(f"{package}.msg"), name)
 
 
 def has_confirmed(publisher: Any) -> bool:
@@ -82,7 +95,7 @@ class RosTopic:
             publisher.hearing = replaced(self._now())
 
     def ask(self, message: bytes, clock: Any, frame: bytes) -> None:
-        """Have listeners confirm this message, which must be a zero, unless they have done so."""
+        """Have listeners confirm this message, which must move nothing, unless they have done so."""
         for publisher in self._publishers.values():
             publisher.ask(self._now(), message, clock, frame)
 
@@ -101,7 +114,7 @@ class RosTopic:
         if listeners and (listeners != sum(counts) or 0 in counts):
             # Listeners of another type never match, but the graph shows their type.
             wanted = {listener.topic_type for listener in self._node.get_subscriptions_info_by_topic(self.name)}
-            kinds = {kind for kind, name in TYPES.items() if name in wanted}
+            kinds = {kind for kind, name in TWISTS.items() if name in wanted}
             if kinds and self._message not in TYPES:
                 self._serve(kinds, Hearing())
         heard = [publisher.is_heard(moves, self._now(), self._confirms) for publisher in self._publishers.values()]
@@ -140,7 +153,7 @@ class RosTopic:
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
 
     def publish(self, message: bytes, clock: Any, frame: bytes) -> None:
-        """Send a serialized Twist to all listeners. `clock` stamps TwistStamped messages, in this `cdr.frame_field`."""
+        """Send a serialized message to all listeners. `clock` stamps a TwistStamped, in this `cdr.frame_field`."""
         for publisher in self._publishers.values():
             publisher.publish(message, clock, frame)
 
@@ -158,9 +171,11 @@ class RosTopic:
 
     def _unfit(self, wanted: str) -> str:
         found = f"the listener on {self._seen_as} expects {wanted}"
-        if self._message in TYPES:
+        if self._message in TWISTS:
             return f"{found}, but `message` in improv.toml is {self._message}: change it"
-        return f"{found}, but Improv can only send {' or '.join(TYPES.values())}"
+        if self._message in TYPES:
+            return f"{found}, not {TYPES[self._message]}: change the controller's `interface` or `topic` in improv.toml"
+        return f"{found}, but Improv can only send {' or '.join(TWISTS.values())}"
 
     def _serve(self, kinds: set[str], hearing: Hearing) -> None:
         for kind in self._publishers.keys() - kinds:
@@ -185,13 +200,11 @@ class _Publisher:
     """A publisher of one type, and what is known of its listeners."""
 
     def __init__(self, advertise: Advertise, kind: str, topic: str, second: bool, hearing: Hearing) -> None:
-        import geometry_msgs.msg
-
         self.hearing = hearing
         self.is_second = second
         self._kind = kind
         self._is_stamped = kind == "TwistStamped"
-        self._publisher, self.destroy = advertise(getattr(geometry_msgs.msg, kind), topic, second)
+        self._publisher, self.destroy = advertise(message_class(kind), topic, second)
         self.count: Callable[[], int] = self._publisher.get_subscription_count
 
     def is_heard(self, moves: bool, now: float, confirms: Callable[[Collection[str]], bool]) -> bool:

@@ -30,7 +30,7 @@ def reading(
     heard: queue.SimpleQueue[Edge | RawPoses] = queue.SimpleQueue()
     monkeypatch.setattr(ros_reader, "helper", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
-    reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {})
+    reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {}, {})
     try:
         yield reader, heard
     finally:

@@ -1,0 +1,211 @@
+"""What the controllers of a robot's joints are told. It never reads a clock. Standard library only.
+
+Positions are in radians or meters, and times in seconds. Where a controller is told that its joints are never jumps: it
+follows from where they stood, and from how fast they were told to move since then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from improv_core.score.body import Body, Controller, Interface, Joint
+from improv_core.score.joints import JointMotion, moved_parts
+from improv_core.score.score import Part
+
+CRUISE = 0.2
+"""Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
+HORIZON = 0.3
+"""Seconds after which a trajectory has come to rest if nothing follows."""
+TICK = 0.001
+"""Seconds: the times in a trajectory are multiples of it, so that no two of its points are too near to each other."""
+TOPICS: Mapping[Interface, str] = {"trajectory": "joint_trajectory", "position": "commands", "velocity": "commands"}
+"""What ros2_control calls the topics of joint_trajectory_controller and of forward_command_controller."""
+MESSAGES: Mapping[Interface, str] = {
+    "trajectory": "JointTrajectory",
+    "position": "Float64MultiArray",
+    "velocity": "Float64MultiArray",
+}
+"""The types of the messages there."""
+FOR_ALL = "joint_trajectory"
+"""The name of the one controller that a body without any has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One controller of one robot: its joints in their order, its interface, and the full name of its topic."""
+
+    joints: tuple[Joint, ...]
+    interface: Interface
+    topic: str
+
+    @property
+    def message(self) -> str:
+        """The type of its messages."""
+        return MESSAGES[self.interface]
+
+    @property
+    def needs_positions(self) -> bool:
+        """Whether it has to be known where its joints are before it can be told anything."""
+        return self.interface != "velocity"
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """How the joints of a controller move from a performance time on, in their order."""
+
+    motions: tuple[JointMotion, ...]
+    since: float = 0.0
+
+    @property
+    def moves(self) -> bool:
+        return any(velocity for _, velocity in self.motions)
+
+
+class TrajectoryPoint(NamedTuple):
+    """Where the joints of a controller are, and how fast they move, so many seconds from now."""
+
+    seconds: float
+    motions: Sequence[JointMotion]
+
+
+def channels_of(part: Part) -> list[Channel]:
+    """The controllers that move the body parts of a robot's part. Others are told nothing.
+
+    For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
+    """
+    body = part.profile.body
+    if not body:
+        return []
+    if not part.scenes:
+        endless = [each for each in controllers_of(body) if each.interface == "velocity"]
+        return [_channel(each, body, part.namespace) for each in endless]
+    moved = {drive.joint for name in moved_parts(part) for drive in body.part[name].drives}
+    return [_channel(each, body, part.namespace) for each in controllers_of(body) if not moved.isdisjoint(each.joints)]
+
+
+def controllers_of(body: Body) -> Sequence[Controller]:
+    """The controllers of a body: without any, one has all of its joints."""
+    return body.controllers or [Controller(FOR_ALL, tuple(body.joint))]
+
+
+def joint_states_of(part: Part) -> str | None:
+    """The full name of the topic that says where a robot's joints are, if there is one."""
+    body = part.profile.body
+    return in_namespace(body.joint_states, part.namespace) if body and body.joint_states else None
+
+
+def needs_base(part: Part) -> bool:
+    """Whether a robot's base has anything to do. One whose body parts alone move need not have one."""
+    return not channels_of(part) or any(any(scene.bounds.peak[:4]) for scene in part.scenes)
+
+
+def topic_of(controller: Controller, namespace: str) -> str:
+    """The full name of a controller's topic in a robot's namespace."""
+    return in_namespace(controller.topic or f"{controller.name}_controller/{TOPICS[controller.interface]}", namespace)
+
+
+def in_namespace(topic: str, namespace: str) -> str:
+    """A topic's full name in a namespace, unless it begins with `/`."""
+    return topic if topic.startswith("/") else f"{namespace}/{topic}"
+
+
+def standing(channel: Channel, positions: Mapping[str, float]) -> Course:
+    """The joints stand at these positions."""
+    return Course(tuple(JointMotion(positions[joint.name], 0.0) for joint in channel.joints))
+
+
+def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at: float) -> Course:
+    """The course after some of the joints were told how fast to move from a time on. The others continue.
+
+    No joint gets faster than it can, or passes its limits.
+    """
+    passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
+    pairs = zip(channel.joints, before.motions, strict=True)
+    return Course(tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs), at)
+
+
+def stopped(channel: Channel, course: Course, passed: float) -> Course:
+    """The course once all joints stand, so many seconds after it began."""
+    pairs = zip(channel.joints, course.motions, strict=True)
+    motions = tuple(JointMotion(_after(passed, joint, motion), 0.0) for joint, motion in pairs)
+    return Course(motions, course.since + passed)
+
+
+def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
+    """The points of a course that begins now and comes to rest by itself. Joints that stand are a single point.
+
+    Between two points, positions are cubic (joint_trajectory_controller's splines): with these velocities, a joint that
+    brakes does so evenly, and none passes its limits.
+    """
+    plans = [_Plan.of(joint, motion) for joint, motion in zip(channel.joints, course.motions, strict=True)]
+    moving = [plan for plan in plans if plan.velocity]
+    times = {0.0} | {_ticks(time) for plan in moving for time in (plan.cruises, plan.rests)}
+    for seconds in sorted(times):
+        yield TrajectoryPoint(seconds, [plan.at(seconds) for plan in plans])
+
+
+def _channel(controller: Controller, body: Body, namespace: str) -> Channel:
+    joints = tuple(body.joint[name] for name in controller.joints)
+    return Channel(joints, controller.interface, topic_of(controller, namespace))
+
+
+def _turned(joint: Joint, motion: JointMotion, told: JointMotion | None, passed: float) -> JointMotion:
+    position = _after(passed, joint, motion)
+    velocity = told.velocity if told else motion.velocity
+    if joint.max_velocity is not None:
+        velocity = max(-joint.max_velocity, min(velocity, joint.max_velocity))
+    limit = joint.max if velocity > 0 else joint.min
+    is_there = velocity and limit is not None and (position - limit) * velocity >= 0
+    return JointMotion(position, 0.0 if is_there else velocity)
+
+
+def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
+    """Where a joint is later. It stops at its limits; one that is beyond them already doesn't jump back."""
+    position, velocity = motion
+    later = position + velocity * seconds
+    if velocity > 0 and joint.max is not None:
+        return min(later, max(position, joint.max))
+    if velocity < 0 and joint.min is not None:
+        return max(later, min(position, joint.min))
+    return later
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """How one joint comes to rest if nothing follows: it `cruises` until a time and brakes evenly until it `rests`."""
+
+    begin: float
+    velocity: float
+    cruises: float
+    rests: float
+    end: float
+
+    @classmethod
+    def of(cls, joint: Joint, motion: JointMotion) -> _Plan:
+        begin, velocity = motion
+        if not velocity:
+            return cls(begin, 0.0, 0.0, 0.0, begin)
+        end = _after((CRUISE + HORIZON) / 2, joint, motion)  # evenly, so at half the velocity on average
+        limited = (end - begin) / velocity  # how long it takes there without braking
+        cruises = min(CRUISE, limited)
+        return cls(begin, velocity, cruises, cruises + 2 * (limited - cruises), end)
+
+    def at(self, seconds: float) -> JointMotion:
+        if seconds >= self.rests - TICK * _ALMOST:
+            return JointMotion(self.end, 0.0)
+        if seconds <= self.cruises:
+            return JointMotion(self.begin + self.velocity * seconds, self.velocity)
+        left = self.rests - seconds
+        velocity = self.velocity * left / (self.rests - self.cruises)
+        return JointMotion(self.end - velocity * left / 2, velocity)
+
+
+def _ticks(seconds: float) -> float:
+    """A time, or a moment later: a joint that reaches its limit must not be told a velocity there."""
+    return math.ceil(seconds / TICK - _ALMOST) * TICK
+
+
+_ALMOST = 1e-6

@@ -1,0 +1,74 @@
+"""Whether the joints of real robots are where their parts begin, and what people are told if not. Pure functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from improv_core.score.body import Joint
+
+FRESH = 1.0
+"""Seconds for which it counts where a joint was."""
+NEAR_TURN, NEAR_SLIDE = math.radians(2), 0.005
+"""How far a joint may be from its start: in radians, or in meters for one that slides."""
+FAR_TURN, FAR_SLIDE = math.radians(5), 0.02
+"""How far a joint may be from where it was told to stand: an arm may hang a little."""
+MOST_NAMED = 3
+"""How many joints a line names."""
+
+
+class JointOff(NamedTuple):
+    """A joint that isn't at its start, and how far it has to go; None if it isn't known where it is. `topic` is where
+    that should come from, if it is named."""
+
+    robot: str
+    joint: Joint
+    left: float | None
+    topic: str | None
+
+
+def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequence[float]) -> bool:
+    """Whether a joint is so far from where it was told to stand that it would jump if it went on from there."""
+    pairs = zip(joints, told, strict=True)
+    return any(abs(measured[joint.name] - place) > (FAR_SLIDE if joint.slides else FAR_TURN) for joint, place in pairs)
+
+
+def joints_off(
+    robot: str, joints: Sequence[Joint], topic: str | None, measured: Mapping[str, float]
+) -> Iterator[JointOff]:
+    """The joints that aren't at their starts by what was measured lately."""
+    for joint in joints:
+        position = measured.get(joint.name)
+        if position is None:
+            yield JointOff(robot, joint, None, topic)
+        elif abs(position - joint.start) > (NEAR_SLIDE if joint.slides else NEAR_TURN):
+            yield JointOff(robot, joint, joint.start - position, topic)
+
+
+def line_of(found: Sequence[JointOff]) -> str:
+    """What people are told about joints that aren't at their starts, in one line; empty if all are."""
+    if not found:
+        return ""
+    first = found[0]
+    if first.topic is None:
+        return (
+            f"nothing moves: it isn't known where the joints of {first.robot} are: "
+            "set `joint_states` in improv.toml to the topic that says it"
+        )
+    if first.left is None:
+        return (
+            f"nothing moves: it isn't known where {first.joint.name} of {first.robot} is: start what publishes its "
+            f"position on {first.topic}, or name it there as in improv.toml"
+        )
+    known = [each for each in found if each.left is not None]
+    named = [_way(each) for each in known[:MOST_NAMED]]
+    if len(known) > MOST_NAMED:
+        named.append(f"and {len(known) - MOST_NAMED} more joints")
+    return f"nothing moves until all joints are at their starts: turn {', '.join(named)}"
+
+
+def _way(off: JointOff) -> str:
+    assert off.left is not None
+    left = f"{off.left:+.3f} m" if off.joint.slides else f"{math.degrees(off.left):+.0f}°"
+    return f"{off.joint.name} of {off.robot} by {left}"

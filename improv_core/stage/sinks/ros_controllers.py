@@ -1,0 +1,245 @@
+"""Tells the controllers of robots' joints what to do, on ROS 2 topics (nodes are passed in)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from improv_core.score.joints import JointMotion
+from improv_core.score.score import Part
+from improv_core.stage.controllers import (
+    Channel,
+    Course,
+    channels_of,
+    joint_states_of,
+    standing,
+    stopped,
+    trajectory,
+    turned,
+)
+from improv_core.stage.joint_places import FRESH, JointOff, adrift, joints_off, line_of
+from improv_core.stage.setpoints import LAST_ZEROS
+from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
+from improv_core.stage.sinks.ros_owed import OwedZeros
+from improv_core.stage.sinks.ros_standby import Standby
+from improv_core.stage.sinks.ros_topic import Advertise, Now, RosTopic
+
+SETTLED = 0.5
+"""Seconds after which joints that were told to stand have come to rest, so that it counts where they are."""
+PATIENCE = 1.0
+"""Seconds until people are told what beat 0 waits for: where joints are isn't known at once."""
+AGAIN = 5.0
+"""Seconds until they are told again, if it is something else."""
+
+Measured = Callable[[str], Mapping[str, tuple[float, float]]]
+"""Where the joints of a robot are, and when that came, in monotonic seconds."""
+
+
+class RosControllers:
+    """The controllers of all robots that a score has had. `advertise` creates publishers on a topic, and `measured`
+    says where joints are. The topics of velocity controllers, which never stop by themselves, are the standby's and
+    `owed` too: trajectories end at rest, and a position is where a joint stands."""
+
+    def __init__(
+        self,
+        node: Any,
+        advertise: Callable[[Channel], Advertise],
+        measured: Measured,
+        standby: Standby,
+        owed: OwedZeros,
+        tell: Callable[[str], None],
+        now: Now,
+    ) -> None:
+        self._node = node
+        self._advertise = advertise
+        self._measured = measured
+        self._standby = standby
+        self._owed = owed
+        self._tell = tell
+        self._now = now
+        self._topics: dict[tuple[str, str, int], RosTopic] = {}
+        self._robots: dict[str, _Robot] = {}
+        self._cast: Collection[str] = ()
+        self._begins = False  # whether beat 0 is yet to come
+        self._waits_since = 0.0
+        self._told = ""
+        self._tell_at = 0.0
+
+    def meet(self, part: Part) -> None:
+        """Create publishers for a robot that is about to be prepared."""
+        for channel in channels_of(part):
+            self._topic(channel, at_once=True)
+
+    def take(self, parts: Mapping[str, Part], restart: bool) -> None:
+        """Have the controllers of these parts. Those that a robot has no longer are told to stand."""
+        for robot, part in parts.items():
+            before = {arm.channel: arm for arm in self._robots[robot].arms} if robot in self._robots else {}
+            channels = channels_of(part)
+            arms = [before.get(each) or _Arm(each, self._topic(each, at_once=not restart)) for each in channels]
+            for channel in before.keys() - channels:
+                self._leave(robot, before[channel])
+            self._robots[robot] = _Robot(part, arms)
+            for arm in arms:
+                arm.anew = arm.anew or restart
+                if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
+                    zero = numbers_message([0.0] * len(arm.channel.joints))
+                    self._standby.owes(arm.topic.name, "")
+                    self._owed.inherits(robot, arm.topic, "", zero)
+        self._cast = [*parts]
+        self._begins = restart
+        self._waits_since, self._told = self._now(), ""
+
+    def topics(self, robots: Collection[str]) -> set[str]:
+        """The topics of these robots' controllers."""
+        return {arm.topic.name for robot in robots for arm in self._robots[robot].arms}
+
+    def waits(self) -> bool:
+        """Whether beat 0 must wait until it is known where joints are, and until they are at their starts."""
+        found = [each for robot in self._cast for each in self._off(robot)]
+        self._begins = bool(found)
+        line, now = line_of(found), self._now()
+        if line != self._told and now >= max(self._waits_since + PATIENCE, self._tell_at if self._told else 0.0):
+            self._told, self._tell_at = line, now + AGAIN
+            if line:
+                self._tell(line)
+        return bool(found)
+
+    def ask(self, robots: Collection[str]) -> None:
+        """Have those who listen for these robots, which stand, confirm what moves nothing. Before beat 0, joints that
+        somebody has yet to bring to their starts are left alone."""
+        for robot in robots:
+            if self._begins and any(self._off(robot)):
+                continue
+            for arm in self._robots[robot].arms:
+                if course := self._course(robot, arm, begins=False):
+                    arm.topic.ask(_message(arm.channel, course), self._node.get_clock(), b"")
+
+    def missing(self, robot: str) -> str | None:
+        """Why a command to one of a robot's controllers would not be heard now, or None. It is "" while they and we
+        are still finding each other."""
+        lines = [arm.topic.missing(arm.moves) for arm in self._robots[robot].arms]
+        found = [line for line in lines if line is not None]
+        return max(found, key=bool) if found else None
+
+    def warning(self, robot: str, others: Callable[[RosTopic, bool], Collection[str]]) -> str | None:
+        """A line if other nodes publish on the topic of one of a robot's controllers; `others` names them, given
+        whether the standby has a publisher there, too."""
+        for arm in self._robots[robot].arms:
+            if found := others(arm.topic, arm.channel.interface == "velocity"):
+                line = f"other nodes also publish to {arm.topic.name}: {', '.join(found)}; "
+                return f"{line}joints obey all of them: stop the others"
+        return None
+
+    def send(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        """Publish now what the controllers of these joints are to do from performance time `at` on. Those of which it
+        isn't known where their joints are get nothing. Raises ValueError if a number is not finite, and what rclpy
+        raises."""
+        if not all(math.isfinite(number) for motion in joints.values() for number in motion):
+            raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
+        for arm in self._robots[robot].arms:
+            if any(joint.name in joints for joint in arm.channel.joints):
+                self._send(robot, arm, joints, at)
+
+    def _send(self, robot: str, arm: _Arm, joints: Mapping[str, JointMotion], at: float) -> None:
+        begins = any(joint.name in joints and joints[joint.name].velocity for joint in arm.channel.joints)
+        before = self._course(robot, arm, begins=begins)
+        if before is None:
+            return
+        arm.anew = arm.anew and not begins
+        arm.course = course = turned(arm.channel, before, joints, at)
+        topic, message = arm.topic, _message(arm.channel, course)
+        needs_zeros = arm.channel.interface == "velocity"
+        if course.moves and needs_zeros:
+            self._standby.moves(topic.name, "")
+            self._owed.moves(topic)
+        topic.publish(message, self._node.get_clock(), b"")
+        arm.sent = self._now()
+        if course.moves:
+            arm.moved = arm.sent
+        elif needs_zeros:
+            self._standby.stands(topic.name)
+            self._owed.stands(robot, topic, "", message)
+
+    def _leave(self, robot: str, arm: _Arm) -> None:
+        """Have joints stand that another controller moves from now on."""
+        if arm.course:
+            course = stopped(arm.channel, arm.course, max(self._now() - arm.sent, 0.0))
+            for _ in range(LAST_ZEROS):
+                arm.topic.publish(_message(arm.channel, course), self._node.get_clock(), b"")
+            if arm.channel.interface == "velocity":
+                self._standby.stands(arm.topic.name)
+                self._owed.stands(robot, arm.topic, "", _message(arm.channel, course))
+
+    def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
+        """How the joints of a controller move now; None if that isn't known. If they begin to move, those that somebody
+        else has moved, or that never came to rest where they should, are where they are measured. While they stand,
+        they must not follow what is measured: an arm that hangs a little would sink."""
+        course = arm.course
+        if course and (course.moves or self._now() < arm.moved + SETTLED or not (begins or arm.anew)):
+            return course
+        measured, joints = self._fresh(robot), arm.channel.joints
+        if all(joint.name in measured for joint in joints):
+            if not course or arm.anew or adrift(joints, measured, [motion.position for motion in course.motions]):
+                arm.course = standing(arm.channel, measured)
+        elif not course and not arm.channel.needs_positions:
+            arm.course = standing(arm.channel, {joint.name: joint.start for joint in joints})
+        return arm.course
+
+    def _fresh(self, robot: str) -> dict[str, float]:
+        """Where the joints of a robot are, as far as that is known now."""
+        since = self._now() - FRESH
+        return {joint: position for joint, (position, at) in self._measured(robot).items() if at >= since}
+
+    def _off(self, robot: str) -> Iterator[JointOff]:
+        """The joints that aren't at their starts, or of which that isn't known."""
+        known = self._robots[robot]
+        topic = joint_states_of(known.part)
+        for arm in known.arms:
+            if known.part.scenes and (topic or arm.channel.needs_positions):
+                yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot))
+
+    def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
+        key = channel.topic, channel.interface, len(channel.joints)
+        if key not in self._topics:
+            advertise = self._advertise(channel)
+            self._topics[key] = RosTopic(channel.topic, channel.message, self._node, advertise, self._now, at_once)
+        return self._topics[key]
+
+
+@dataclass(slots=True)
+class _Arm:
+    """A controller of a robot, and what it was told last; None before it is known where its joints are."""
+
+    channel: Channel
+    topic: RosTopic
+    course: Course | None = None
+    sent: float = -math.inf
+    moved: float = -math.inf
+    """When it was last told to move."""
+    anew: bool = True
+    """Whether it begins anew, so that its joints are where they are measured."""
+
+    @property
+    def moves(self) -> bool:
+        return self.course is not None and self.course.moves
+
+
+@dataclass(slots=True)
+class _Robot:
+    part: Part
+    arms: list[_Arm] = field(default_factory=list)
+
+
+def _message(channel: Channel, course: Course) -> bytes:
+    """What a controller is sent at the beginning of a course."""
+    if channel.interface == "velocity":
+        return numbers_message([motion.velocity for motion in course.motions])
+    if channel.interface == "position":
+        return numbers_message([motion.position for motion in course.motions])
+    points = [
+        (seconds, [motion.position for motion in motions], [motion.velocity for motion in motions])
+        for seconds, motions in trajectory(channel, course)
+    ]
+    return trajectory_message(tuple(joint.name for joint in channel.joints), points)

@@ -1,0 +1,182 @@
+"""Controllers of joints, run by ROS's interpreter: they do what ros2_control's do, by its documentation.
+
+A trajectory controller does what control.ros.org says of joint_trajectory_controller (Jazzy: its page, its parameters,
+and "Trajectory Representation"): it obeys a trajectory as soon as it comes, in place of what it had, is cubic between
+points with positions and velocities, and holds the last point. By its defaults, it refuses a trajectory that lacks a
+joint or ends in motion, and one whose times don't increase. One without points stops nothing (ros2_controllers#683).
+Velocity and position controllers do what it says of forward_command_controller: the latest command stays for ever
+(ros2_controllers#95).
+
+Each listens on /NAME/CONTROLLER_controller/…, and fifty times a second, /NAME/joint_states says where all joints are.
+Prints a line once it listens, and ends with its input.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+PERIOD = 0.02
+"""Seconds between two messages that say where joints are."""
+
+Point = tuple[float, Sequence[float], Sequence[float]]
+"""Seconds from the beginning, positions, and velocities."""
+
+
+def cubic(begin: tuple[float, float], end: tuple[float, float], whole: float, passed: float) -> tuple[float, float]:
+    """The position and the velocity between two of them, `whole` seconds apart."""
+    (p, v), (q, w), share = begin, end, passed / whole
+    square, cube = share**2, share**3
+    position = (2 * cube - 3 * square + 1) * p + (3 * square - 2 * cube) * q
+    position += whole * ((cube - 2 * square + share) * v + (cube - square) * w)
+    slope = 6 * (q - p) * (share - square) / whole
+    return position, slope + (3 * square - 4 * share + 1) * v + (3 * square - 2 * share) * w
+
+
+@dataclass
+class TrajectoryController:
+    """Times are monotonic, in seconds."""
+
+    joints: Sequence[str]
+    positions: list[float]
+    _points: Sequence[Point] = ()
+    _began: float = 0.0
+    refused: list[str] = field(default_factory=list)
+
+    def take(self, names: Sequence[str], points: Sequence[Point], now: float) -> None:
+        if not points:
+            return
+        if sorted(names) != sorted(self.joints):
+            self.refused.append("it lacks a joint")
+        elif any(points[-1][2]):
+            self.refused.append("it ends in motion")
+        elif any(later <= earlier for (earlier, _, _), (later, _, _) in pairwise(points)):
+            self.refused.append("its times don't increase")
+        else:
+            self.positions = [position for position, _ in self.states(now)]
+            order = [names.index(joint) for joint in self.joints]
+            self._points = [(at, [p[each] for each in order], [v[each] for each in order]) for at, p, v in points]
+            self._began = now
+
+    def states(self, now: float) -> list[tuple[float, float]]:
+        """The position and the velocity of each joint."""
+        points, passed = self._points, now - self._began
+        if not points:
+            return [(position, 0.0) for position in self.positions]
+        if passed < points[0][0]:
+            points = [(0.0, self.positions, [0.0] * len(self.joints)), *points]
+        for (begin, p, v), (end, q, w) in pairwise(points):
+            if begin <= passed < end:
+                pairs = zip(zip(p, v, strict=True), zip(q, w, strict=True), strict=True)
+                return [cubic(one, other, end - begin, passed - begin) for one, other in pairs]
+        return [(position, 0.0) for position in points[-1][1]]
+
+
+@dataclass
+class ForwardController:
+    """A command stays for ever. Times are monotonic, in seconds."""
+
+    joints: Sequence[str]
+    positions: list[float]
+    interface: str
+    _velocities: Sequence[float] = ()
+    _since: float = 0.0
+
+    def take(self, numbers: Sequence[float], now: float) -> None:
+        if len(numbers) != len(self.joints):
+            return
+        self.positions = [position for position, _ in self.states(now)]
+        if self.interface == "position":
+            self.positions = [*numbers]
+        else:
+            self._velocities, self._since = [*numbers], now
+
+    def states(self, now: float) -> list[tuple[float, float]]:
+        """The position and the velocity of each joint."""
+        velocities = self._velocities or [0.0] * len(self.joints)
+        passed = now - self._since
+        return [(p + v * passed, v) for p, v in zip(self.positions, velocities, strict=True)]
+
+
+Made = TrajectoryController | ForwardController
+
+
+def make(interface: str, joints: Sequence[str], starts: Mapping[str, float]) -> Made:
+    positions = [starts.get(joint, 0.0) for joint in joints]
+    if interface == "trajectory":
+        return TrajectoryController(joints, positions)
+    return ForwardController(joints, positions, interface)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("robot")
+    parser.add_argument("--controller", nargs="+", action="append", help="its name, its interface, and its joints")
+    parser.add_argument("--start", nargs=2, action="append", default=[], help="a joint, and where it is, in radians")
+    options = parser.parse_args()
+    starts = {joint: float(position) for joint, position in options.start}
+
+    import rclpy
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64MultiArray
+    from trajectory_msgs.msg import JointTrajectory
+
+    rclpy.init()
+    node = rclpy.create_node(f"{options.robot}_controllers")
+    states = node.create_publisher(JointState, f"/{options.robot}/joint_states", 10)
+    made: list[Made] = []
+
+    def listen(name: str, interface: str, joints: Sequence[str]) -> None:
+        controller = make(interface, joints, starts)
+        made.append(controller)
+        topic = f"/{options.robot}/{name}_controller/"
+
+        def hear_trajectory(message: Any) -> None:
+            assert isinstance(controller, TrajectoryController)
+            points = [
+                (each.time_from_start.sec + each.time_from_start.nanosec / 1e9, each.positions, each.velocities)
+                for each in message.points
+            ]
+            controller.take(message.joint_names, points, time.monotonic())
+
+        def hear_numbers(message: Any) -> None:
+            assert isinstance(controller, ForwardController)
+            controller.take(message.data, time.monotonic())
+
+        if interface == "trajectory":
+            node.create_subscription(JointTrajectory, f"{topic}joint_trajectory", hear_trajectory, 10)
+        else:
+            node.create_subscription(Float64MultiArray, f"{topic}commands", hear_numbers, 10)
+
+    def publish() -> None:
+        message, now = JointState(), time.monotonic()
+        message.header.stamp = node.get_clock().now().to_msg()
+        for controller in made:
+            found = controller.states(now)
+            message.name = [*message.name, *controller.joints]
+            message.position = [*message.position, *(position for position, _ in found)]
+            message.velocity = [*message.velocity, *(velocity for _, velocity in found)]
+        states.publish(message)
+
+    for name, interface, *joints in options.controller:
+        listen(name, interface, joints)
+    node.create_timer(PERIOD, publish)
+    spinning = threading.Thread(target=rclpy.spin, args=(node,))
+    spinning.start()
+    print("true", flush=True)
+    sys.stdin.read()
+    # A thread still inside rclpy when Python ends would abort the process.
+    rclpy.try_shutdown()
+    spinning.join()
+    refused = [each.refused for each in made if isinstance(each, TrajectoryController)]
+    print(sum(map(len, refused)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,222 @@
+"""What controllers of joints are told: which of them, and how a course becomes a trajectory that ends at rest."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from improv_core.score.body import Joint
+from improv_core.score.joints import JointMotion
+from improv_core.score.score import Part
+from improv_core.stage.controllers import (
+    CRUISE,
+    HORIZON,
+    Channel,
+    Course,
+    channels_of,
+    joint_states_of,
+    needs_base,
+    standing,
+    stopped,
+    trajectory,
+    turned,
+)
+from tests.ros.controller import TrajectoryController
+
+YAW, PITCH = Joint("yaw", -2.0, 2.0, max_velocity=4.0), Joint("pitch", None, 1.0)
+HEAD = Channel((YAW, PITCH), "trajectory", "/ada/head")
+
+
+def course(*motions: tuple[float, float], since: float = 0.0) -> Course:
+    """How yaw and pitch move: positions and velocities."""
+    return Course(tuple(JointMotion(*motion) for motion in motions), since)
+
+
+def told(**motions: float) -> dict[str, JointMotion]:
+    """Velocities; where the stage believes that a joint is makes no difference."""
+    return {name: JointMotion(99.0, velocity) for name, velocity in motions.items()}
+
+
+@pytest.mark.parametrize(
+    ("before", "what", "at", "after"),
+    [
+        (course((0, 0), (0, 0)), told(yaw=1), 5, course((0, 1), (0, 0), since=5)),
+        (course((0, 1), (0, 0)), told(yaw=0), 0.5, course((0.5, 0), (0, 0), since=0.5)),
+        (course((0, 1), (0, 0)), told(pitch=-1), 0.5, course((0.5, 1), (0, -1), since=0.5)),  # another part's joint
+        (course((0, 1), (0, -1)), told(yaw=-1, pitch=0), 1, course((1, -1), (-1, 0), since=1)),
+        (course((1.5, 1), (0, 0)), {}, 3, course((2, 0), (0, 0), since=3)),  # at its limit, though nobody said so
+        (course((2, 0), (0, 0)), told(yaw=1), 1, course((2, 0), (0, 0), since=1)),
+        (course((2, 0), (0, 0)), told(yaw=-1), 1, course((2, -1), (0, 0), since=1)),
+        (course((2.5, 0), (0, 0)), told(yaw=-1), 1, course((2.5, -1), (0, 0), since=1)),  # beyond it: it doesn't jump
+        (course((2.5, 0), (0, 0)), told(yaw=1), 1, course((2.5, 0), (0, 0), since=1)),
+        (course((0, 0), (0, 0)), told(yaw=9), 1, course((0, 4), (0, 0), since=1)),  # not faster than it can
+        (course((0, 0), (0, 0)), told(yaw=-9, pitch=-9), 1, course((0, -4), (0, -9), since=1)),
+        (course((0, 1), (0, 0), since=8), told(yaw=1), 0, course((0, 1), (0, 0), since=0)),  # time starts over
+    ],
+)
+def test_joints_that_are_told_something(before: Course, what: dict[str, JointMotion], at: float, after: Course) -> None:
+    assert turned(HEAD, before, what, at) == after
+
+
+def test_a_course_begins_where_joints_are_and_ends_where_they_are_stopped() -> None:
+    assert standing(HEAD, {"pitch": 0.5, "yaw": -1, "other": 3}).motions == ((-1, 0), (0.5, 0))
+    assert stopped(HEAD, course((0, 1), (0.9, 1), since=2), 0.5) == course((0.5, 0), (1, 0), since=2.5)
+
+
+def points(*motions: tuple[float, float]) -> list[tuple[float, list[float], list[float]]]:
+    """Seconds, positions, and velocities."""
+    return [
+        (seconds, [each.position for each in found], [each.velocity for each in found])
+        for seconds, found in trajectory(HEAD, course(*motions))
+    ]
+
+
+def test_joints_that_stand_are_one_point() -> None:
+    assert points((0.5, 0), (-1, 0)) == [(0, [0.5, -1], [0, 0])]
+
+
+def test_a_joint_cruises_and_comes_to_rest() -> None:
+    (now, *_), (cruise, *_), (rest, positions, velocities) = points((0, 1), (0.5, 0))
+    assert (now, cruise, rest) == (0, CRUISE, HORIZON)
+    assert positions == [pytest.approx((CRUISE + HORIZON) / 2), 0.5]
+    assert velocities == [0, 0]
+
+
+STATES = [
+    (0.0, 1.0),
+    (0.0, -4.0),
+    (1.9, 1.0),
+    (1.79, 1.0),
+    (1.78, 1.0),
+    (1.9995, 4.0),
+    (2.0, 1.0),
+    (-1.2, -4.0),
+    (2.3, -1.0),
+]
+
+
+@pytest.mark.parametrize("pitch", [0.0, -3.0, 1e-9])
+@pytest.mark.parametrize("yaw", STATES)
+def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
+    yaw: tuple[float, float], pitch: float
+) -> None:
+    """As a controller performs it."""
+    begin = turned(HEAD, course(yaw, (0.95, pitch)), {}, 0.0)
+    made = TrajectoryController(["yaw", "pitch"], [9, 9])
+    given = [
+        (seconds, [each.position for each in found], [each.velocity for each in found])
+        for seconds, found in trajectory(HEAD, begin)
+    ]
+    made.take(["yaw", "pitch"], given, 100.0)
+    assert not made.refused
+    fastest = [abs(motion.velocity) for motion in begin.motions]
+    limits = [(min(-2, yaw[0]), max(2, yaw[0])), (-math.inf, 1)]
+    for tick in range(500):
+        for (position, velocity), most, (least, greatest) in zip(
+            made.states(100 + tick / 1000), fastest, limits, strict=True
+        ):
+            assert least - 1e-9 <= position <= greatest + 1e-9
+            assert abs(velocity) <= most * 4 / 3 + 1e-9  # 4/3 only where a joint is at its limit before it can brake
+    assert all(velocity == 0 for _, velocity in made.states(100 + HORIZON + 0.001))
+
+
+def test_a_stop_is_where_a_trajectory_is_by_then() -> None:
+    """What a controller does between two commands agrees with what it was told to have done."""
+    made = TrajectoryController(["yaw", "pitch"], [0, 0])
+    now = standing(HEAD, {"yaw": 0, "pitch": 0})
+    for at, what in [(1.0, told(yaw=1)), (1.05, {}), (1.1, told(pitch=-2)), (1.15, told(yaw=0)), (1.3, told(pitch=0))]:
+        before = made.states(at)
+        now = turned(HEAD, now, what, at)
+        assert [position for position, _ in before] == pytest.approx([each.position for each in now.motions])
+        given = [(s, [each.position for each in f], [each.velocity for each in f]) for s, f in trajectory(HEAD, now)]
+        made.take(["yaw", "pitch"], given, at)
+    assert made.states(9) == [(pytest.approx(0.15), 0), (pytest.approx(-0.4), 0)]
+
+
+TOML = """
+[profiles.nao]
+step = 1
+joint_states = "joint_states"
+[profiles.nao.body.head]
+left = { joint = "yaw", degrees = 30 }
+up = { joint = "pitch", degrees = 20 }
+[profiles.nao.body.arm]
+up = { joint = "shoulder", degrees = 30 }
+forward = { joint = "elbow", degrees = 30 }
+[profiles.nao.joints.yaw]
+min = -90
+[robots.ada]
+profile = "nao"
+"""
+BOTH = """
+[profiles.nao.controllers.head]
+joints = ["pitch", "yaw"]
+[profiles.nao.controllers.arm]
+joints = ["shoulder", "elbow"]
+interface = "velocity"
+"""
+
+
+def part_of(program: str, toml: str) -> Part:
+    robots = read_robots(toml)
+    assert robots.ok, robots.diagnostics
+    return score_of(analyze(program, robots)).parts["ada"]
+
+
+def channels(program: str, toml: str) -> list[tuple[str, str, list[str]]]:
+    return [
+        (each.topic, each.message, [joint.name for joint in each.joints])
+        for each in channels_of(part_of(f"{program}\n", toml))
+    ]
+
+
+ALL = ("/ada/joint_trajectory_controller/joint_trajectory", "JointTrajectory", ["yaw", "pitch", "shoulder", "elbow"])
+HEADS = ("/ada/head_controller/joint_trajectory", "JointTrajectory", ["pitch", "yaw"])
+ARMS = ("/ada/arm_controller/commands", "Float64MultiArray", ["shoulder", "elbow"])
+
+
+@pytest.mark.parametrize(
+    ("program", "toml", "found"),
+    [
+        ("ada $ forward", TOML, []),
+        ("ada $ head left", TOML, [ALL]),
+        ("ada $ head left", TOML + BOTH, [HEADS]),
+        ("ada $ forward || arm up", TOML + BOTH, [ARMS]),
+        ("ada $ arm up head up", TOML + BOTH, [HEADS, ARMS]),
+        ("ada $ forward\n---\nada $ head up", TOML + BOTH, [HEADS]),
+        ("ada $ head left", f'{TOML}namespace = "lab/nao"\n{BOTH}', [("/lab/nao" + HEADS[0][4:], *HEADS[1:])]),
+        ("ada $ head left", f'[ros]\nnamespace = "lab"\n{TOML}{BOTH}', [("/lab" + HEADS[0], *HEADS[1:])]),
+        ("ada $ arm up", f'{TOML}{BOTH}topic = "arms/set"\n', [("/ada/arms/set", *ARMS[1:])]),
+        ("ada $ arm up", f'{TOML}{BOTH}topic = "/set"\n', [("/set", *ARMS[1:])]),
+        (
+            "ada $ arm up",
+            f"{TOML}{BOTH}".replace("velocity", "position"),
+            [("/ada/arm_controller/commands", "Float64MultiArray", ["shoulder", "elbow"])],
+        ),
+    ],
+)
+def test_the_controllers_of_the_body_parts_that_a_program_moves(
+    program: str, toml: str, found: list[tuple[str, str, list[str]]]
+) -> None:
+    assert channels(program, toml) == found
+
+
+def test_a_robot_that_only_has_to_stop_has_the_controllers_that_never_stop_by_themselves() -> None:
+    part = part_of("ada $ head left\n", TOML + BOTH)
+    assert [each.topic for each in channels_of(Part("ada", (), part.profile, part.start, part.topic))] == [
+        "/arm_controller/commands"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("program", "needed"),
+    [("ada $ forward", True), ("ada $ head left", False), ("ada $ head left forward", True), ("ada $ pause", True)],
+)
+def test_a_base_is_needed_unless_only_body_parts_move(program: str, needed: bool) -> None:
+    part = part_of(f"{program}\n", TOML)
+    assert needs_base(part) is needed
+    assert joint_states_of(part) == "/ada/joint_states"

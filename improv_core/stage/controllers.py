@@ -14,6 +14,7 @@ from typing import NamedTuple
 from improv_core.score.body import Body, Controller, Interface, Joint
 from improv_core.score.joints import JointMotion, moved_parts
 from improv_core.score.score import Part
+from improv_core.stage.joint_places import adrift
 
 CRUISE = 0.2
 """Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
@@ -115,6 +116,25 @@ def in_namespace(topic: str, namespace: str) -> str:
 def standing(channel: Channel, positions: Mapping[str, float]) -> Course:
     """The joints stand at these positions."""
     return Course(tuple(JointMotion(positions[joint.name], 0.0) for joint in channel.joints))
+
+
+def present(
+    channel: Channel, course: Course | None, measured: Mapping[str, float], *, begins: bool, anew: bool, rests: bool
+) -> Course | None:
+    """How joints move now; None if that isn't known. `measured` is where joints were lately.
+
+    If joints that rest begin to move, and somebody else has moved them, or they never came to rest where they should,
+    they are where they are measured; so are all that start `anew`, such as for beat 0. As long as they stand, nothing
+    is told to follow what is measured: an arm that hangs a little would sink and sink.
+    """
+    if course and (course.moves or not rests or not (begins or anew)):
+        return course
+    if all(joint.name in measured for joint in channel.joints):
+        told = course and [motion.position for motion in course.motions]
+        return standing(channel, measured) if not told or anew or adrift(channel.joints, measured, told) else course
+    if course or channel.needs_positions:
+        return course
+    return standing(channel, {joint.name: joint.start for joint in channel.joints})
 
 
 def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at: float) -> Course:

@@ -27,6 +27,11 @@ class JointOff(NamedTuple):
     left: float | None
     topic: str | None
 
+    @property
+    def is_unknown(self) -> bool:
+        """Whether it may soon be known where it is."""
+        return self.left is None and self.topic is not None
+
 
 def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequence[float]) -> bool:
     """Whether a joint is so far from where it was told to stand that it would jump if it went on from there."""
@@ -64,7 +69,7 @@ def line_of(found: Sequence[JointOff]) -> str:
     known = [each for each in found if each.left is not None]
     named = [_way(each) for each in known[:MOST_NAMED]]
     if len(known) > MOST_NAMED:
-        named.append(f"and {len(known) - MOST_NAMED} more joints")
+        named.append(f"and {len(known) - MOST_NAMED} more")
     return f"nothing moves until all joints are at their starts: turn {', '.join(named)}"
 
 

@@ -89,10 +89,6 @@ class Player(Machine):
         """
         load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops, anyway, gate)
         self._take(load, now)
-        limbs = [name for name, part in score.parts.items() if any(scene.bounds.body.asked for scene in part.scenes)]
-        if limbs and self._sink.real and not entry:
-            line = f"body parts don't move yet, only the {'base' if len(limbs) == 1 else 'bases'} of {', '.join(limbs)}"
-            self._tracks.tell({"type": "warning", "message": line})
 
     def stop(self, now: float) -> None:
         """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.

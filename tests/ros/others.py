@@ -144,6 +144,8 @@ def reader_of(name: str) -> Callable[[Any], dict[str, Any]]:
     """What is told of a message of this type."""
     if name in POSES:
         return pose
+    if name == "sensor_msgs/JointState":
+        return lambda message: {"positions": dict(zip(message.name, message.position, strict=True))}
     return velocity if name in TWISTS else lambda message: {}
 
 

@@ -20,6 +20,7 @@ from improv_core.stage.controllers import (
     channels_of,
     joint_states_of,
     needs_base,
+    present,
     standing,
     stopped,
     trajectory,
@@ -134,7 +135,7 @@ def test_a_stop_is_where_a_trajectory_is_by_then() -> None:
         assert [position for position, _ in before] == pytest.approx([each.position for each in now.motions])
         given = [(s, [each.position for each in f], [each.velocity for each in f]) for s, f in trajectory(HEAD, now)]
         made.take(["yaw", "pitch"], given, at)
-    assert made.states(9) == [(pytest.approx(0.15), 0), (pytest.approx(-0.4), 0)]
+    assert [position for position, _ in made.states(9)] == pytest.approx([0.15, -0.4])
 
 
 TOML = """
@@ -220,3 +221,35 @@ def test_a_base_is_needed_unless_only_body_parts_move(program: str, needed: bool
     part = part_of(f"{program}\n", TOML)
     assert needs_base(part) is needed
     assert joint_states_of(part) == "/ada/joint_states"
+
+
+HERE = course((0.1, 0), (0.2, 0))
+NOWHERE: dict[str, float] = {}
+
+
+@pytest.mark.parametrize(
+    ("before", "measured", "how", "after"),
+    [
+        (None, {"yaw": 1, "pitch": 0.5}, "", course((1, 0), (0.5, 0))),
+        (None, {"yaw": 1}, "", None),
+        (None, NOWHERE, "begins anew", None),
+        (HERE, {"yaw": 1, "pitch": 0.5}, "", HERE),  # an arm that hangs must not sink
+        (HERE, {"yaw": 1, "pitch": 0.2}, "begins", course((1, 0), (0.2, 0))),  # somebody has turned it
+        (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins", HERE),  # it hangs by 3°
+        (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins anew", course((0.15, 0), (0.2, 0))),
+        (HERE, {"yaw": 0.15, "pitch": 0.2}, "anew", course((0.15, 0), (0.2, 0))),
+        (HERE, {"yaw": 1, "pitch": 0.2}, "begins anew moved", HERE),  # it has yet to come to rest
+        (HERE, NOWHERE, "begins anew", HERE),
+        (course((0, 1), (0, 0)), {"yaw": 1, "pitch": 1}, "begins anew", course((0, 1), (0, 0))),
+    ],
+)
+def test_where_joints_are_before_they_are_told_something(
+    before: Course | None, measured: dict[str, float], how: str, after: Course | None
+) -> None:
+    flags = {"begins": "begins" in how, "anew": "anew" in how, "rests": "moved" not in how}
+    assert present(HEAD, before, measured, **flags) == after
+
+
+def test_velocities_can_be_told_to_joints_that_nobody_measures() -> None:
+    channel = Channel((YAW, PITCH), "velocity", "/ada/head")
+    assert present(channel, None, NOWHERE, begins=True, anew=True, rests=True) == course((0, 0), (0, 0))

@@ -163,13 +163,6 @@ def test_every_change_is_sent_at_its_time_and_zero_at_the_end() -> None:
     assert stage.states == ["playing", "ended"]
 
 
-def test_a_line_says_that_body_parts_of_real_robots_do_not_move_yet() -> None:
-    stage = Stage()
-    stage.sink.real = True
-    stage.load("a is puppet\na $ head left || forward\nb $ forward")
-    assert stage.lines == ["body parts don't move yet, only the base of a"]
-
-
 def test_commands_are_repeated_at_20_hz_and_silent_after_three_zeros() -> None:
     stage = Stage()
     stage.load("r $ forward")

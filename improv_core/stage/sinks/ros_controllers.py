@@ -14,12 +14,12 @@ from improv_core.stage.controllers import (
     Course,
     channels_of,
     joint_states_of,
-    standing,
+    present,
     stopped,
     trajectory,
     turned,
 )
-from improv_core.stage.joint_places import FRESH, JointOff, adrift, joints_off, line_of
+from improv_core.stage.joint_places import FRESH, JointOff, joints_off, line_of
 from improv_core.stage.setpoints import LAST_ZEROS
 from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
 from improv_core.stage.sinks.ros_owed import OwedZeros
@@ -28,8 +28,8 @@ from improv_core.stage.sinks.ros_topic import Advertise, Now, RosTopic
 
 SETTLED = 0.5
 """Seconds after which joints that were told to stand have come to rest, so that it counts where they are."""
-PATIENCE = 1.0
-"""Seconds until people are told what beat 0 waits for: where joints are isn't known at once."""
+PATIENCE = 5.0
+"""Seconds until people are told that it isn't known where joints are: it takes a few until the first of it comes."""
 AGAIN = 5.0
 """Seconds until they are told again, if it is something else."""
 
@@ -100,7 +100,8 @@ class RosControllers:
         found = [each for robot in self._cast for each in self._off(robot)]
         self._begins = bool(found)
         line, now = line_of(found), self._now()
-        if line != self._told and now >= max(self._waits_since + PATIENCE, self._tell_at if self._told else 0.0):
+        patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
+        if line != self._told and now >= max(self._waits_since + patience, self._tell_at if self._told else 0.0):
             self._told, self._tell_at = line, now + AGAIN
             if line:
                 self._tell(line)
@@ -173,18 +174,10 @@ class RosControllers:
                 self._owed.stands(robot, arm.topic, "", _message(arm.channel, course))
 
     def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
-        """How the joints of a controller move now; None if that isn't known. If they begin to move, those that somebody
-        else has moved, or that never came to rest where they should, are where they are measured. While they stand,
-        they must not follow what is measured: an arm that hangs a little would sink."""
-        course = arm.course
-        if course and (course.moves or self._now() < arm.moved + SETTLED or not (begins or arm.anew)):
-            return course
-        measured, joints = self._fresh(robot), arm.channel.joints
-        if all(joint.name in measured for joint in joints):
-            if not course or arm.anew or adrift(joints, measured, [motion.position for motion in course.motions]):
-                arm.course = standing(arm.channel, measured)
-        elif not course and not arm.channel.needs_positions:
-            arm.course = standing(arm.channel, {joint.name: joint.start for joint in joints})
+        """How the joints of a controller move now, before they begin to move or anything else; None if that isn't
+        known."""
+        rests = self._now() >= arm.moved + SETTLED
+        arm.course = present(arm.channel, arm.course, self._fresh(robot), begins=begins, anew=arm.anew, rests=rests)
         return arm.course
 
     def _fresh(self, robot: str) -> dict[str, float]:

@@ -1,0 +1,57 @@
+"""What people are told about joints that aren't at their starts."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from improv_core.score.body import Joint
+from improv_core.stage.joint_places import JointOff, joints_off, line_of
+
+YAW, LIFT = Joint("yaw", start=math.radians(10)), Joint("lift", slides=True)
+OTHERS = [Joint("a"), Joint("b"), Joint("c")]
+TOPIC = "/ada/joint_states"
+NOTHING_UNTIL = "nothing moves until all joints are at their starts: turn"
+
+
+def line(*joints: Joint, topic: str | None = TOPIC, **measured: float) -> str:
+    return line_of([*joints_off("ada", joints, topic, measured)])
+
+
+@pytest.mark.parametrize(
+    ("degrees", "meters", "said"),
+    [
+        (10, 0, ""),
+        (11.9, 0.0049, ""),
+        (8.1, -0.0049, ""),
+        (12.1, 0, f"{NOTHING_UNTIL} yaw of ada by -2°"),
+        (-35, 0, f"{NOTHING_UNTIL} yaw of ada by +45°"),
+        (10, 0.01, f"{NOTHING_UNTIL} lift of ada by -0.010 m"),
+        (0, -1, f"{NOTHING_UNTIL} yaw of ada by +10°, lift of ada by +1.000 m"),
+    ],
+)
+def test_joints_and_how_far_they_have_to_go(degrees: float, meters: float, said: str) -> None:
+    assert line(YAW, LIFT, yaw=math.radians(degrees), lift=meters) == said
+
+
+def test_only_a_few_are_named() -> None:
+    assert line(YAW, *OTHERS, yaw=0, a=1, b=1, c=1).endswith("a of ada by -57°, b of ada by -57°, and 1 more")
+
+
+def test_where_joints_are_must_be_known() -> None:
+    assert line(YAW, LIFT, lift=3.0) == (
+        "nothing moves: it isn't known where yaw of ada is: start what publishes its position on /ada/joint_states, "
+        "or name it there as in improv.toml"
+    )
+    assert line(YAW, topic=None) == (
+        "nothing moves: it isn't known where the joints of ada are: set `joint_states` in improv.toml to the topic "
+        "that says it"
+    )
+
+
+def test_a_joint_that_is_off_says_by_how_much() -> None:
+    assert [*joints_off("ada", [YAW, LIFT], TOPIC, {"yaw": 0.0})] == [
+        JointOff("ada", YAW, YAW.start, TOPIC),
+        JointOff("ada", LIFT, None, TOPIC),
+    ]

@@ -60,6 +60,7 @@ LIBRARIES = {
             for name in (
                 "ros",
                 "ros_batteries",
+                "ros_joint_states",
                 "ros_listening",
                 "ros_nodes",
                 "ros_poses",

@@ -15,6 +15,7 @@ from improv_core.score.body import Body, Controller, Interface, Joint
 from improv_core.score.joints import JointMotion, moved_parts
 from improv_core.score.score import Part
 from improv_core.stage.joint_places import adrift
+from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
 
 CRUISE = 0.2
 """Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
@@ -165,6 +166,23 @@ def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
     times = {0.0} | {_ticks(time) for plan in moving for time in (plan.cruises, plan.rests)}
     for seconds in sorted(times):
         yield TrajectoryPoint(seconds, [plan.at(seconds) for plan in plans])
+
+
+def message_of(channel: Channel, course: Course) -> bytes:
+    """What a controller is sent at the beginning of a course. It counts from where its encoders do."""
+    if channel.interface == "velocity":
+        return numbers_message([motion.velocity for motion in course.motions])
+    if channel.interface == "position":
+        return numbers_message(_counted(channel, course.motions))
+    points = [
+        (seconds, _counted(channel, motions), [motion.velocity for motion in motions])
+        for seconds, motions in trajectory(channel, course)
+    ]
+    return trajectory_message(tuple(joint.name for joint in channel.joints), points)
+
+
+def _counted(channel: Channel, motions: Sequence[JointMotion]) -> list[float]:
+    return [motion.position - joint.offset for joint, motion in zip(channel.joints, motions, strict=True)]
 
 
 def _channel(controller: Controller, body: Body, namespace: str) -> Channel:

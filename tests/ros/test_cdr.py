@@ -9,7 +9,16 @@ from pathlib import Path
 import pytest
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.stage.sinks.cdr import SECOND, frame_field, frame_in, stamped, twist_message
+from improv_core.stage.sinks.cdr import (
+    SECOND,
+    frame_field,
+    frame_in,
+    joints_in,
+    numbers_message,
+    stamped,
+    trajectory_message,
+    twist_message,
+)
 
 pytestmark = pytest.mark.slow("starts ROS's interpreter")
 
@@ -59,3 +68,64 @@ def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str
         assert frame_in(made) == frame
         assert again == plain.hex()
         assert length == len(made)  # the bytes between the frame and the velocity are whatever rclpy finds there
+
+
+READ_JOINTS = """
+import json, sys
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
+
+trajectory, numbers, states = json.loads(sys.stdin.read())
+read = deserialize_message(bytes.fromhex(trajectory), JointTrajectory)
+points = [
+    [each.time_from_start.sec + each.time_from_start.nanosec / 1e9, [*each.positions], [*each.velocities]]
+    + [[*each.accelerations], [*each.effort]]
+    for each in read.points
+]
+stamp = [read.header.stamp.sec, read.header.stamp.nanosec]
+found = deserialize_message(bytes.fromhex(numbers), Float64MultiArray)
+messages = []
+for names, positions, frame in states:
+    message = JointState(name=names, position=positions, velocity=[9.0] * len(names))
+    message.header.frame_id, message.header.stamp.sec = frame, 7
+    messages.append(serialize_message(message).hex())
+print(json.dumps([[stamp, read.joint_names, points], [*found.data], [*found.layout.dim], messages]))
+"""
+"""Prints what rclpy finds in a trajectory and in numbers, and the messages that it makes of joint states."""
+
+
+def test_what_joints_are_told_and_where_they_are(ros_python: str, ros_env: dict[str, str]) -> None:
+    names = ("a", "bcd", "head_yaw")
+    points = [(0.0, [1.0, -2.0, 3.5], [0.5, 0.0, -1e-9]), (0.3, [1.125, -2.0, 3.5], [0.0, 0.0, 0.0])]
+    numbers = [1.5, -2.0, 1e-300]
+    states = [
+        (["a"], [1.5], "base"),
+        (["a", "bcd", "head_yaw"], [1.0, -2.0, 3.25], ""),
+        (["a", "b"], [1.0], "a name too many"),
+        ([], [], ""),
+        (["a", "b"], [float("nan"), 2.0], "odd"),
+    ]
+    sent = [trajectory_message(names, points).hex(), numbers_message(numbers).hex(), states]
+    read = subprocess.run(
+        [ros_python, "-c", READ_JOINTS],
+        input=json.dumps(sent),
+        env=ros_env,
+        cwd=Path("/"),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    [stamp, joints, found], read_numbers, layout, messages = json.loads(read.stdout)
+    assert (stamp, tuple(joints), read_numbers, layout) == ([0, 0], names, numbers, [])
+    assert found == [[*each, [], []] for each in points]
+    made = [bytes.fromhex(each) for each in messages]
+    assert [joints_in(each) for each in made] == [
+        {"a": 1.5},
+        {"a": 1.0, "bcd": -2.0, "head_yaw": 3.25},
+        {},
+        {},
+        {"b": 2.0},
+    ]
+    assert all(joints_in(each[:length]) == {} for each in made for length in range(4, len(each) // 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -19,6 +20,7 @@ from improv_core.stage.controllers import (
     Course,
     channels_of,
     joint_states_of,
+    message_of,
     needs_base,
     present,
     standing,
@@ -26,6 +28,7 @@ from improv_core.stage.controllers import (
     trajectory,
     turned,
 )
+from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
 from tests.ros.controller import TrajectoryController
 
 YAW, PITCH = Joint("yaw", -2.0, 2.0, max_velocity=4.0), Joint("pitch", None, 1.0)
@@ -253,3 +256,15 @@ def test_where_joints_are_before_they_are_told_something(
 def test_velocities_can_be_told_to_joints_that_nobody_measures() -> None:
     channel = Channel((YAW, PITCH), "velocity", "/ada/head")
     assert present(channel, None, NOWHERE, begins=True, anew=True, rests=True) == course((0, 0), (0, 0))
+
+
+def test_messages_count_from_where_the_encoders_of_a_joint_do() -> None:
+    joints = replace(YAW, offset=0.5), PITCH
+    motions = course((1, 2), (0.5, 0))
+    positions, velocities = [0.5, 0.5], [2, 0]
+    assert message_of(Channel(joints, "position", "/t"), motions) == numbers_message(positions)
+    assert message_of(Channel(joints, "velocity", "/t"), motions) == numbers_message(velocities)
+    stands = course((1, 0), (0.5, 0))
+    assert message_of(Channel(joints, "trajectory", "/t"), stands) == trajectory_message(
+        ("yaw", "pitch"), [(0, positions, [0, 0])]
+    )

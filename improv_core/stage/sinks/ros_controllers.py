@@ -14,14 +14,14 @@ from improv_core.stage.controllers import (
     Course,
     channels_of,
     joint_states_of,
+    message_of,
     present,
     stopped,
-    trajectory,
     turned,
 )
 from improv_core.stage.joint_places import FRESH, JointOff, joints_off, line_of
 from improv_core.stage.setpoints import LAST_ZEROS
-from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
+from improv_core.stage.sinks.cdr import numbers_message
 from improv_core.stage.sinks.ros_owed import OwedZeros
 from improv_core.stage.sinks.ros_standby import Standby
 from improv_core.stage.sinks.ros_topic import Advertise, Now, RosTopic
@@ -115,7 +115,7 @@ class RosControllers:
                 continue
             for arm in self._robots[robot].arms:
                 if course := self._course(robot, arm, begins=False):
-                    arm.topic.ask(_message(arm.channel, course), self._node.get_clock(), b"")
+                    arm.topic.ask(message_of(arm.channel, course), self._node.get_clock(), b"")
 
     def missing(self, robot: str) -> str | None:
         """Why a command to one of a robot's controllers would not be heard now, or None. It is "" while they and we
@@ -150,7 +150,7 @@ class RosControllers:
             return
         arm.anew = arm.anew and not begins
         arm.course = course = turned(arm.channel, before, joints, at)
-        topic, message = arm.topic, _message(arm.channel, course)
+        topic, message = arm.topic, message_of(arm.channel, course)
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
             self._standby.moves(topic.name, "")
@@ -168,10 +168,10 @@ class RosControllers:
         if arm.course:
             course = stopped(arm.channel, arm.course, max(self._now() - arm.sent, 0.0))
             for _ in range(LAST_ZEROS):
-                arm.topic.publish(_message(arm.channel, course), self._node.get_clock(), b"")
+                arm.topic.publish(message_of(arm.channel, course), self._node.get_clock(), b"")
             if arm.channel.interface == "velocity":
                 self._standby.stands(arm.topic.name)
-                self._owed.stands(robot, arm.topic, "", _message(arm.channel, course))
+                self._owed.stands(robot, arm.topic, "", message_of(arm.channel, course))
 
     def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
         """How the joints of a controller move now, before they begin to move or anything else; None if that isn't
@@ -182,8 +182,11 @@ class RosControllers:
 
     def _fresh(self, robot: str) -> dict[str, float]:
         """Where the joints of a robot are, as far as that is known now."""
-        since = self._now() - FRESH
-        return {joint: position for joint, (position, at) in self._measured(robot).items() if at >= since}
+        since, body = self._now() - FRESH, self._robots[robot].part.profile.body
+        found = {joint: position for joint, (position, at) in self._measured(robot).items() if at >= since}
+        return {
+            name: position + body.joint[name].offset for name, position in found.items() if body and name in body.joint
+        }
 
     def _off(self, robot: str) -> Iterator[JointOff]:
         """The joints that aren't at their starts, or of which that isn't known."""
@@ -223,16 +226,3 @@ class _Arm:
 class _Robot:
     part: Part
     arms: list[_Arm] = field(default_factory=list)
-
-
-def _message(channel: Channel, course: Course) -> bytes:
-    """What a controller is sent at the beginning of a course."""
-    if channel.interface == "velocity":
-        return numbers_message([motion.velocity for motion in course.motions])
-    if channel.interface == "position":
-        return numbers_message([motion.position for motion in course.motions])
-    points = [
-        (seconds, [motion.position for motion in motions], [motion.velocity for motion in motions])
-        for seconds, motions in trajectory(channel, course)
-    ]
-    return trajectory_message(tuple(joint.name for joint in channel.joints), points)

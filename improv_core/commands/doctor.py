@@ -12,6 +12,7 @@ from pathlib import Path
 import click
 
 from improv_core import __version__
+from improv_core.commands.doctor_controllers import JointedRobot, jointed
 from improv_core.commands.doctor_editors import editors, server
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.echo import echo
@@ -43,6 +44,7 @@ def examine(path: Path | None) -> Iterator[Finding]:
     yield Finding(Mark.GOOD, f"Improv {__version__}, Python {platform.python_version()}")
     cast: Mapping[str, Robot] = {}
     safety = Safety()
+    bodies: list[JointedRobot] = []
     try:
         analysis = analyze_file(path) if path else analyze("", robots_near(Path.cwd()))
     except ReadError as error:
@@ -51,11 +53,12 @@ def examine(path: Path | None) -> Iterator[Finding]:
         yield from program(path, analysis)
         robots, safety = analysis.opening.cast, analysis.cast.safety
         cast = {name: robots.robot(name) for name in (analysis.robots if path else robots.robots)}
+        bodies = jointed([*cast], robots)
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
     yield browser(has_browser())
     yield stopping()
-    yield from examine_ros(cast, safety)
+    yield from examine_ros(cast, safety, bodies)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
     yield from editors(os.environ.get("PATH", ""))
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from improv_core.child import output
+from improv_core.commands.doctor_controllers import JointedRobot, joints
 from improv_core.commands.finding import Finding, Mark
 from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
@@ -28,8 +29,8 @@ AHEAD, BEHIND = 0.02, 0.5
 """Seconds by which the stamps of poses may be ahead of our clock, and how old poses may be by them."""
 
 
-def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
-    """Look for ROS 2, for the listeners of these robots, and for what can stop them."""
+def examine_ros(cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot]) -> Iterator[Finding]:
+    """Look for ROS 2, for the listeners of these robots, for their bodies, and for what can stop them."""
     found: Interpreter | InterpreterError | None
     try:
         found = find_ros_python(None)
@@ -41,6 +42,7 @@ def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
         if reaching.mark is not Mark.BROKEN:
             odometry = [robot.odom for robot in cast.values() if robot.odom]
             watched = [*(guard.topic for guard in _guards(safety)), *odometry]
+            watched += [topic for robot in bodies for topic in robot.topics]
             seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in cast.values())])
             if isinstance(seen, Finding):
                 yield seen
@@ -48,6 +50,7 @@ def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
                 yield standby(found)
                 yield from guards(safety, seen)
                 yield from listeners(cast, {topic: ends for topic, ends in seen.items() if topic not in watched})
+                yield from joints(bodies, seen)
                 yield from clocks(cast, seen)
 
 

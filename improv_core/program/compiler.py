@@ -57,7 +57,7 @@ def score_of(analysis: Analysis) -> Score:
             follow=robot.follow,
             odom_frame=robot.odom_frame,
             battery=robot.battery,
-            namespace=robot.namespace or f"{cast.namespace}/{name}",
+            namespace=cast.namespace_of(name),
         )
     score = Score(
         analysis.tempo,

@@ -29,6 +29,7 @@ DIRECTIONS: Mapping[str, str] = {"forward": "x", "strafeleft": "y", "up": "z", "
 SIDEWAYS = ("y", "yaw")
 """What a mirror negates."""
 _NAME = re.compile(r"[^\W\d]\w*")
+_CONTROLLER_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _SLACK = 1e-9
 
 
@@ -276,6 +277,8 @@ class _Bodies:
             interface = reading.one_of((*keys, name, "interface"), table) or "trajectory"
             ros_name(reading, (*keys, name, "topic"), table, "")
             topic = table.get("topic")
+            if topic is None and not _CONTROLLER_NAME.fullmatch(name):
+                reading.at_key((*keys, name), f"`{name}` can't be part of a topic: use a to z, digits, and `_`")
             used = tuple(dict.fromkeys(each for each in found if isinstance(each, str)))
             made.append(Controller(name, used, cast(Interface, interface), topic if isinstance(topic, str) else None))
         if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):

@@ -107,6 +107,11 @@ class Robots:
         robot = self.robots.get(name) or Robot(profile, None, _topic(f"{self.namespace}/{name}"), profile.message)
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
 
+    def namespace_of(self, name: str) -> str:
+        """The namespace of a robot's own topics."""
+        robot = self.robots.get(name)
+        return (robot and robot.namespace) or f"{self.namespace}/{name}"
+
     def role_of(self, name: str) -> str | None:
         """The listed robot whose namespace is the one that a robot with this name would have: both would be one."""
         inside = f"{self.namespace}/{name}"
@@ -134,9 +139,7 @@ class Robots:
         """Where a robot's sense comes from, with the full name of its topic. Raises KeyError if it is unknown."""
         source = self.senses.get(name) or BUILT_IN_SENSES[name]
         if isinstance(source, Topic):
-            return replace(
-                source, topic=full_name(source.topic, self.robot(robot).namespace or f"{self.namespace}/{robot}")
-            )
+            return replace(source, topic=full_name(source.topic, self.namespace_of(robot)))
         return source
 
     def lacks(self, robot: str, name: str) -> bool:

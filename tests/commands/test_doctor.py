@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 import pytest
 
-from improv_core.commands import doctor, doctor_editors, doctor_ros, ros_environment
+from improv_core.commands import doctor, doctor_controllers, doctor_editors, doctor_ros, ros_environment
 from improv_core.commands.finding import Finding
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
@@ -37,7 +37,7 @@ def end(node: str, kind: str, quality: str = "reliable") -> Endpoint:
     return {"node": node, "type": kind, "reliable": quality != "best effort", "latched": quality == "latched"}
 
 
-def ends(listeners: list[tuple[str, ...]], *publishers: tuple[str, ...], age: float | None = None) -> Endpoints:
+def ends(listeners: Sequence[tuple[str, ...]], *publishers: tuple[str, ...], age: float | None = None) -> Endpoints:
     return {
         "listeners": [end(*each) for each in listeners],
         "publishers": [end(*each) for each in publishers],
@@ -136,6 +136,86 @@ def test_whether_the_clock_that_stamps_poses_agrees_with_ours(age: float | None,
     measured = read_robots('[robots.r]\nodom = "/r/odom"\n').robots
     assert told(*doctor_ros.clocks(measured, {"/r/odom": ends([], age=age)})) == [expected]
     assert told(*doctor_ros.clocks(CAST, {})) == []
+
+
+NAO = """
+[profiles.nao]
+step = 1
+{states}
+[profiles.nao.body.head]
+left = {{ joint = "yaw", degrees = 30 }}
+up = {{ joint = "pitch", degrees = 30 }}
+[profiles.nao.controllers.head]
+joints = ["yaw", "pitch"]
+interface = "{interface}"
+[robots.ada]
+profile = "nao"
+[robots.doll]
+profile = "puppet"
+"""
+TRAJECTORY, NUMBERS, STATES = (
+    "trajectory_msgs/msg/JointTrajectory",
+    "std_msgs/msg/Float64MultiArray",
+    "/ada/joint_states",
+)
+KNOWN = f"✓ ada: /broadcaster says on {STATES} where its joints are"
+
+
+@pytest.mark.parametrize(
+    ("interface", "listeners", "publishers", "expected"),
+    [
+        (
+            "trajectory",
+            [("/nao", TRAJECTORY)],
+            [("/broadcaster", doctor_controllers.STATES)],
+            [KNOWN, "✓ ada: /nao listens for JointTrajectory on /ada/head_controller/joint_trajectory"],
+        ),
+        (
+            "position",
+            [],
+            [("/odd", POSE)],
+            [
+                f"– ada: nobody publishes sensor_msgs/msg/JointState on {STATES}: "
+                "start its joint_state_broadcaster; until then no joint moves",
+                "– ada: nothing is listening on /ada/head_controller/commands: start its controller",
+            ],
+        ),
+        (
+            "velocity",
+            [("/nao", TRAJECTORY)],
+            [("/broadcaster", doctor_controllers.STATES)],
+            [
+                KNOWN,
+                "✗ ada: /nao listens for JointTrajectory on /ada/head_controller/commands, not Float64MultiArray: "
+                "set another `interface` or `topic` of the controller in improv.toml",
+                "– ada: if this whole machine fails, nothing stops the joints of `head`: "
+                "let a trajectory controller move them, which comes to rest by itself; see docs/ros.md",
+            ],
+        ),
+    ],
+)
+def test_who_moves_the_joints_of_a_robot(
+    interface: str, listeners: list[tuple[str, str]], publishers: list[tuple[str, str]], expected: list[str]
+) -> None:
+    """The puppet is for the simulator."""
+    robots = read_robots(NAO.format(interface=interface, states='joint_states = "joint_states"'))
+    (ada,) = doctor_controllers.jointed(["ada", "doll"], robots)
+    told_on, states = ada.topics
+    assert states == STATES
+    assert (
+        told(*doctor_controllers.joints([ada], {told_on: ends(listeners), STATES: ends([], *publishers)})) == expected
+    )
+
+
+def test_where_joints_are_must_be_known() -> None:
+    robots = read_robots(NAO.format(interface="trajectory", states=""))
+    (ada,) = doctor_controllers.jointed(["ada"], robots)
+    (topic,) = ada.topics
+    assert told(*doctor_controllers.joints([ada], {topic: ends([("/nao", TRAJECTORY)])})) == [
+        "✗ ada: it isn't known where its joints are, so trajectories and positions move none: "
+        "set `joint_states` of its profile in improv.toml",
+        f"✓ ada: /nao listens for JointTrajectory on {topic}",
+    ]
 
 
 def test_what_can_stop_robots() -> None:

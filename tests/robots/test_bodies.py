@@ -69,6 +69,7 @@ ARMS = (
             "its mirror image is beyond the limits of `rj`: from -3 to 10 degrees",
         ),
         (HEAD + '[profiles.a.controllers.c]\njoints = ["x"]', '"x"', "write one of the joints: `j`"),
+        (HEAD + '[profiles.a.controllers.1c]\njoints = ["j"]', "1c", "`1c` can't be part of a topic"),
         (HEAD + "[profiles.a.controllers.c]\n", "c", "add the joints of `c`"),
         (
             HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\n[profiles.a.controllers.d]\njoints = ["j"]',

@@ -22,8 +22,12 @@ import own_output  # noqa: F401, before any library may print
 from rclpy.utilities import get_default_context
 
 from improv_core.score import senses
-from improv_core.score.algebra import stand
+from improv_core.score.algebra import hold, stand
+from improv_core.score.body import Body, BodyPart, Controller, Drive, Joint
+from improv_core.score.by_part import by_part
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.movement import Velocity
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Deadman, Part, Safety, Score
 from improv_core.stage.arrivals import End
@@ -52,6 +56,25 @@ def prepare(
     parts = {robot: Part(robot, (stand(1),), made, Pose(), topic, **part) for robot, topic in topics.items()}
     safety = Safety(stop=stop, deadman=deadman and Deadman(*deadman))
     sink.prepare(Score(Fraction(60), parts, safety=safety), restart)
+
+
+def prepare_body(
+    controllers: list[dict[str, Any]], restart: bool = True, states: str | None = "joint_states", **joint: Any
+) -> None:
+    """A robot called ada that moves its head, left and up, by the joints yaw and pitch; both are as `joint` says."""
+    made = [Controller(**each) for each in controllers]
+    head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
+    body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, states)
+    scene = by_part(hold(Velocity(0, 0, 1, 1), 1), "head")
+    profile = replace(TURTLESIM, body=body)
+    sink.prepare(
+        Score(Fraction(60), {"ada": Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")}), restart
+    )
+
+
+def send_joints(at: float, **velocities: float) -> None:
+    """Where the stage believes that joints are makes no difference."""
+    sink.send_joints("ada", {name: JointMotion(0.0, velocity) for name, velocity in velocities.items()}, at)
 
 
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
@@ -212,6 +235,8 @@ methods: dict[str, Callable[..., Any]] = {
     "warnings": lambda: sink.warnings(),
     "resetting": lambda: sink.resetting(),
     "send": send,
+    "prepare_body": prepare_body,
+    "send_joints": send_joints,
     "refuse": refuse,
     "wait": wait,
     "wait_for_reset": wait_for_reset,

@@ -146,7 +146,19 @@ def reader_of(name: str) -> Callable[[Any], dict[str, Any]]:
         return pose
     if name == "sensor_msgs/JointState":
         return lambda message: {"positions": dict(zip(message.name, message.position, strict=True))}
+    if name == "trajectory_msgs/JointTrajectory":
+        return trajectory
+    if name == "std_msgs/Float64MultiArray":
+        return lambda message: {"numbers": [*message.data]}
     return velocity if name in TWISTS else lambda message: {}
+
+
+def trajectory(message: Any) -> dict[str, Any]:
+    points = [
+        [each.time_from_start.sec + each.time_from_start.nanosec / 1e9, [*each.positions], [*each.velocities]]
+        for each in message.points
+    ]
+    return {"joints": [*message.joint_names], "points": points}
 
 
 def velocity(message: Any) -> dict[str, Any]:

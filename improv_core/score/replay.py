@@ -7,15 +7,18 @@ a clock: whoever asks says at which beat.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from copy import copy
 from itertools import chain, islice, takewhile
+from typing import NamedTuple
 
 from improv_core.score.algebra import Use
+from improv_core.score.joints import limbs_of
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Performer
+from improv_core.score.projection import BASE, base_of
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.senses import CUE, BuiltIn
 from improv_core.score.walk import Moment, walk
@@ -24,6 +27,13 @@ MOST_PAST = 500
 """The moments of each robot that are kept of what senses have decided. Older ones are forgotten."""
 MOST_AHEAD = 20_000
 """The most moments of what senses decide that are performed for one answer."""
+
+
+class _Track(NamedTuple):
+    """What is replayed of a robot: what its base performs (`BASE`), or a body part; None is all of it together."""
+
+    robot: str
+    part: str | None = None
 
 
 class Replay:
@@ -36,24 +46,39 @@ class Replay:
     def __init__(self, score: Score, beat: Exact = 0, before: Replay | None = None) -> None:
         self.score = score
         self._now: dict[str, tuple[Iterator[Moment], Moment | None]] = {}
-        self._open: dict[str, _OpenPart] = {}
+        self._open: dict[_Track, _OpenPart] = {}
+        self._closed: dict[_Track, Movement] = {}  # that have been projected
         for robot, part in score.parts.items():
-            if part.of_scene(score.scene).open:
-                if kept := before and before._part_that_plays_on(part, beat):
-                    kept.written_as(part.of_scene(score.scene))
-                self._open[robot] = kept or _OpenPart(score, part, beat)
+            whole = part.of_scene(score.scene)
+            if not whole.open:
+                continue
+            for body_part in (None, BASE, *self.body_parts(robot)) if whole.body_words.asked else (None,):
+                movement, track = self._performed(part, whole, body_part), _Track(robot, body_part)
+                if kept := before and before._part_that_plays_on(part, track, beat):
+                    kept.written_as(movement)
+                self._open[track] = kept or _OpenPart(score, part, movement, beat)
+
+    def body_parts(self, robot: str) -> Sequence[str]:
+        """The body parts that a robot's part moves."""
+        return [limb.part.name for limb in limbs_of(self.score.parts[robot], self.score.tempo)]
 
     def sense(self, robot: str, sense: str, value: bool | None, beat: Exact) -> None:
         """A sense of a robot has become true, false, or silent (None). Changes come in the order of their beats."""
-        if part := self._open.get(robot):
-            part.sense(sense, value, beat)
-            self._now.pop(robot, None)
+        for track, part in self._open.items():
+            if track.robot == robot:
+                part.sense(sense, value, beat)
+        self._now.pop(robot, None)
 
-    def moments(self, robot: str, start: Exact) -> Iterator[Moment]:
-        """What a robot plays from a beat on. Beats are those of the performance."""
-        part, open_part = self.score.parts[robot], self._open.get(robot)
+    def moments(self, robot: str, start: Exact, body_part: str | None = None) -> Iterator[Moment]:
+        """What a robot plays from a beat on: all of it, with the velocities of its base, or only what a body part or
+        `BASE` performs. Beats are those of the performance. How fast a pose is reached can't be known here.
+        """
+        part, track = self.score.parts[robot], _Track(robot, body_part)
+        if not part.movement.body_words.asked and body_part == BASE:
+            track = _Track(robot)
+        open_part = self._open.get(track)
         if not open_part:
-            yield from _walked(part, start)
+            yield from _walked(part, self._projected(track, part.movement), start)
             return
         over = part.begins
         for moment in open_part.moments():
@@ -62,7 +87,7 @@ class Replay:
                 begin = max(moment.start, start)
                 yield moment._replace(start=begin, duration=over - begin)
         for begin in self.score.scene_begins[1:2]:  # what comes then is as if no sense ever held
-            yield from _walked(part, max(begin, over, start))
+            yield from _walked(part, self._projected(track, part.movement), max(begin, over, start))
 
     def now(self, robot: str, beat: Exact) -> Moment | None:
         """The moment that plays at a beat, or the next one; None if nothing is left. Quick if beats only rise."""
@@ -77,14 +102,15 @@ class Replay:
 
     def pose(self, robot: str, beat: Exact) -> Pose | None:
         """Where a robot ideally is at a beat; None if that can't be known."""
-        part, open_part = self.score.parts[robot], self._open.get(robot)
+        part, open_part = self.score.parts[robot], self._open.get(_Track(robot))
         return open_part.pose(beat) if open_part else pose_at(part, beat)
 
     def line(self, robot: str, beat: Exact) -> tuple[int, Exact] | None:
         """The line that a robot plays at a beat of a scene that senses decide: its statement, and the beat at which it
         began; None if nothing is left."""
-        line = self._open[robot].line()
-        for moment in self._open[robot].moments():
+        open_part = self._open[_Track(robot)]
+        line = open_part.line()
+        for moment in open_part.moments():
             if moment.start > beat:
                 break
             line = _line(line, moment)
@@ -94,21 +120,35 @@ class Replay:
 
     def is_open(self, robot: str) -> bool:
         """Whether senses decide what a robot plays in this scene."""
-        return robot in self._open
+        return _Track(robot) in self._open
 
-    def _part_that_plays_on(self, part: Part, beat: Exact) -> _OpenPart | None:
+    def _part_that_plays_on(self, part: Part, track: _Track, beat: Exact) -> _OpenPart | None:
         old = self.score.parts.get(part.robot)
         plays_on = old and old.begins == part.begins < beat and old.scene == part.scene
-        return self._open.get(part.robot) if plays_on else None
+        return self._open.get(track) if plays_on else None
+
+    def _projected(self, track: _Track, whole: Movement) -> Movement:
+        if track not in self._closed:
+            self._closed[track] = self._performed(self.score.parts[track.robot], whole, track.part)
+        return self._closed[track]
+
+    def _performed(self, part: Part, whole: Movement, body_part: str | None) -> Movement:
+        """What a body part or the base performs of a movement."""
+        if body_part is None:
+            return whole
+        if body_part == BASE:
+            return base_of(whole)
+        limbs = {limb.part.name: limb for limb in limbs_of(part, self.score.tempo)}
+        return limbs[body_part].performs(whole)
 
 
 class _OpenPart:
     """A part of a scene that senses decide. `past` is what has certainly been performed; the rest is tried out."""
 
-    def __init__(self, score: Score, part: Part, beat: Exact) -> None:
+    def __init__(self, score: Score, part: Part, movement: Movement, beat: Exact) -> None:
         self._score = score
         self._part = part
-        self._movement = part.of_scene(score.scene)
+        self._movement = movement
         self._performer = Performer(self._movement, part.begins)
         self._statements: dict[int, int] = {}  # that a later version of the program has in the places of these
         self._edges: deque[tuple[Exact, str, bool | None]] = deque()  # that have not been performed
@@ -190,10 +230,10 @@ class _OpenPart:
         return pose.after(velocity, self._score.seconds(beats))
 
 
-def _walked(part: Part, start: Exact) -> Iterator[Moment]:
-    """What a part that no sense decides plays from a beat on."""
+def _walked(part: Part, movement: Movement, start: Exact) -> Iterator[Moment]:
+    """What a part that no sense decides plays from a beat on, of this movement."""
     if start < part.ends:
-        for moment in walk(part.movement, max(start - part.begins, 0)):
+        for moment in walk(movement, max(start - part.begins, 0)):
             yield moment._replace(start=part.begins + moment.start)
 
 

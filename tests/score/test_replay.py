@@ -15,6 +15,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score import replay
 from improv_core.score.movement import Exact
 from improv_core.score.performer import Performer
+from improv_core.score.projection import BASE
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 from improv_core.score.walk import Moment
@@ -33,10 +34,10 @@ def made(program: str) -> Score:
     return score_of(analyze(program))
 
 
-def words(replayed: Replay, start: Exact, program: str, count: int = 4) -> str:
+def words(replayed: Replay, start: Exact, program: str, count: int = 4, body_part: str | None = None) -> str:
     """`2 left, 3 left`."""
     found = []
-    for moment in replayed.moments("r", start):
+    for moment in replayed.moments("r", start, body_part):
         word = ""
         for source in moment.sources[-1:]:
             start, end = source.span.shifted(replayed.score.offsets[source.statement])
@@ -60,6 +61,38 @@ def test_a_robot_stands_without_words_while_its_sense_is_silent() -> None:
     replayed.sense("r", "near", None, 2)
     assert words(replayed, 1, TURNER, 3) == "1 forward, 2 stands, 3 stands"
     assert not any(any(moment.velocity) for moment, _ in zip(replayed.moments("r", 2), range(3), strict=False))
+
+
+BODY = "r is puppet\nr $ repeat (head (if near left else right) || forward)\n"
+
+
+def test_a_body_part_plays_what_senses_decide_and_so_does_its_base() -> None:
+    replayed = Replay(made(BODY))
+    replayed.sense("r", "near", False, 0)
+    replayed.sense("r", "near", True, 2)
+    assert words(replayed, 1, BODY, 3, "head") == "1 right, 2 left, 3 left"
+    assert words(replayed, 1, BODY, 3, BASE) == "1 forward, 2 forward, 3 forward"
+    turning = [moment.velocity.yaw for moment, _ in zip(replayed.moments("r", 1, "head"), range(2), strict=False)]
+    assert turning == [-1, 1]
+    assert not any(moment.velocity.yaw for moment, _ in zip(replayed.moments("r", 1), range(3), strict=False))
+
+
+def test_a_body_part_plays_on_when_its_part_does() -> None:
+    before = Replay(made(BODY))
+    before.sense("r", "near", False, 0)
+    before.sense("r", "near", True, 2)
+    replayed = Replay(made("# more\n" + BODY), 5, before)
+    assert words(replayed, 4, "# more\n" + BODY, 2, "head") == "4 left, 5 left"
+
+
+def test_each_body_part_plays_its_own_words_and_rests_while_others_move() -> None:
+    program = "r is puppet\nr $ head (left right) left_arm to high forward\n"
+    replayed = Replay(made(program))
+    assert list(replayed.body_parts("r")) == ["head", "left_arm"]
+    assert words(replayed, 0, program, 3, "head") == "0 left, 1 right, 2 stands"
+    assert words(replayed, 0, program, 3, "left_arm") == "0 stands, 2 to high, 3 stands"
+    assert words(replayed, 0, program, 4, BASE) == "0 stands, 2 stands, 3 forward"
+    assert words(replayed, 0, program, 4) == "0 left, 1 right, 2 to high, 3 forward"
 
 
 def test_thousands_of_edges_are_remembered() -> None:

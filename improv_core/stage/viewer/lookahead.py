@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import astuple
+from fractions import Fraction
 from itertools import islice, takewhile
 from typing import Any
 
 from improv_core.score import senses
 from improv_core.score import world as worlds
+from improv_core.score.joints import limbs_of
 from improv_core.score.movement import ENDLESS, near
 from improv_core.score.primitives import PRIMITIVES
+from improv_core.score.profiles import Profile
+from improv_core.score.projection import BASE
 from improv_core.score.replay import Replay
-from improv_core.score.score import Score, twist
-from improv_core.stage.viewer.messages import RobotWindow, ShownScore
+from improv_core.score.score import Part, Score, twist
+from improv_core.score.walk import Moment
+from improv_core.stage.viewer.messages import RobotWindow, ShownBodyPart, ShownJoint, ShownScore
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
@@ -47,30 +52,67 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "ends": None if part.ends == ENDLESS else float(part.ends),
                 "senses": senses.to_json(part.senses),
                 "near": part.profile.reach,
+                "body": _body(part, score),
             }
             for name, part in score.parts.items()
         },
     }
 
 
+def _body(part: Part, score: Score) -> list[ShownBodyPart]:
+    if not (body := part.profile.body):
+        return []
+    moved = {limb.part.name for limb in limbs_of(part, score.tempo)}
+    shown: list[ShownBodyPart] = []
+    for each in body.parts:
+        joints: list[ShownJoint] = []
+        for drive in each.drives:
+            joint = body.joint[drive.joint]
+            joints.append(
+                {
+                    "name": joint.name,
+                    "axis": drive.direction,
+                    "sign": 1 if drive.per_step > 0 else -1,
+                    "slides": joint.slides,
+                    "min": joint.min,
+                    "max": joint.max,
+                    "start": joint.start,
+                }
+            )
+        shown.append({"name": each.name, "joints": joints, "moves": each.name in moved})
+    return shown
+
+
 def window(replay: Replay, start: float, end: float) -> dict[str, RobotWindow]:
     """What each robot does from beat `start` to beat `end`, up to `MOST_MOMENTS`.
 
     `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
-    of start and duration in beats, velocity at the score's own tempo (m/s, rad/s), and the words that play: statement,
-    and span in it. `until` is the beat they reach.
+    of start and duration in beats, velocity at the score's own tempo (m/s, rad/s; that of a body part as its base would
+    have it), and the words that play: statement, and span in it. `until` is the beat they reach.
     """
     score, begin = replay.score, near(max(start, 0.0))
-    most = MOST_MOMENTS // max(len(score.parts), 1)
+    moving = {name: replay.body_parts(name) for name in score.parts}
+    most = MOST_MOMENTS // max(sum(1 + len(parts) for parts in moving.values()), 1)
+
+    def track(part: Part, body_part: str) -> list[list[Any]]:
+        moments = islice(replay.moments(part.robot, begin, body_part), most)
+        return [_moment(each, part.profile, score.tempo) for each in takewhile(lambda each: each.start < end, moments)]
+
     found: dict[str, RobotWindow] = {}
     for name, part in score.parts.items():
-        moments: list[list[Any]] = []
-        until = float(begin)
-        for moment in takewhile(lambda each: each.start < end, islice(replay.moments(name, begin), most)):
-            moving = twist(moment.velocity, part.profile, score.tempo)
-            words = [[source.statement, *source.span] for source in moment.sources]
-            moments.append([float(moment.start), float(moment.duration), *astuple(moving), words])
-            until = float(moment.start + moment.duration)
+        moments = track(part, BASE)
+        body = {each: track(part, each) for each in moving[name]}
+        reached = [track[-1][0] + track[-1][1] if track else float(begin) for track in (moments, *body.values())]
         pose = replay.pose(name, begin)
-        found[name] = {"pose": list(astuple(pose)) if pose else None, "moments": moments, "until": until}
+        found[name] = {
+            "pose": list(astuple(pose)) if pose else None,
+            "moments": moments,
+            "body": body,
+            "until": min(reached),
+        }
     return found
+
+
+def _moment(moment: Moment, profile: Profile, tempo: Fraction) -> list[Any]:
+    words = [[source.statement, *source.span] for source in moment.sources]
+    return [float(moment.start), float(moment.duration), *astuple(twist(moment.velocity, profile, tempo)), words]

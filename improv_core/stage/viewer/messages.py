@@ -23,9 +23,10 @@ class ServerTime(TypedDict):
 
 
 class DrawnRobot(TypedDict):
-    """What a page draws of a robot: a disc of this radius in meters."""
+    """What a page draws of a robot: a disc of this radius in meters, and the joints that have moved so far."""
 
     radius: float
+    joints: Sequence[str]
 
 
 class DrawnRobots(TypedDict):
@@ -34,12 +35,14 @@ class DrawnRobots(TypedDict):
 
 
 class DrawnPoses(TypedDict):
-    """x, y, z and heading of every robot, in the order of `robots`."""
+    """x, y, z and heading of every robot, in the order of `robots`, and where the joints of each are, in radians or
+    meters, in the order of its `joints` there."""
 
     type: Literal["poses"]
     at: float
     placed: int
     poses: Sequence[Sequence[float]]
+    joints: Mapping[str, Sequence[float]]
 
 
 DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
@@ -63,6 +66,27 @@ class DrawnMeasured(TypedDict):
     robots: Mapping[str, DrawnTrail]
 
 
+class ShownJoint(TypedDict):
+    """A joint, in radians, or in meters if it `slides`. A velocity along `axis` moves it, to greater positions if
+    `sign` is 1, and to smaller ones if it is -1."""
+
+    name: str
+    axis: str
+    sign: int
+    slides: bool
+    min: float | None
+    max: float | None
+    start: float
+
+
+class ShownBodyPart(TypedDict):
+    """A body part of a robot, and whether the score moves it."""
+
+    name: str
+    joints: Sequence[ShownJoint]
+    moves: bool
+
+
 class ShownRobot(TypedDict):
     """What a robot of a score is like. `start_pose` is x, y, z, and heading; `near` is the reach of that sense in
     meters.
@@ -79,6 +103,7 @@ class ShownRobot(TypedDict):
     ends: float | None
     senses: Mapping[str, Mapping[str, Any]]
     near: float
+    body: Sequence[ShownBodyPart]
 
 
 class ShownDeadman(TypedDict):
@@ -125,10 +150,12 @@ class Bumps(TypedDict):
 
 
 class RobotWindow(TypedDict):
-    """What one robot does up to beat `until`: its ideal pose at the beginning, and its moments."""
+    """What one robot does up to beat `until`: the ideal pose of its base at the beginning, and the moments of its base
+    and of each body part that moves."""
 
     pose: Sequence[float] | None
     moments: Sequence[Sequence[Any]]
+    body: Mapping[str, Sequence[Sequence[Any]]]
     until: float
 
 

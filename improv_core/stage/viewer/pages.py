@@ -119,23 +119,31 @@ class Pages:
 
     def _send(self, snapshot: Snapshot) -> None:
         """Send the robots, their poses in the same order, trails, and bumps, if any of these is new."""
-        robots: dict[str, DrawnRobot] = {name: {"radius": radius} for name, radius in snapshot.radii.items()}
+        robots: dict[str, DrawnRobot] = {
+            name: {"radius": radius, "joints": list(snapshot.joints.get(name, ()))}
+            for name, radius in snapshot.radii.items()
+        }
         poses = [
             [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 4)]
             for pose in map(snapshot.poses.__getitem__, robots)
         ]
+        joints = {
+            name: [round(position, 4) for position in each.values()] for name, each in snapshot.joints.items() if each
+        }
         if robots != self._drawn.get("robots"):
             cast: DrawnRobots = {"type": "robots", "robots": robots}
             self.put("robots", json.dumps(cast))
-        if {"robots": robots, "poses": poses} != self._drawn:
+        drawn: dict[str, object] = {"robots": robots, "poses": poses, "joints": joints}
+        if drawn != self._drawn:
             message: DrawnPoses = {
                 "type": "poses",
                 "at": round(snapshot.at, 4),
                 "placed": snapshot.placed,
                 "poses": poses,
+                "joints": joints,
             }
             self.put("poses", json.dumps(message, separators=(",", ":")))
-        self._drawn = {"robots": robots, "poses": poses}
+        self._drawn = drawn
         trails = {name: (trail, len(trail.places)) for name, trail in snapshot.trails.items()}
         if (trails, snapshot.placed) != (self._trails, self._placed):
             self._trails, self._placed = trails, snapshot.placed

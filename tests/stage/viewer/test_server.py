@@ -234,8 +234,14 @@ def test_a_new_page_gets_what_was_published_and_which_robots_there_are(viewer: V
     messages = asyncio.run(check())
     assert next(iter(messages)) == "time"
     assert messages["transport"]["generation"] == 2
-    assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
-    assert messages["poses"] == {"type": "poses", "at": 1.0, "placed": 1, "poses": [[1.0, 2.3333, 0.0, 0.0]]}
+    assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3, "joints": []}}}
+    assert messages["poses"] == {
+        "type": "poses",
+        "at": 1.0,
+        "placed": 1,
+        "poses": [[1.0, 2.3333, 0.0, 0.0]],
+        "joints": {},
+    }
     assert messages["trails"] == {
         "type": "trails",
         "placed": 1,

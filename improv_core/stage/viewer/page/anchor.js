@@ -58,7 +58,7 @@ export class Anchor {
     if (now - this.#checked < CHECKING) return
     this.#checked = now
     for (const [name, pose] of Object.entries(poses)) {
-      if (!lookahead.at(name, beat) || isSilent(name)) continue
+      if (!lookahead.at(name, null, beat) || isSilent(name)) continue
       const ideal = lookahead.poseAt(name, beat)
       this.#check(name, ideal, named(pose), SLACK, TURN)
     }

@@ -12,10 +12,13 @@ export const RADIUS = 0.3 // meters, until the stage says otherwise
 export class Cast {
   /** @type {Map<string, number>} */
   #radii = new Map() // in the order of poses
+  /** @type {Map<string, string[]>} */
+  #joints = new Map() // of each robot, in the order of positions
 
   /** @param {Messages["robots"]} message */
   take({ robots }) {
     this.#radii = new Map(Object.entries(robots).map(([name, { radius }]) => [name, radius]))
+    this.#joints = new Map(Object.entries(robots).map(([name, { joints }]) => [name, joints]))
   }
 
   get names() {
@@ -32,6 +35,19 @@ export class Cast {
   }
 
   /**
+   * The positions of joints by robot and name.
+   * @param {Record<string, number[]>} positions
+   */
+  posed(positions) {
+    return Object.fromEntries(
+      Object.entries(positions).map(([name, each]) => {
+        const joints = this.#joints.get(name) ?? []
+        return [name, Object.fromEntries(each.map((position, index) => [joints[index], position]))]
+      }),
+    )
+  }
+
+  /**
    * All robots, and what is known of each.
    * @param {Lookahead | null} lookahead
    * @param {(index: number) => string} colorOf
@@ -41,7 +57,8 @@ export class Cast {
     return [...new Set([...Object.keys(about), ...this.#radii.keys()])].map((name, index) => ({
       name,
       color: colorOf(index),
-      kind: kindOf(about[name]?.profile ?? "", about[name]?.motions),
+      kind: kindOf(about[name]?.profile ?? "", about[name]?.motions, about[name]?.body),
+      body: about[name]?.body ?? [],
       radius: this.#radii.get(name) ?? about[name]?.radius ?? RADIUS,
       path: pathOf(lookahead?.robots.get(name)),
     }))

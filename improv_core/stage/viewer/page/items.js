@@ -14,6 +14,7 @@
 const SIGNS = { x: ["↑", "↓"], y: ["←", "→"], z: ["⤒", "⤓"], yaw: ["↰", "↱"] }
 const HALF_TURNS = ["↖", "↗"]
 const REST = "·"
+const POSE = "⇢"
 const CHANCE = "chance" // in the place of what dice have left out
 const BEFORE = 20 // stretches to the left whose names may reach into view
 const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
@@ -58,6 +59,9 @@ export class Reader {
         if (word === CHANCE) {
           voices.push({ word, sign: REST, rests: true, at: span[0], names })
           names = []
+        } else if (starts(this.#points, span).length > 1) {
+          voices.push({ word, sign: POSE, rests: false, at: span[0], names }) // such as `to high`
+          names = []
         } else if (Object.hasOwn(this.#words, word)) {
           const [x, y, z, yaw] = this.#words[word]
           voices.push({ word, ...drawn({ x, y, z, yaw }, stretch.velocity), at: span[0], names })
@@ -77,6 +81,17 @@ export class Reader {
     this.#brackets ??= brackets(this.#points)
     return this.#brackets.get(at)
   }
+}
+
+/**
+ * Where the words in a span begin: a pose has two, everything else one.
+ * @param {string[]} points of the text
+ * @param {number[]} span
+ */
+export function starts(points, [start, end]) {
+  const found = []
+  for (let at = start; at < end; at++) if (/\S/.test(points[at]) && (at === start || /\s/.test(points[at - 1]))) found.push(at)
+  return found
 }
 
 /**

@@ -38,7 +38,9 @@ export class Lookahead {
   #renews = false // whether the requested piece replaces what is known
   score
   /** @type {Map<string, Stretch[]>} */
-  robots = new Map()
+  robots = new Map() // what their bases do
+  /** @type {Map<string, Stretch[]>} */
+  #body = new Map() // what body parts do, by robot and part
   version = 0 // changes with what is known
 
   /**
@@ -101,23 +103,34 @@ export class Lookahead {
     if (this.#renews) this.#forget(from)
     this.#pause = 2 * performance.now() - this.#since // playing comes first: the server rests as long as it worked
     let reached = to
-    for (const [name, { pose, moments, until }] of Object.entries(robots)) {
+    for (const [name, { pose, moments, body, until }] of Object.entries(robots)) {
       const { ends } = this.score.robots[name] ?? {}
       if (ends === undefined) continue
       if (moments.length && until < Math.min(to, ends ?? Infinity) - NEAR) reached = Math.min(reached, until)
-      this.#add(name, pose, moments)
+      this.#add(this.robots, name, pose, moments)
+      for (const [part, each] of Object.entries(body)) this.#add(this.#body, keyOf(name, part), null, each)
     }
     this.#known = Math.max(this.#known, reached)
     this.version++
   }
 
   /**
-   * What a robot does at a beat, or undefined.
+   * What the base of a robot does, or one of its body parts.
    * @param {string} name
+   * @param {string | null} part
+   */
+  track(name, part) {
+    return (part === null ? this.robots.get(name) : this.#body.get(keyOf(name, part))) ?? []
+  }
+
+  /**
+   * What the base of a robot does at a beat, or one of its body parts; or undefined.
+   * @param {string} name
+   * @param {string | null} part
    * @param {number} beat
    */
-  at(name, beat) {
-    const stretches = this.robots.get(name) ?? []
+  at(name, part, beat) {
+    const stretches = this.track(name, part)
     return stretches[this.indexAt(stretches, beat)]
   }
 
@@ -175,12 +188,13 @@ export class Lookahead {
   }
 
   /**
+   * @param {Map<string, Stretch[]>} tracks
    * @param {string} name
    * @param {number[] | null} pose
    * @param {Messages["window"]["robots"][string]["moments"]} moments
    */
-  #add(name, pose, moments) {
-    const stretches = this.robots.get(name) ?? []
+  #add(tracks, name, pose, moments) {
+    const stretches = tracks.get(name) ?? []
     /** @type {Stretch | undefined} */
     let last = stretches.at(-1)
     let next = last ? last.pose && after(last.pose, last.velocity, last.seconds) : pose && named(pose)
@@ -194,7 +208,7 @@ export class Lookahead {
       stretches.push(last)
       this.#count++
     }
-    this.robots.set(name, stretches)
+    tracks.set(name, stretches)
   }
 
   /**
@@ -211,6 +225,7 @@ export class Lookahead {
   #forget(from) {
     this.#renews = false
     this.robots.clear()
+    this.#body.clear()
     this.#from = this.#known = from
     this.#count = 0
     this.version++
@@ -219,12 +234,33 @@ export class Lookahead {
   /** @param {number} beat */
   #forgetBefore(beat) {
     this.#count = 0
-    for (const [name, stretches] of this.robots) {
-      const kept = stretches.slice(this.indexAt(stretches, beat))
-      this.robots.set(name, kept)
-      this.#count += kept.length
+    for (const tracks of [this.robots, this.#body]) {
+      for (const [name, stretches] of tracks) {
+        const kept = stretches.slice(this.indexAt(stretches, beat))
+        tracks.set(name, kept)
+        this.#count += kept.length
+      }
     }
     this.#from = beat
     this.version++
   }
+}
+
+/**
+ * The body parts that a robot of a score moves, after its base, which is null.
+ * @param {Messages["score"]} score
+ * @param {string} name
+ * @returns {(string | null)[]}
+ */
+export function partsOf(score, name) {
+  const moving = (score.robots[name]?.body ?? []).filter(({ moves }) => moves)
+  return [null, ...moving.map((part) => part.name)]
+}
+
+/**
+ * @param {string} robot
+ * @param {string} part
+ */
+function keyOf(robot, part) {
+  return `${robot} ${part}`
 }

@@ -54,9 +54,19 @@ const problem = shape({
   fixes: listOf(shape({ title: text, kind: text, edits: listOf(edit) })),
 })
 
+const joint = shape({
+  name: text,
+  axis: oneOf("x", "y", "z", "yaw"),
+  sign: number,
+  slides: flag,
+  min: nullOr(number),
+  max: nullOr(number),
+  start: number,
+})
+
 const MESSAGES = {
   time: shape({ wall: number }),
-  robots: shape({ robots: mapOf(shape({ radius: number })) }),
+  robots: shape({ robots: mapOf(shape({ radius: number, joints: listOf(text) })) }),
   trails: shape({ placed: count, robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
   measured: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(13)) })) }),
   program: shape({
@@ -65,7 +75,7 @@ const MESSAGES = {
     problems: listOf(shape({ file: text, line: count, column: count, word: text, message: text })),
     count,
   }),
-  poses: shape({ at: number, placed: count, poses: listOf(numbers(4)) }),
+  poses: shape({ at: number, placed: count, poses: listOf(numbers(4)), joints: mapOf(listOf(number)) }),
   transport: shape({
     generation: count,
     restarted: count,
@@ -105,6 +115,7 @@ const MESSAGES = {
         ends: nullOr(number),
         senses: mapOf(object),
         near: number,
+        body: listOf(shape({ name: text, joints: listOf(joint), moves: flag })),
       }),
     ),
     world: nullOr(
@@ -120,7 +131,7 @@ const MESSAGES = {
     generation: count,
     from: number,
     to: number,
-    robots: mapOf(shape({ pose: nullOr(numbers(4)), moments: listOf(moment), until: number })),
+    robots: mapOf(shape({ pose: nullOr(numbers(4)), moments: listOf(moment), body: mapOf(listOf(moment)), until: number })),
   }),
   misplaced: shape({
     generation: count,

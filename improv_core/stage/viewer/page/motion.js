@@ -2,7 +2,7 @@
 // The latest poses of the robots in performance time.
 
 /** @import { Pose } from "./path.js" */
-/** @typedef {{ at: number, placed: number, poses: Record<string, number[]> }} Frame */
+/** @typedef {{ at: number, placed: number, poses: Record<string, number[]>, joints: Record<string, number[]> }} Frame */
 
 const DELAY = 0.05 // seconds the page shows behind the newest poses, to have a pose on either side of its own time
 const FRAMES_KEPT = 30
@@ -24,7 +24,7 @@ export class Motion {
    * @param {Frame} frame
    * @param {number} now
    */
-  take({ at, placed, poses }, now) {
+  take({ at, placed, poses, joints }, now) {
     const anew = at < (this.#frames.at(-1)?.at ?? -Infinity)
     if (anew) this.clear()
     const offset = at - now
@@ -33,7 +33,7 @@ export class Motion {
     this.#offset = this.#offset - offset > 0.25 ? offset : Math.max(this.#offset - 0.0002, offset)
     const last = this.#frames.at(-1)
     if (at === last?.at) this.#frames.pop() // the cast has changed, or a robot was put elsewhere
-    this.#frames.push({ at, placed, poses })
+    this.#frames.push({ at, placed, poses, joints })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
     return anew
   }
@@ -44,12 +44,12 @@ export class Motion {
   }
 
   /**
-   * Performance time, `placed` and poses to show at `now`, and whether later ones will differ without a new message.
+   * Performance time, `placed`, poses, and positions of joints to show at `now`, and whether later ones will differ without a new message.
    * @param {number} now
    */
   present(now) {
     const frames = this.#frames
-    if (!frames.length) return { at: 0, placed: 0, robots: {}, moving: false }
+    if (!frames.length) return { at: 0, placed: 0, robots: {}, joints: {}, moving: false }
     const newest = frames[frames.length - 1]
     const at = Math.min(Math.max(now + this.#offset - DELAY, this.#shown), newest.at)
     this.#shown = at
@@ -60,11 +60,24 @@ export class Motion {
     const part = after.at > before.at ? Math.max((at - before.at) / (after.at - before.at), 0) : 1
     /** @type {Record<string, Pose>} */
     const robots = {}
-    for (const [name, to] of Object.entries(after.poses)) {
-      const from = before.poses[name] ?? to
-      const [x, y, z, heading] = to.map((value, axis) => from[axis] + (value - from[axis]) * part)
+    for (const [name, [x, y, z, heading]] of Object.entries(between(before.poses, after.poses, part))) {
       robots[name] = { x, y, z, heading }
     }
-    return { at, placed: after.placed, robots, moving: at < newest.at }
+    return { at, placed: after.placed, robots, joints: between(before.joints, after.joints, part), moving: at < newest.at }
   }
+}
+
+/**
+ * The numbers of each robot, part of the way from one frame to the next.
+ * @param {Record<string, number[]>} before
+ * @param {Record<string, number[]>} after
+ * @param {number} part
+ */
+function between(before, after, part) {
+  return Object.fromEntries(
+    Object.entries(after).map(([name, to]) => {
+      const from = before[name]?.length === to.length ? before[name] : to
+      return [name, to.map((value, index) => from[index] + (value - from[index]) * part)]
+    }),
+  )
 }

@@ -9,6 +9,7 @@ import { Deadman } from "./deadman.js"
 import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
 import { Examples } from "./examples.js"
+import { Figures } from "./figures.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
 import { connect, isWebsite } from "./home.js"
@@ -41,6 +42,7 @@ const trails = new Trails()
 const measured = new Measured()
 const bumps = new Bumps(find("bumps"))
 const cast = new Cast()
+const figures = new Figures()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
@@ -57,7 +59,7 @@ if (isWebsite) {
 }
 const score = new Score(find("score-text"))
 const lights = new Lights(
-  { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },
+  { show: (message) => shownText().show(message), light: (places, poses) => (editor.open ? editor.light(places) : score.light(places, poses)) },
   clock,
 )
 const program = new Program(clock, send)
@@ -85,7 +87,7 @@ const panels = new Panels({
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall })
+const view = new View({ clock, figures, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall })
 
 /** @param {Message} message */
 function take(message) {
@@ -191,9 +193,9 @@ function takeSensed(message) {
 }
 
 /** @param {Messages["poses"]} message */
-function takePoses({ at, placed, poses }) {
+function takePoses({ at, placed, poses, joints }) {
   const named = cast.named(poses)
-  if (named && motion.take({ at, placed, poses: named }, seconds())) bumps.clear()
+  if (named && motion.take({ at, placed, poses: named, joints }, seconds())) bumps.clear()
 }
 
 /** @param {Messages["robots"]} message */
@@ -256,6 +258,7 @@ function showCast() {
     .list(program.current, (index) => stage.color(index))
     .filter(({ name }) => Object.hasOwn(score.robots, name))
   timeline.show(score, playing)
+  figures.show(score, playing)
   startPoses.show(score, playing)
   formation.show(score)
   senses.show(score, playing)

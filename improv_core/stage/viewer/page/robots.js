@@ -1,8 +1,10 @@
 // @ts-check
 // What each kind of robot looks like from above, nose to the right, in units of its radius. Drawn once, then copied.
 
+import { figureOf } from "./body.js"
 import { penOn } from "./pen.js"
 
+/** @import { Body } from "./body.js" */
 /** @import { Pen } from "./pen.js" */
 /** @typedef {keyof typeof KINDS} Kind */
 
@@ -46,10 +48,12 @@ export { REACH }
  * Which kind of picture suits a profile.
  * @param {string} profile
  * @param {string[]} [motions]
+ * @param {Body} [body]
  * @returns {Kind}
  */
-export function kindOf(profile, motions = []) {
+export function kindOf(profile, motions = [], body = []) {
   for (const [part, kind] of NAMES) if (profile.includes(part)) return kind
+  if (figureOf(body)?.head) return "puppet"
   if (motions.includes("climb") && !motions.includes("strafe")) return "quadrotor"
   return motions.includes("strafe") && !motions.includes("climb") ? "holonomic" : "disc"
 }
@@ -75,6 +79,11 @@ const KINDS = {
     fill(pen, color)
     edge(pen, color, 0.16)
     eyes(pen, 0.42, 0.4, 0.27)
+  },
+
+  puppet(pen, color) {
+    polygon(pen, [[0.84, 0.5], [1.38, 0], [0.84, -0.5]], color)
+    disc(pen, 0, 0, 1, color)
   },
 
   turtle(pen, color, shade) {

@@ -1,6 +1,9 @@
 // @ts-check
 // The program's text; words light up while they play.
 
+import { starts } from "./items.js"
+import { partsOf } from "./lookahead.js"
+
 /** @import { Clock } from "./clock.js" */
 /** @import { Words } from "./items.js" */
 /** @import { Lookahead } from "./lookahead.js" */
@@ -42,14 +45,16 @@ export class Score {
   }
 
   /**
-   * Lights words, given by offset, in the colors of the robots that play them.
+   * Lights words, given by offset, in the colors of the robots that play them. Some of them are words of `poses`.
    * @param {Map<number, string>} places
+   * @param {Set<number>} poses
    */
-  light(places) {
+  light(places, poses) {
     const wanted = new Map()
     for (const [at, color] of places) {
       const word = this.#words.get(at)
       if (word) wanted.set(word, color)
+      if (poses.has(at)) word?.classList.add("moving")
     }
     for (const [word] of this.#lit) if (!wanted.has(word)) word.classList.remove("lit")
     for (const [word, color] of wanted) {
@@ -110,6 +115,8 @@ export class Lights {
   #score
   #clock
   #lit = ""
+  /** @type {string[]} */
+  #points = [] // of the text
 
   /**
    * @param {Pick<Score, "show" | "light">} score
@@ -126,6 +133,7 @@ export class Lights {
    */
   showText(score) {
     this.#score.show(score)
+    this.#points = Array.from(score.text)
     this.forget()
   }
 
@@ -144,16 +152,27 @@ export class Lights {
   show(lookahead, beat, colorOf, shared) {
     /** @type {Map<number, string>} */
     const places = new Map()
+    /** @type {Set<number>} */
+    const poses = new Set()
     const names = lookahead ? Object.keys(lookahead.score.robots) : []
     names.forEach((name, index) => {
-      const stretch = !this.#clock.isSilent(name) && lookahead?.at(name, beat)
-      if (!stretch || stretch.start > beat) return
+      if (!lookahead || this.#clock.isSilent(name)) return
       const color = colorOf(index)
-      for (const [at] of stretch.words) places.set(at, (places.get(at) ?? color) === color ? color : shared)
+      for (const part of partsOf(lookahead.score, name)) {
+        const stretch = lookahead.at(name, part, beat)
+        if (!stretch || stretch.start > beat) continue
+        for (const span of stretch.words) {
+          const words = starts(this.#points, span)
+          for (const at of words) {
+            places.set(at, (places.get(at) ?? color) === color ? color : shared)
+            if (words.length > 1) poses.add(at)
+          }
+        }
+      }
     })
     const now = JSON.stringify([...places])
     if (now === this.#lit) return
     this.#lit = now
-    this.#score.light(places)
+    this.#score.light(places, poses)
   }
 }

@@ -6,6 +6,7 @@ import { RADIUS } from "./cast.js"
 import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
 import { Labels } from "./labels.js"
+import { drawLimbs } from "./limbs.js"
 import { drawMark } from "./meetings.js"
 import { drawWay } from "./misplaced.js"
 import { penOn } from "./pen.js"
@@ -193,7 +194,7 @@ export class Stage {
   }
 
   /** @param {Drawn} robot */
-  #drawRobot({ kind, pose, place, size, color, silent, lost }) {
+  #drawRobot({ kind, figure, pose, place, size, color, silent, lost }) {
     const pen = this.#pen
     const shade = mix(color, this.colors.shadow, 0.28)
     const made = picture(kind, color, shade, Math.round(size), this.#ratio)
@@ -210,6 +211,7 @@ export class Stage {
     pen.rotate(-pose.heading)
     const half = size * REACH * scale
     pen.drawImage(made, -half, -half, 2 * half, 2 * half)
+    if (figure) drawLimbs(pen, figure, size * scale, color, shade)
     pen.restore()
     pen.globalAlpha = 1
     if (lost) drawLost(pen, place, size, this.colors)

@@ -6,6 +6,7 @@ import { TimelineSheet } from "./timesheet.js"
 import { words } from "./clock.js"
 import { find, findA } from "./elements.js"
 import { Silence } from "./silence.js"
+import { rowsOf } from "./timerows.js"
 
 /** @import { Robot } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
@@ -128,9 +129,10 @@ export class Timeline {
   show(score, cast) {
     this.#score = score
     this.#left = 0
-    this.#tracks.classList.toggle("crowd", cast.length > CROWD)
-    this.#sheet.show(score, cast)
-    this.#list.replaceChildren(...cast.map((robot) => this.#row(robot)))
+    const sheet = rowsOf(score, cast)
+    this.#tracks.classList.toggle("crowd", sheet.rows.length > CROWD)
+    this.#sheet.show(score, sheet)
+    this.#list.replaceChildren(...sheet.rows.map((row) => (row.part === null ? this.#row(row) : partRow(row, row.part))))
     this.showSilence()
     this.showMeasured()
     this.showPosition()
@@ -141,7 +143,7 @@ export class Timeline {
   showSilence() {
     const { muted, soloed } = this.#clock.transport
     this.#silenced.take({ muted, soloed })
-    for (const row of this.#list.querySelectorAll("li")) {
+    for (const row of this.#ownRows()) {
       const { robot = "" } = row.dataset
       row.dataset.silent = String(this.#clock.isSilent(robot))
       row.querySelector(".mute")?.setAttribute("aria-pressed", String(muted.includes(robot)))
@@ -152,7 +154,7 @@ export class Timeline {
 
   /** Shows how far off robots are, or were at the beat under the pointer. */
   showMeasured() {
-    const rows = [...this.#list.querySelectorAll("li")]
+    const rows = this.#ownRows()
     const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
     const beat = known.length ? this.#pointed : null
     const count = rows.length > CROWD ? `${rows.length} robots` : "" // most have to be scrolled to
@@ -163,6 +165,11 @@ export class Timeline {
       const text = (beat === null && this.#lost(robot)) || this.#measured.off(robot, beat)
       if (off && off.textContent !== text) off.textContent = text
     }
+  }
+
+  /** The rows of robots, without those of their body parts. */
+  #ownRows() {
+    return [...this.#list.querySelectorAll("li")].filter(({ dataset }) => dataset.robot)
   }
 
   /** Tells screen readers the position. */
@@ -315,4 +322,21 @@ export class Timeline {
     this.#sent = performance.now()
     this.#seek(this.#scrubbed)
   }
+}
+
+/**
+ * @param {Robot} robot
+ * @param {string} part
+ */
+function partRow({ name, color }, part) {
+  const row = document.createElement("li")
+  row.className = "part"
+  row.dataset.of = name
+  row.style.setProperty("--robot", color)
+  const label = document.createElement("span")
+  label.className = "name"
+  label.textContent = part.replaceAll("_", " ")
+  label.title = `${part} of ${name}`
+  row.append(label)
+  return row
 }

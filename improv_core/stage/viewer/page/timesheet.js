@@ -6,8 +6,9 @@ import { direction, labels, namesOf, outline, Reader, runs, shapes } from "./ite
 import { drawMark } from "./meetings.js"
 import { penOn } from "./pen.js"
 import { FONT, paintRuler } from "./ruler.js"
+import { TimelineRows } from "./timerows.js"
 
-/** @import { Robot } from "./cast.js" */
+/** @import { TimelineRow } from "./timerows.js" */
 /** @import { Colors } from "./colors.js" */
 /** @import { Shape, Voice } from "./items.js" */
 /** @import { Lookahead } from "./lookahead.js" */
@@ -41,8 +42,7 @@ export class TimelineSheet {
   #width = 0
   #height = 0
   #ratio = 1
-  /** @type {Robot[]} */
-  #cast = []
+  #rows = new TimelineRows([])
   /** @type {Messages["score"]["robots"]} */
   #robots = {}
   #reader = new Reader("", {})
@@ -73,13 +73,13 @@ export class TimelineSheet {
 
   /**
    * @param {Messages["score"]} score
-   * @param {Robot[]} cast
+   * @param {TimelineRows} rows
    */
-  show(score, cast) {
+  show(score, rows) {
     this.#robots = score.robots
     this.#offsets = score.offsets
     this.#ruler = { beats: score.beats, bar: score.bar, first: score.scene, scenes: score.scenes, names: score.scene_names }
-    this.#cast = cast
+    this.#rows = rows
     this.#reader = new Reader(score.text, score.words)
     this.forget()
   }
@@ -124,11 +124,11 @@ export class TimelineSheet {
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     this.#clipRows(pen, view)
     if (view.lit && view.lookahead) {
-      for (const [index, robot] of this.#visible(view)) {
-        const stretches = view.lookahead.robots.get(robot.name) ?? []
+      for (const [index, robot] of this.#rows.visible(view, this.#height)) {
+        const stretches = view.lookahead.track(robot.name, robot.part)
         const at = view.lookahead.indexAt(stretches, view.beat)
         if (view.silent(robot.name) || !stretches[at] || stretches[at].start > view.beat) continue
-        this.#drawItems(pen, view, view.left, index, robot, shapes(stretches, at, at + 1), true)
+        this.#drawItems(pen, this.#rows.inRow(view, index), view.left, this.#rows.y(view, index), robot, shapes(stretches, at, at + 1), true)
       }
     }
     pen.restore()
@@ -152,21 +152,11 @@ export class TimelineSheet {
     paintRuler(pen, { ...view, last: Math.min(right, beats ?? Infinity), bar, scenes: named, height: this.#height, colors: this.#colors })
     for (const { beat } of this.meetings) drawMark(pen, { x: (beat - view.left) * view.scale, y: view.head * 0.7 }, this.#colors, 6)
     this.#clipRows(pen, view, 1 + SPARE)
-    for (const [index, robot] of this.#visible(view)) this.#paintRow(pen, view, right, index, robot)
+    for (const [index, robot] of this.#rows.visible(view, this.#height)) this.#paintRow(pen, view, right, index, robot)
     pen.restore()
     this.#sheet?.image.close()
     this.#sheet = { image: canvas.transferToImageBitmap(), left: view.left, right, key }
     return this.#sheet
-  }
-
-  /**
-   * @param {TimelineView} view
-   * @returns {Generator<[number, Robot]>}
-   */
-  *#visible({ head, row, top }) {
-    for (let i = Math.floor(top / row); i < this.#cast.length && i * row - top < this.#height - head; i++) {
-      yield [i, this.#cast[i]]
-    }
   }
 
   /**
@@ -183,22 +173,23 @@ export class TimelineSheet {
 
   /**
    * @param {Pen} pen
-   * @param {TimelineView} view
+   * @param {TimelineView} whole
    * @param {number} right
    * @param {number} index
-   * @param {Robot} robot
+   * @param {TimelineRow} robot
    */
-  #paintRow(pen, view, right, index, robot) {
+  #paintRow(pen, whole, right, index, robot) {
+    const view = this.#rows.inRow(whole, index)
     const { lookahead, left, scale, letter } = view
-    const y = this.#y(view, index)
+    const y = this.#rows.y(whole, index)
     pen.fillStyle = this.#colors["grid-strong"]
     pen.fillRect(0, Math.round(y + view.row) - 1, this.#width * (1 + SPARE), 1)
-    const stretches = lookahead?.robots.get(robot.name) ?? []
+    const stretches = lookahead?.track(robot.name, robot.part) ?? []
     const first = lookahead ? lookahead.indexAt(stretches, left) : 0
     let last = first
     while (last < stretches.length && stretches[last].start < right && last - first < MOST_ITEMS) last++
     const items = shapes(stretches, first, last)
-    this.#drawItems(pen, view, left, index, robot, items, false)
+    this.#drawItems(pen, view, left, y, robot, items, false)
     pen.textBaseline = "middle"
     pen.textAlign = "left"
     pen.font = `600 ${letter * 0.75}px ${FONT}`
@@ -223,11 +214,11 @@ export class TimelineSheet {
     }
     pen.stroke()
     for (const { beat, robots } of this.meetings) {
-      if (robots.includes(robot.name)) drawMark(pen, { x: (beat - left) * scale, y: y + view.row * 0.55 }, this.#colors)
+      if (!robot.part && robots.includes(robot.name)) drawMark(pen, { x: (beat - left) * scale, y: y + view.row * 0.55 }, this.#colors)
     }
     this.#paintEnd(pen, view, y, robot)
     this.#paintScenes(pen, view, y, robot)
-    this.#paintMarks(pen, view, y, robot)
+    if (!robot.part) this.#paintMarks(pen, view, y, robot)
   }
 
   /**
@@ -235,7 +226,7 @@ export class TimelineSheet {
    * @param {Pen} pen
    * @param {TimelineView} view
    * @param {number} y
-   * @param {Robot} robot
+   * @param {TimelineRow} robot
    */
   #paintScenes(pen, { left, scale, row }, y, robot) {
     const { begins } = this.#robots[robot.name]
@@ -255,7 +246,7 @@ export class TimelineSheet {
    * @param {Pen} pen
    * @param {TimelineView} view
    * @param {number} y
-   * @param {Robot} robot
+   * @param {TimelineRow} robot
    */
   #paintMarks(pen, { left, scale, row, letter }, y, robot) {
     pen.font = `700 ${letter * 0.7}px ${FONT}`
@@ -282,7 +273,7 @@ export class TimelineSheet {
    * @param {Pen} pen
    * @param {TimelineView} view
    * @param {number} y
-   * @param {Robot} robot
+   * @param {TimelineRow} robot
    */
   #paintEnd(pen, { left, scale, row }, y, robot) {
     const { ends } = this.#robots[robot.name]
@@ -296,14 +287,14 @@ export class TimelineSheet {
    * @param {Pen} pen
    * @param {TimelineView} view
    * @param {number} left
-   * @param {number} index
-   * @param {Robot} robot
+   * @param {number} above
+   * @param {TimelineRow} robot
    * @param {Shape[]} items
    * @param {boolean} lit
    */
-  #drawItems(pen, view, left, index, robot, items, lit) {
+  #drawItems(pen, view, left, above, robot, items, lit) {
     const { scale, letter, row } = view
-    const top = this.#y(view, index) + row * 0.28
+    const top = above + row * 0.28
     const high = row * 0.55
     items.forEach((item, i) => {
       const { start, end } = item
@@ -387,13 +378,5 @@ export class TimelineSheet {
     pen.lineTo(x + letter * 0.42, 1)
     pen.lineTo(x, head * 0.55)
     pen.fill()
-  }
-
-  /**
-   * @param {TimelineView} view
-   * @param {number} index
-   */
-  #y({ head, row, top }, index) {
-    return head + index * row - top
   }
 }

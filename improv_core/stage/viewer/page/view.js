@@ -1,19 +1,22 @@
 // @ts-check
 // The stage, frame by frame: decides when to draw, and collects what to show.
 
+import { figureOf } from "./body.js"
 import { bounds } from "./camera.js"
 import { outline } from "./world.js"
 
+/** @import { Positions } from "./body.js" */
 /** @import { Bumps } from "./bumps.js" */
 /** @import { Point } from "./camera.js" */
 /** @import { Cast } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
+/** @import { Figures } from "./figures.js" */
 /** @import { Measured } from "./measured.js" */
 /** @import { Meetings } from "./meetings.js" */
 /** @import { Misplaced } from "./misplaced.js" */
 /** @import { Motion } from "./motion.js" */
 /** @import { Panels } from "./panels.js" */
-/** @import { Pose } from "./path.js" */
+/** @import { Pose, Velocity } from "./path.js" */
 /** @import { Program } from "./program.js" */
 /** @import { Senses } from "./senses.js" */
 /** @import { Stage } from "./stage.js" */
@@ -37,10 +40,12 @@ export class View {
   #lost = new Map() // where robots were that nobody can see or reach now
   /** @type {Record<string, Pose>} */
   robots = {}
+  /** @type {Record<string, Positions>} */
+  joints = {}
   frames = 0
 
   /**
-   * @param {{ clock: Clock, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
+   * @param {{ clock: Clock, figures: Figures, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
    *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: Wall }} parts
    */
   constructor(parts) {
@@ -70,10 +75,11 @@ export class View {
    * @param {number} beat
    */
   draw(now, beat) {
-    const { motion, trails, bumps, program, stage } = this.#parts
+    const { cast, figures, motion, trails, bumps, program, stage } = this.#parts
     this.frames++
     const present = motion.present(now)
     this.robots = present.robots
+    this.joints = cast.posed(present.joints)
     trails.show(present.placed)
     trails.complete(program.current)
     const until = program.current?.horizon(beat) ?? 0
@@ -81,10 +87,25 @@ export class View {
     const bumping = bumps.show(present.at, now)
     const moving = present.moving || bumping.length > 0
     if (this.#stale || moving) {
+      figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
       const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
       this.#stale = stage.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving
     }
     this.#drawn = now
+  }
+
+  /**
+   * How fast a body part is asked to move now: only the sign counts.
+   * @param {string} robot
+   * @param {string} part
+   * @param {keyof Velocity} axis
+   * @param {number} beat
+   */
+  #asked(robot, part, axis, beat) {
+    const { clock, program } = this.#parts
+    if (!clock.playing || clock.isSilent(robot)) return 0
+    const stretch = program.current?.at(robot, part, beat)
+    return stretch && stretch.start <= beat ? stretch.velocity[axis] : 0
   }
 
   /** @param {number} until the beat up to which paths are shown */
@@ -121,6 +142,7 @@ export class View {
       return {
         ...robot,
         ...this.#whereabouts(name, lost !== "", at, seconds),
+        figure: robot.body.length ? figureOf(robot.body, this.joints[name]) : null,
         ideal: lost ? undefined : measured.ideal(name),
         off: lost || measured.off(name),
         moved: program.anchor.of(name),

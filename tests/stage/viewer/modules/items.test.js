@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { labels, outline, Reader, runs, shapes } from "../../../../improv_core/stage/viewer/page/items.js"
+import { labels, outline, Reader, runs, shapes, starts } from "../../../../improv_core/stage/viewer/page/items.js"
 
 const WORDS = { forward: [1, 0, 0, 0], left: [0, 0, 0, 1], rest: [0, 0, 0, 0] }
 const TEXT = "r $ forward left"
@@ -88,3 +88,12 @@ function evenly(...all) {
   const [shape] = shapes(stretches(...all), 0, all.length)
   return [shape, new Reader(TEXT, WORDS).voices(shape)[0]]
 }
+
+test("a pose is one voice of two words, also under a name", () => {
+  const reader = new Reader("r $ head wave to  high", WORDS)
+  const pose = { velocity: { x: 0, y: 0, z: 2, yaw: 0 }, words: [[9, 13], [14, 22]] }
+  const [{ word, at, rests, names }] = reader.voices(pose)
+  assert.deepEqual([word, at, rests, names], ["to  high", 14, false, [{ word: "wave", at: 9 }]])
+  assert.deepEqual(starts(Array.from("r $ to  high"), [4, 12]), [4, 8])
+  assert.deepEqual(starts(Array.from("r $ left right"), [4, 8]), [4])
+})

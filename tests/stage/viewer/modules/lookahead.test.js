@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict"
 import { test } from "node:test"
-import { Lookahead } from "../../../../improv_core/stage/viewer/page/lookahead.js"
+import { Lookahead, partsOf } from "../../../../improv_core/stage/viewer/page/lookahead.js"
 
 const SCORE = { generation: 1, beats: null, tempo: 60, offsets: { 0: 0 }, robots: { r: { ends: null, senses: { near: {} } } } }
 
@@ -14,9 +14,9 @@ function looking() {
     const [from, to] = asked.at(-1)
     const moments = []
     for (let start = from; start < to; start++) moments.push([start, 1, 1, 0, 0, 0, [[0, word, word + 1]]])
-    lookahead.take({ generation: 1, from, to, robots: { r: { pose: [0, 0, 0, 0], moments, until: to } } })
+    lookahead.take({ generation: 1, from, to, robots: { r: { pose: [0, 0, 0, 0], moments, body: {}, until: to } } })
   }
-  const words = (...beats) => beats.map((beat) => lookahead.at("r", beat)?.words[0][0])
+  const words = (...beats) => beats.map((beat) => lookahead.at("r", null, beat)?.words[0][0])
   return { lookahead, asked, answer, words }
 }
 
@@ -58,4 +58,18 @@ test("a change is asked for again if the connection was lost", (context) => {
   answer(2)
   assert.deepEqual(words(10), [2])
   assert.equal(asked.length, 3)
+})
+
+test("each body part that moves is known for itself", () => {
+  const body = ["head", "arm"].map((name) => ({ name, joints: [], moves: name === "head" }))
+  const score = { ...SCORE, beats: 2, robots: { r: { ends: 2, senses: {}, body } } }
+  const lookahead = new Lookahead(score, () => {})
+  assert.deepEqual(partsOf(score, "r"), [null, "head"])
+  lookahead.want(0)
+  const moment = (start, beats, word) => [start, beats, 0, 0, 0, 1, [[0, word, word + 1]]]
+  const moves = { pose: [0, 0, 0, 0], moments: [moment(0, 2, 5)], body: { head: [moment(0, 1, 7), moment(1, 1, 8)] }, until: 2 }
+  lookahead.take({ generation: 1, from: 0, to: 2, robots: { r: moves } })
+  assert.deepEqual([0, 1].map((beat) => lookahead.at("r", "head", beat).words[0][0]), [7, 8])
+  assert.deepEqual([0, 1].map((beat) => lookahead.at("r", null, beat).words[0][0]), [5, 5])
+  assert.equal(lookahead.at("r", "arm", 0), undefined)
 })

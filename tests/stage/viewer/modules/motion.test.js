@@ -14,7 +14,7 @@ function near(found, expected) {
 
 test("poses are drawn between two messages, and never ahead of the latest", () => {
   const motion = new Motion()
-  for (let i = 0; i <= 4; i++) motion.take({ at: i / 4, placed: 0, poses: poses(i) }, 100 + i / 4)
+  for (let i = 0; i <= 4; i++) motion.take({ at: i / 4, placed: 0, poses: poses(i), joints: {} }, 100 + i / 4)
   const { robots, moving } = motion.present(100.925)
   for (const [axis, value] of Object.entries({ x: 3.5, y: 0, z: 7, heading: -3.5 })) near(robots.ada[axis], value)
   assert.ok(moving)
@@ -24,8 +24,8 @@ test("poses are drawn between two messages, and never ahead of the latest", () =
 
 test("a performance that begins again shows its own poses at once", () => {
   const motion = new Motion()
-  motion.take({ at: 1, placed: 0, poses: poses(4) }, 101)
-  assert.ok(motion.take({ at: 0, placed: 1, poses: poses(7) }, 103))
+  motion.take({ at: 1, placed: 0, poses: poses(4), joints: {} }, 101)
+  assert.ok(motion.take({ at: 0, placed: 1, poses: poses(7), joints: {} }, 103))
   assert.equal(motion.present(103).robots.ada.x, 7)
 })
 
@@ -37,7 +37,7 @@ test("what is shown is smooth and never goes back, however unevenly messages arr
   for (let now = 100; now < 102; now += 1 / 60) {
     while (messages.length && messages[0].arrives <= now) {
       const { at } = messages.shift()
-      motion.take({ at, placed: 0, poses: { ada: [at, 0, 0, 0] } }, now)
+      motion.take({ at, placed: 0, poses: { ada: [at, 0, 0, 0] }, joints: {} }, now)
     }
     const { ada } = motion.present(now).robots
     if (ada) seen.push(ada.x)
@@ -48,8 +48,8 @@ test("what is shown is smooth and never goes back, however unevenly messages arr
 
 test("a robot that is put elsewhere is there all at once", () => {
   const motion = new Motion()
-  motion.take({ at: 0, placed: 0, poses: poses(0) }, 100)
-  motion.take({ at: 0.1, placed: 1, poses: poses(9) }, 100.1)
+  motion.take({ at: 0, placed: 0, poses: poses(0), joints: {} }, 100)
+  motion.take({ at: 0.1, placed: 1, poses: poses(9), joints: {} }, 100.1)
   const places = [0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15].map((passed) => motion.present(100.05 + passed).robots.ada.x)
   assert.deepEqual([...new Set(places)], [0, 9])
 })
@@ -61,4 +61,14 @@ test("the arc between two poses is the one that was driven", () => {
     const found = after(from, between(from, to), 1)
     for (const axis of ["x", "y", "heading"]) near(found[axis], to[axis])
   }
+})
+
+test("joints are drawn between two messages, as poses are", () => {
+  const motion = new Motion()
+  for (let i = 0; i <= 4; i++) motion.take({ at: i / 4, placed: 0, poses: poses(i), joints: { ada: [i, -i] } }, 100 + i / 4)
+  const [first, second] = motion.present(100.925).joints.ada
+  near(first, 3.5)
+  near(second, -3.5)
+  motion.take({ at: 1.25, placed: 0, poses: poses(5), joints: { ada: [7, 8, 9] } }, 101.25)
+  assert.deepEqual(motion.present(101.2).joints.ada, [7, 8, 9]) // another body
 })

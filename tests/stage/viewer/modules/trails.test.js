@@ -16,7 +16,7 @@ function staircase() {
   const turns = [[2, 0], [0, Math.PI / 2], [2, 0], [0, -Math.PI / 2]]
   const moments = Array.from({ length: 32 }, (_, beat) => [beat, 1, turns[beat % 4][0], 0, 0, turns[beat % 4][1], []])
   lookahead.want(0)
-  lookahead.take({ generation: 1, from: 0, to: 32, robots: { r: { pose: [0, 0, 0, 0], moments, until: 32 } } })
+  lookahead.take({ generation: 1, from: 0, to: 32, robots: { r: { pose: [0, 0, 0, 0], moments, body: {}, until: 32 } } })
   return lookahead
 }
 
@@ -34,7 +34,7 @@ class Scrubbed {
     const { x, y, z, heading } = this.#lookahead.poseAt("r", beat)
     return [
       () => this.#trails.seek(beat, { r: { x, y, z, heading } }),
-      () => this.#motion.take({ at: AT, placed, poses: { r: [x, y, z, heading] } }, 100),
+      () => this.#motion.take({ at: AT, placed, poses: { r: [x, y, z, heading] }, joints: {} }, 100),
       () => this.#trails.take({ placed, robots: { r: { from: 0, places: [[AT, x, y, heading]] } } }),
     ]
   }

@@ -1,0 +1,149 @@
+"""The bodies on the page: figures, gauges, rows of the timeline, and words that are lit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from improv_core.score.joints import JointMotion
+from improv_core.score.replay import Replay
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.lookahead import about, window
+from improv_core.stage.viewer.server import Viewer
+from tests.needs import lacking
+from tests.stage.viewer.conftest import Keep, Show, transport, wait, watch
+from tests.stage.viewer.test_looks import AXE
+
+NAMES = ["ada", "bert", "carla", "dan", "eve", "fay", "gus", "hal", "ivy", "jon", "kim", "leo"]
+LIFTER = """
+[profiles.lifter.body.lift]
+up = { joint = "mast", meters = 0.1 }
+[profiles.lifter.joints.mast]
+min = 0
+max = 0.5
+[robots.bo]
+profile = "lifter"
+"""
+
+
+def puppets(count: int) -> str:
+    lines = [
+        f"{name} $ head (left left right right) || arms (up [left right] to wide)\n"
+        if index % 2
+        else f"{name} $ slow 2 right_arm to high || head [up down]\n"
+        for index, name in enumerate(NAMES[:count])
+    ]
+    return f"{' '.join(NAMES[:count])} is puppet\nbeat 60\n{''.join(lines)}"
+
+
+def starts(count: int) -> str:
+    return "".join(
+        f"[robots.{name}]\nstart = {{ x = {2 * (index % 4)}, y = {-2 * (index // 4)} }}\n"
+        for index, name in enumerate(NAMES[:count])
+    )
+
+
+def gauge(page: Page, joint: str) -> Any:
+    return page.locator(f".gauge[title^='{joint}:']")
+
+
+def test_joints_move_while_a_puppet_dances(page: Page, show: Show) -> None:
+    show.play("ada is puppet\nbeat 240\nada $ head (left left left left right) right_arm up\n")
+    watch(page, show)
+    wait(page, "improv.transport.state === 'ended'")
+    expect(page.locator(".gauge")).to_have_count(5)  # two of the head, three of one arm
+    expect(gauge(page, "right_shoulder_pitch")).to_have_attribute("title", "right_shoulder_pitch: 45° (−60° to 180°)")
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 60° (−90° to 90°)")  # 90, and back
+
+
+def test_a_figure_turns_its_head_and_a_gauge_says_that_a_limit_holds_it(
+    still: Callable[..., Page], viewer: Viewer, simulator: Simulator
+) -> None:
+    page = still("ada is puppet\nbeat 60\nada $ head repeat 5 left\n")
+    eyes = page.locator("#bodies [data-body=ada] .front .eye[visibility=visible]")
+    expect(eyes).to_have_count(2)
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 0° (−90° to 90°)")
+    simulator.send_joints("ada", {"head_yaw": JointMotion(0.0, math.radians(30))}, 0.0)
+    simulator.advance(3.5)
+    viewer.publish(transport(1, "paused", 5.0, 3.5))
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 90° (−90° to 90°)")
+    expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "0")  # nobody asks for more
+    expect(eyes).to_have_count(1)
+    viewer.publish({**transport(1, "playing", 5.0, 3.5), "tempo": 1e-6})
+    expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "1")
+
+
+def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[..., Page]) -> None:
+    page = still("ada is puppet\nada $ head (left right) || left_arm to high\nbo $ forward\n")
+    names = page.locator("#cast-list li .name")
+    expect(names).to_have_text(["ada", "head", "left arm", "bo"])
+    expect(page.locator("#score-text .lit.moving")).to_have_text(["left", "to", "high", "forward"])
+
+
+def test_a_body_without_head_and_arms_has_gauges_only(still: Callable[..., Page]) -> None:
+    page = still("bo $ lift up\n", LIFTER)
+    expect(page.locator("#bodies [data-body=bo] h2")).to_have_text("bo")
+    expect(page.locator("#bodies svg")).to_have_count(0)
+    expect(gauge(page, "mast")).to_have_attribute("title", "mast: 0.00 m (0.00 m to 0.50 m)")
+
+
+def test_without_bodies_there_is_no_room_for_them(still: Callable[..., Page]) -> None:
+    page = still("ada $ forward\n")
+    expect(page.locator("#bodies")).to_be_hidden()
+
+
+def test_a_score_tells_which_joints_a_robot_has_and_which_parts_move() -> None:
+    score = score_of(analyze("bo $ lift up\nada is puppet\nada $ arms up\nturtle1 $ forward\n", read_robots(LIFTER)))
+    robots = about(score, 1, takes_start_poses=False)["robots"]
+    mast = {"name": "mast", "axis": "z", "sign": 1, "slides": True, "min": 0.0, "max": 0.5, "start": 0.0}
+    assert robots["bo"]["body"] == [{"name": "lift", "joints": [mast], "moves": True}]
+    moves = [(part["name"], part["moves"]) for part in robots["ada"]["body"]]
+    assert moves == [("head", False), ("left_arm", True), ("right_arm", True)]
+    assert robots["turtle1"]["body"] == []
+
+
+def test_a_window_has_what_each_body_part_does() -> None:
+    program = "ada is puppet\nbeat 60\nada $ head (left right) || forward up\n"
+    told = window(Replay(score_of(analyze(program))), 0.0, 4.0)["ada"]
+
+    def spoken(moments: Sequence[Sequence[Any]]) -> list[tuple[float, str]]:
+        line = program.splitlines()[2]
+        return [(start, " ".join(line[begin:end] for _, begin, end in words)) for start, *_, words in moments]
+
+    assert spoken(told["moments"]) == [(0.0, "forward"), (1.0, "up")]
+    assert {part: spoken(moments) for part, moments in told["body"].items()} == {
+        "head": [(0.0, "left"), (1.0, "right")]
+    }
+    assert [math.copysign(1, yaw) for *_, yaw, _ in told["body"]["head"]] == [1, -1]
+
+
+@pytest.mark.slow("axe looks at pages of three sizes")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_and_no_size_covers_the_floor(
+    page: Page, still: Callable[..., Page], keep: Keep, scheme: Literal["light", "dark"]
+) -> None:
+    if not AXE.exists():
+        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
+    page.emulate_media(color_scheme=scheme)
+    for count in (1, 4, 12):
+        still(puppets(count), starts(count))
+        page.evaluate(AXE.read_text(encoding="utf-8"))
+        for width, height in ((1280, 800), (390, 844)):
+            page.set_viewport_size({"width": width, "height": height})
+            expect(page.locator("#bodies-list > li")).to_have_count(count)
+            floor, bodies = (page.locator(name).bounding_box() for name in ("#hall", "#bodies"))
+            assert floor
+            assert bodies
+            assert floor["width"] * floor["height"] > 0.3 * width * height
+            beside = bodies["x"] >= floor["x"] + floor["width"] or bodies["y"] + bodies["height"] <= floor["y"]
+            assert beside
+            found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
+            assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found] == []
+            keep(page, f"bodies-{count}-{width}-{scheme}.png")

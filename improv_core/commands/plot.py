@@ -27,8 +27,7 @@ def command(file: Path, output: Path, timeline: bool) -> None:
     """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors.
 
     The picture shows them from above and, if a robot climbs, also from the side. Where robots would meet, it shows
-    both. FILE is a program, or - for standard
-    input.
+    both. Below are charts of the joints that move, with their limits. FILE is a program, or - for standard input.
     """
     if (ending := output.suffix.lower()) not in (".svg", ".png"):
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from typing import NamedTuple
 
+from improv_core.score.joint_charts import charts, curves
 from improv_core.score.meetings import Meeting
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Source
@@ -56,8 +57,8 @@ def plot(
     size: float = LARGE,
     meetings: Sequence[Meeting] = (),
 ) -> str:
-    """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for, and two
-    discs wherever robots meet."""
+    """A large SVG of the paths, the world, names, and a scale on white, with two discs wherever robots meet. Below it
+    are a chart of each joint that moves, and the timeline if asked for."""
     drawn = paths(score, most_moments)
     seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
@@ -67,6 +68,12 @@ def plot(
     parts += [*_discs(score, meetings, frame), *below]
     parts.append(_scale(frame, height))
     height += 28
+    beats = _beats(score)
+    if joints := curves(pictured(score), beats, most_moments):
+        colors = {name: _color(place) for place, name in enumerate(score.parts)}
+        drawings, charts_height = charts(joints, colors, beats, _MARGIN, height + 8, frame.width - 2 * _MARGIN)
+        parts += drawings
+        height += charts_height + 8
     if timeline:
         rows, rows_height = _timeline(score, frame.width, height + 8)
         parts.append(rows)
@@ -340,8 +347,7 @@ _ROW = 30.0
 def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
     """A row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
     assumed, score = score, pictured(score)
-    longest = score.beats
-    beats = float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
+    beats = _beats(score)
     room = width - 2 * _MARGIN
     rows = []
     for place, (name, part) in enumerate(score.parts.items()):
@@ -361,6 +367,12 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
                 f' fill="{color}" fill-opacity="{faint}"><title>{escape(title)}</title></rect>'
             )
     return "".join(rows), 12 + len(score.parts) * _ROW
+
+
+def _beats(score: Score) -> float:
+    """The beats that are drawn."""
+    longest = pictured(score).beats
+    return float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
 
 
 def _words(score: Score, sources: Sequence[Source]) -> list[str]:

@@ -13,6 +13,8 @@ from improv_core.score.body import Joint
 from improv_core.score.joints import JointMoment, joint_moments, limbs_of
 from improv_core.score.score import Score
 
+LEAST_WIDTH = 316.0
+"""The least width in pixels in which charts can be read: two beside each other."""
 _WIDE, _HIGH = 150.0, 48.0
 """Pixels: the least width of a chart, and the height of its curve."""
 _GAP, _TITLE = 16.0, 16.0
@@ -91,8 +93,11 @@ def _chart(curve: Curve, color: str, beats: float, wide: float) -> str:
         return f"{beat / beats * wide:.1f} {_TITLE + (most - position) * scale:.1f}"
 
     named = f'<text y="{_TITLE - 5:g}" fill="{color}">{escape(f"{curve.robot} {joint.name}")}</text>'
-    span = f"{_shown(least, joint)} to {_shown(most, joint)}"
-    ranges = f'<text x="{wide:.1f}" y="{_TITLE - 5:g}" fill="{_QUIET}" font-size="10" text-anchor="end">{span}</text>'
+    labels = "".join(
+        f'<text x="{wide:.1f}" y="{_TITLE + (most - position) * scale + below:.1f}" fill="{_QUIET}" font-size="9"'
+        f' text-anchor="end">{_shown(position, joint)}</text>'
+        for position, below in ((most, 9), (least, -2))
+    )
     lines = "".join(f"M{place(0.0, limit)}L{place(beats, limit)}" for limit in limits)
     edges = f'<path d="{lines}" stroke="{_QUIET}" stroke-dasharray="3 3"/>' if lines else ""
     start = f'<path d="M{place(0.0, joint.start)}L{place(beats, joint.start)}" stroke="{_QUIET}" stroke-opacity="0.4"/>'
@@ -100,7 +105,7 @@ def _chart(curve: Curve, color: str, beats: float, wide: float) -> str:
     path = f'<path d="M{line}" fill="none" stroke="{color}" stroke-width="2" stroke-linejoin="round"/>'
     held = "".join(f"M{place(since, position)}L{place(until, position)}" for since, until, position in curve.held)
     marked = f'<path d="{held}" stroke="{_HELD}" stroke-width="4"/>' if held else ""
-    return named + ranges + edges + start + marked + path
+    return named + edges + start + marked + path + labels
 
 
 def _shown(position: float, joint: Joint) -> str:

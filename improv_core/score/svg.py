@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from typing import NamedTuple
 
-from improv_core.score.joint_charts import charts, curves
+from improv_core.score.joint_charts import LEAST_WIDTH, charts, curves
 from improv_core.score.meetings import Meeting
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Source
@@ -62,14 +62,15 @@ def plot(
     drawn = paths(score, most_moments)
     seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
-    frame = _Frame.around([*points, *_outline(score.world)], size, _rise(seen))
+    beats = _beats(score)
+    joints = curves(pictured(score), beats, most_moments)
+    frame = _Frame.around([*points, *_outline(score.world)], size, _rise(seen), LEAST_WIDTH if joints else 0.0)
     below, height = _from_the_side(seen, frame)
     parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame)]
     parts += [*_discs(score, meetings, frame), *below]
     parts.append(_scale(frame, height))
     height += 28
-    beats = _beats(score)
-    if joints := curves(pictured(score), beats, most_moments):
+    if joints:
         colors = {name: _color(place) for place, name in enumerate(score.parts)}
         drawings, charts_height = charts(joints, colors, beats, _MARGIN, height + 8, frame.width - 2 * _MARGIN)
         parts += drawings
@@ -93,14 +94,16 @@ class _Frame:
     height: float
 
     @classmethod
-    def around(cls, points: Iterable[tuple[float, float]], size: float, rise: float) -> _Frame:
-        """A frame for points as seen from above. What rises so many meters must fit into a picture from the side."""
+    def around(cls, points: Iterable[tuple[float, float]], size: float, rise: float, wide: float = 0.0) -> _Frame:
+        """A frame for points as seen from above, at least so wide. What rises so many meters must fit into a picture
+        from the side."""
         (left, right), (bottom, top) = (
             (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
         )
         longer = max(right - left, top - bottom, rise, 0.5)
         scale = (size - 2 * _MARGIN) / longer
         width, height = (max(span * scale, size / 4) + 2 * _MARGIN for span in (right - left, top - bottom))
+        width = max(width, wide + 2 * _MARGIN)
         # Center the drawing if it is narrow.
         return cls(
             left - ((width - 2 * _MARGIN) / scale - (right - left)) / 2,

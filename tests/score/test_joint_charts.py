@@ -75,7 +75,7 @@ def test_charts_fill_the_width_in_columns(width: float, columns: int) -> None:
 
 def test_a_plot_has_a_chart_of_each_joint_that_moves() -> None:
     texts = _texts(plot(score_of(analyze(PUPPET + "ada $ head (left left left left)\nbo $ forward\n"))))
-    assert texts == ["ada", "bo", "0.5 m", "ada head_yaw", "-90° to 90°"]
+    assert texts == ["ada", "bo", "0.5 m", "ada head_yaw", "90°", "-90°"]
     assert _texts(plot(score_of(analyze("ada $ forward\n")))) == ["ada", "0.5 m"]
 
 

@@ -194,7 +194,7 @@ export class TimelineSheet {
     pen.textAlign = "left"
     pen.font = `600 ${letter * 0.75}px ${FONT}`
     pen.fillStyle = this.#colors.quiet
-    const names = labels(stretches, first, last, this.#reader)
+    const names = robot.part === null ? labels(stretches, first, last, this.#reader) : [] // no room for them
     names.forEach(({ start, text }, i) => {
       const room = ((names[i + 1]?.start ?? Infinity) - start) * scale - 6
       const fitting = text.split(" › ")
@@ -294,8 +294,8 @@ export class TimelineSheet {
    */
   #drawItems(pen, view, left, above, robot, items, lit) {
     const { scale, letter, row } = view
-    const top = above + row * 0.28
-    const high = row * 0.55
+    const top = above + row * (robot.part === null ? 0.28 : 0.1)
+    const high = row * (robot.part === null ? 0.55 : 0.78)
     items.forEach((item, i) => {
       const { start, end } = item
       const voices = this.#reader.voices(item)

@@ -33,6 +33,28 @@ def read(path: Path) -> list[Message]:
         ]
 
 
+class JointMessage(NamedTuple):
+    """`time` in nanoseconds, and for each joint its position and velocity."""
+
+    time: int
+    topic: str
+    joints: dict[str, tuple[float, float]]
+
+
+def read_joints(path: Path) -> list[JointMessage]:
+    """How joints move, in the order of the times. Each message is stamped with its time."""
+    found = []
+    with AnyReader([path], default_typestore=ROS) as reader:
+        for connection, time, raw in reader.messages():
+            if connection.msgtype == "sensor_msgs/msg/JointState":
+                message: Any = reader.deserialize(raw, connection.msgtype)
+                assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == time
+                assert (message.header.frame_id, list(message.effort)) == ("", [])
+                motions = zip(map(float, message.position), map(float, message.velocity), strict=True)
+                found.append(JointMessage(time, connection.topic, dict(zip(message.name, motions, strict=True))))
+    return found
+
+
 def topics(path: Path) -> dict[str, Connection]:
     with AnyReader([path], default_typestore=ROS) as reader:
         return {connection.topic: connection for connection in reader.connections}

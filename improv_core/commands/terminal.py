@@ -30,6 +30,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import Mistake, as_lines, mistakes, outcome, summary
 from improv_core.robots.config import absolute
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
@@ -49,6 +50,7 @@ from improv_core.stage.messages import (
     When,
 )
 from improv_core.stage.preflight import NAMED
+from improv_core.stage.robot_messages import SentJoints
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -344,7 +346,7 @@ class TerminalSession:
             self._keep_poses(message)
         elif message["type"] == "watched":
             self._watched.set()
-        elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
+        elif message["type"] in ("sent", "sent_joints", "sensed", "decided", "measured") and leads:
             if message["type"] == "measured":
                 self._errors.take(message)
                 for robot, each in message["robots"].items():
@@ -413,12 +415,15 @@ class TerminalSession:
         if "poses" in message:
             self._poses = message
 
-    def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
+    def _record(self, message: Sent | SentJoints | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:
             return
         try:
             if message["type"] == "sent":
                 self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
+            elif message["type"] == "sent_joints":
+                joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
+                self._recorder.record_joints(message["robot"], joints, message["wall"])
             elif message["type"] == "measured":
                 self._recorder.record_poses(message)
             else:

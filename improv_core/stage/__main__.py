@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import cast
@@ -28,6 +28,7 @@ if __name__ == "__main__":
     if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph"):
         sys.exit(import_module(f"improv_core.stage.{sys.argv.pop(1)}").main())
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.stage.arrivals import Arrival, End
 from improv_core.stage.asleep import asleep
@@ -172,14 +173,21 @@ class SystemClock:
 
 def report_sent(sink: Sink, put: Tell) -> None:
     """Have a sink tell of everything it sends, also by itself; the time is taken just before."""
-    send = sink.send
+    send, send_joints = sink.send, sink.send_joints
 
     def send_and_tell(robot: str, twist: Twist, at: float) -> None:
         wall = time.time_ns()
         send(robot, twist, at)
         put({"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall})
 
+    def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        wall = time.time_ns()
+        send_joints(robot, joints, at)
+        told = {name: list(motion) for name, motion in joints.items()}
+        put({"type": "sent_joints", "robot": robot, "joints": told, "wall": wall})
+
     sink.send = send_and_tell  # type: ignore[method-assign]
+    sink.send_joints = send_joints_and_tell  # type: ignore[method-assign]
 
 
 if __name__ == "__main__":

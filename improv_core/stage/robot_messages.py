@@ -1,4 +1,7 @@
-"""The messages about the faults of real robots and about how they are (docs/protocol.md). Standard library only."""
+"""The messages about the faults of robots, how they are, and what their joints were told (docs/protocol.md).
+
+Standard library only.
+"""
 
 from __future__ import annotations
 
@@ -76,3 +79,12 @@ class Vitals(TypedDict):
     type: Literal["vitals"]
     generation: int
     robots: Mapping[str, VitalsRobot]
+
+
+class SentJoints(TypedDict):
+    """How joints were told to move: where each is, in radians or meters, and how fast it moves."""
+
+    type: Literal["sent_joints"]
+    robot: str
+    joints: Mapping[str, Sequence[float]]
+    wall: int

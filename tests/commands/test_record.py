@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 import re
 import signal
@@ -22,7 +23,7 @@ from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.recorder import Recorder
 from tests.commands.command_line import IMPROV, LIMIT, Running, run
 from tests.page import live_behind
-from tests.recordings import changes, read
+from tests.recordings import changes, read, read_joints
 
 FORWARD, STILL = (2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
@@ -125,6 +126,18 @@ def test_what_is_played_is_recorded_as_it_is_sent(program: Path, tmp_path: Path)
     assert before < messages[0].time < messages[-1].time < time.time_ns()
     assert [moving for _, moving in changes(messages, "/b/cmd_vel")][::2] == [FORWARD, STILL]
     assert [message.velocity for message in messages[-6:]] == [STILL] * 6
+
+
+def test_joints_are_recorded_as_they_are_sent(tmp_path: Path) -> None:
+    program, path = tmp_path / "wave.improv", tmp_path / "wave.mcap"
+    program.write_text("beat 240\nada is puppet\nada $ head (left right) || forward left\n", encoding="utf-8")
+    before = time.time_ns()
+    done = run("record", program, "-o", path, "--backend", "sim", "--no-browser")
+    assert (done.returncode, done.stderr) == (0, "")
+    yaw = [each.joints["head_yaw"][0] for each in read_joints(path)]
+    assert max(yaw) == pytest.approx(math.radians(30))
+    assert yaw[-1] == pytest.approx(0.0, abs=1e-9)
+    assert all(before < each.time < time.time_ns() for each in read_joints(path))
 
 
 def test_interrupted_while_it_plays_it_is_complete(endless: Path, tmp_path: Path) -> None:

@@ -15,6 +15,8 @@ from improv_core.score.svg import plot
 
 PUPPET = "ada is puppet\nbeat 120\n"
 MAST = """
+[profiles.lifter]
+step = 1
 [profiles.lifter.body.lift]
 up = { joint = "mast", meters = 0.1 }
 [profiles.lifter.joints.mast]

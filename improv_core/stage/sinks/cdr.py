@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 
 SECOND = 1_000_000_000
@@ -91,6 +92,17 @@ def odometry_message(pose: Pose, time: int) -> bytes:
     half = pose.heading / 2
     numbers = struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
     return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + numbers + bytes(8 * (36 + 6 + 36))
+
+
+def joint_state_message(joints: Mapping[str, JointMotion], time: int) -> bytes:
+    """A sensor_msgs/JointState of this time, in nanoseconds: positions and velocities of joints, and no efforts."""
+    body = bytearray(struct.pack("<iI", *divmod(time, SECOND)) + _string(""))
+    for part in (struct.pack("<I", len(joints)), *map(_string, joints)):
+        body += bytes(-len(body) % 4) + part
+    for numbers in ([each.position for each in joints.values()], [each.velocity for each in joints.values()]):
+        body += bytes(-len(body) % 4) + struct.pack("<I", len(numbers))
+        body += bytes(-len(body) % 8) + struct.pack(f"<{len(numbers)}d", *numbers)
+    return _HEADER + bytes(body) + struct.pack("<I", 0)
 
 
 def stamp_in(message: bytes) -> int:

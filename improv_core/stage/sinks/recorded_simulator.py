@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.score.score import Score
 from improv_core.stage.sinks.recorder import Recorder
@@ -22,3 +25,7 @@ class RecordedSimulator(Simulator):
     def send(self, robot: str, twist: Twist, at: float) -> None:
         self._recorder.send(robot, twist, at)
         super().send(robot, twist, at)
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+        self._recorder.send_joints(robot, joints, at)
+        super().send_joints(robot, joints, at)

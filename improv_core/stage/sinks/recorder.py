@@ -6,6 +6,7 @@ import json
 import math
 import struct
 from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
 from typing import IO
 
 from improv_core.score.joints import JointMotion
@@ -18,6 +19,7 @@ from improv_core.stage.sinks import Edge, Noticed
 from improv_core.stage.sinks.cdr import (
     SECOND,
     frame_field,
+    joint_state_message,
     odometry_message,
     stamped,
     string_message,
@@ -48,6 +50,12 @@ SCHEMAS = {
             *(_POSE, _POINT, _QUATERNION, f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME),
         ]
     ),
+    "sensor_msgs/msg/JointState": _BETWEEN.join(
+        [
+            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
+            *(_HEADER, _TIME),
+        ]
+    ),
 }
 """Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
 
@@ -67,6 +75,8 @@ OFFERED_QOS_PROFILES = f"""\
 """
 
 
+JOINT_STATES = "joint_states"
+"""The topic, in its namespace, on which a robot's joints are, if its profile doesn't say otherwise."""
 CHANNELS = {"sensed": "/improv/sensed", "decided": "/improv/decided"}
 """The topics of what was sensed and what was decided: JSON in a `std_msgs/String`, so that ROS 2 can play it too."""
 
@@ -106,7 +116,8 @@ class Recorder:
         self._writer.start(profile="ros2")
         self._start = start
         self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # and the frame and the channel of each
-        self._odometry: dict[str, str] = {}  # the topics of poses
+        self._odometry: dict[str, str] = {}  # the topics of poses,
+        self._joints: dict[str, str] = {}  # and of joints
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._times: tuple[int, int] | None = None
@@ -134,6 +145,8 @@ class Recorder:
             self._robots[robot] = part.profile, frame_field(part.frame), channel
             if part.odom:
                 self._odometry[robot] = part.odom
+            if body := part.profile.body:
+                self._joints[robot] = _beside(part.topic, body.joint_states or JOINT_STATES)
 
     def resetting(self) -> bool:
         return False
@@ -182,7 +195,17 @@ class Recorder:
                 self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
-        """Does nothing yet: a recording contains only velocities."""
+        self.record_joints(robot, joints, self.time(at))
+
+    def record_joints(self, robot: str, joints: Mapping[str, JointMotion], time: int) -> None:
+        """Record how joints move from a Unix time in nanoseconds on. Raises ValueError if that is not finite, and
+        OSError."""
+        if not all(map(math.isfinite, chain.from_iterable(joints.values()))):
+            raise ValueError(f"a joint of {robot} was given a position or a speed that is not a finite number")
+        if topic := self._joints.get(robot):
+            channel = self._channel(topic, "sensor_msgs/msg/JointState")
+            data = joint_state_message(joints, time)
+            self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: a recording contains only velocities."""
@@ -217,3 +240,8 @@ class Recorder:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
             self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)
         return self._channels[topic, kind]
+
+
+def _beside(topic: str, name: str) -> str:
+    """The full name of a topic in the namespace of another one."""
+    return name if name.startswith("/") else f"{topic.rpartition('/')[0]}/{name}"

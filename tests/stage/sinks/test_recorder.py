@@ -22,6 +22,7 @@ from improv_core.commands.rehearsal import perform
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.robots.config import read_robots
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.score.world import World
 from improv_core.stage.fields import PoseJson
@@ -30,7 +31,7 @@ from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks.cdr import SECOND
 from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
 from improv_core.stage.sinks.recorder import SCHEMAS, Recorder, sensed_in
-from tests.recordings import ROS, changes, read, topics
+from tests.recordings import ROS, changes, read, read_joints, topics
 
 START = 1_700_000_000_123_456_789
 STILL = (0.0, 0.0, 0.0, 0.0)
@@ -272,6 +273,59 @@ def test_a_file_that_is_not_a_recording_is_refused_in_one_line(tmp_path: Path) -
     path.write_bytes(b"nothing")
     with path.open("rb") as file, pytest.raises(ValueError, match="it is not a recording"):
         sensed_in(file)
+
+
+def test_joints_are_recorded_whenever_they_move_differently(tmp_path: Path) -> None:
+    program = "beat 60\nada is puppet\nada $ head (left left left left)\n"
+    path = record(tmp_path, analyzed(program))
+    assert topics(path)["/ada/joint_states"].msgtype == "sensor_msgs/msg/JointState"
+    yaw = [(each.time - START, *each.joints["head_yaw"]) for each in read_joints(path)]
+    changed = [each for each, before in zip(yaw, [(0, 0.0, 0.0), *yaw], strict=False) if each[2] != before[2]]
+    assert [time for time, *_ in changed] == [0, 3 * SECOND]  # its limit
+    assert [round(math.degrees(each)) for _, *motion in [*changed, yaw[-1]] for each in motion] == [0, 30, 90, 0, 90, 0]
+    assert {name for each in read_joints(path) for name in each.joints} == {"head_yaw", "head_pitch"}
+
+
+def test_between_two_messages_joints_move_evenly(tmp_path: Path) -> None:
+    program = "beat 90\nada is puppet\nada $ arms (to high [left right] to wide to start) || head repeat (up down)\n"
+    messages = read_joints(record(tmp_path, analyzed(program), 10.0))
+    latest: dict[str, tuple[int, float, float]] = {}
+    for time, _, joints in messages:
+        for name, (position, velocity) in joints.items():
+            since, began, speed = latest.get(name, (time, position, 0.0))
+            assert position == pytest.approx(began + speed * (time - since) / SECOND, abs=1e-8)
+            latest[name] = time, position, velocity
+    assert len(latest) == 8
+
+
+def test_what_senses_decide_moves_recorded_joints(tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    program = "beat 60\nada is puppet\nada $ repeat 3 (head (if near left else right))\n"
+    with recording(path) as recorder:
+        perform(score_of(analyzed(program)), RecordedSimulator(recorder), 10.0, lambda told: note(recorder, told))
+    assert min(each.joints["head_yaw"][0] for each in read_joints(path)) == pytest.approx(-math.radians(90))
+
+
+def test_joints_are_recorded_on_the_topic_that_the_robot_has_for_them(tmp_path: Path) -> None:
+    robots = """
+[profiles.lifter]
+step = 1
+joint_states = "/states"
+[profiles.lifter.body.lift]
+up = { joint = "mast", meters = 0.1 }
+[robots.bo]
+profile = "lifter"
+"""
+    messages = read_joints(record(tmp_path, analyzed("bo $ lift up", robots)))
+    assert {each.topic for each in messages} == {"/states"}
+    assert messages[-1].joints["mast"] == pytest.approx((0.1, 0.0))
+
+
+def test_joints_that_are_nowhere_are_not_recorded() -> None:
+    recorder = Recorder(io.BytesIO(), START)
+    recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")), True)
+    with pytest.raises(ValueError, match="a joint of r was given a position or a speed that is not a finite number"):
+        recorder.send_joints("r", {"head_yaw": JointMotion(math.nan, 0.0)}, 0.0)
 
 
 def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:

@@ -23,6 +23,8 @@ from tests.stage.viewer.test_looks import AXE
 
 NAMES = ["ada", "bert", "carla", "dan", "eve", "fay", "gus", "hal", "ivy", "jon", "kim", "leo"]
 LIFTER = """
+[profiles.lifter]
+step = 1
 [profiles.lifter.body.lift]
 up = { joint = "mast", meters = 0.1 }
 [profiles.lifter.joints.mast]

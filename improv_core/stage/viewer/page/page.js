@@ -28,6 +28,7 @@ import { Senses } from "./senses.js"
 import { Share } from "./share.js"
 import { Stage } from "./stage.js"
 import { StartPoses } from "./start-poses.js"
+import { offerStarters } from "./starters.js"
 import { Timeline } from "./timeline.js"
 import { Trails } from "./trails.js"
 import { View } from "./view.js"
@@ -56,7 +57,7 @@ new WordRow(findA("text", HTMLTextAreaElement))
 if (isWebsite) {
   new Examples(editor.saving)
   new Share(editor.saving)
-}
+} else offerStarters(editor.saving)
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places, poses) => (editor.open ? editor.light(places) : score.light(places, poses)) },

@@ -15,7 +15,15 @@ from typing import Any, Literal, TypedDict, cast
 from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.fields import Moment, PoseJson
-from improv_core.stage.robot_messages import FaultMessage, Instant, RobotInstant, SentJoints, Unreached, Vitals, WhyStill
+from improv_core.stage.robot_messages import (
+    FaultMessage,
+    Instant,
+    RobotInstant,
+    SentJoints,
+    Unreached,
+    Vitals,
+    WhyStill,
+)
 from improv_core.stage.typed_lines import ProtocolError, read_as
 
 VERSION = 2

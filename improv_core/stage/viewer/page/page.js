@@ -8,11 +8,10 @@ import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
 import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
-import { Examples } from "./examples.js"
 import { Figures } from "./figures.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
-import { connect, isWebsite } from "./home.js"
+import { connect } from "./home.js"
 import { insets as covered } from "./insets.js"
 import { Invitation } from "./invitation.js"
 import { Measured } from "./measured.js"
@@ -25,15 +24,13 @@ import { listen as listenForPointing } from "./pointing.js"
 import { Program } from "./program.js"
 import { Lights, Score } from "./score.js"
 import { Senses } from "./senses.js"
-import { Share } from "./share.js"
 import { Stage } from "./stage.js"
 import { StartPoses } from "./start-poses.js"
-import { offerStarters } from "./starters.js"
 import { Timeline } from "./timeline.js"
 import { Trails } from "./trails.js"
 import { View } from "./view.js"
 import { Wall } from "./wall.js"
-import { WordRow } from "./word-row.js"
+import { offerHelp } from "./writing.js"
 
 /** @import { Message, Messages } from "./messages.js" */
 
@@ -53,11 +50,7 @@ const editor = new Editor(send, {
   place: (starts) => startPoses.place(starts),
   say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
 })
-new WordRow(findA("text", HTMLTextAreaElement))
-if (isWebsite) {
-  new Examples(editor.saving)
-  new Share(editor.saving)
-} else offerStarters(editor.saving)
+offerHelp(editor.saving)
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places, poses) => (editor.open ? editor.light(places) : score.light(places, poses)) },

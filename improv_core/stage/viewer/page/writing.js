@@ -1,0 +1,20 @@
+// @ts-check
+// What helps to write and to pass on a program, besides the editor: words to tap, dances to begin with, links, files.
+
+import { findA } from "./elements.js"
+import { Examples } from "./examples.js"
+import { isWebsite } from "./home.js"
+import { Share } from "./share.js"
+import { offerStarters } from "./starters.js"
+import { WordRow } from "./word-row.js"
+
+/** @import { Saving } from "./saving.js" */
+
+/** @param {Saving} saving */
+export function offerHelp(saving) {
+  new WordRow(findA("text", HTMLTextAreaElement))
+  if (isWebsite) {
+    new Examples(saving)
+    new Share(saving)
+  } else offerStarters(saving)
+}

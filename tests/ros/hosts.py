@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.needs import need
+from tests.ros.conftest import LIMIT
 
 FIRST, SECOND = "10.77.1.2", "10.77.2.2"
 """The addresses of two hosts; on one link, they are in one subnet."""
@@ -63,6 +65,7 @@ def on_one_link() -> Iterator[tuple[Host, Host]]:
         for host, address in ((one, FIRST), (two, SECOND)):
             _join(host, "eth0", f"{address}/16")
             _ip(host, "route add 224.0.0.0/4 dev eth0")
+        _await_carrier(one, two)
         yield one, two
 
 
@@ -78,6 +81,7 @@ def behind_a_router() -> Iterator[tuple[Host, Host]]:
             _ip(host, f"route add default via {gateway}")
         forward = ["ip", "netns", "exec", router.namespace, "sh", "-c", "echo 1 > /proc/sys/net/ipv4/ip_forward"]
         subprocess.run(forward, check=True)
+        _await_carrier(one, two)
         yield one, two
 
 
@@ -126,6 +130,19 @@ def set_radio(hosts: Iterable[Host], works: bool) -> None:
 def _join(host: Host, end: str, address: str) -> None:
     _ip(host, f"addr add {address} dev {end}")
     _ip(host, f"link set {end} up")
+
+
+def _await_carrier(*hosts: Host) -> None:
+    """Wait until the kernel says that these hosts can send, up to a second after both ends of a cable are up.
+
+    Who starts before that announces 127.0.0.1 forever: Fast DDS looks for addresses once, and leaves out what isn't
+    running (Fast-DDS#664).
+    """
+    end = time.monotonic() + LIMIT
+    for host in hosts:
+        show = ["ip", "-n", host.namespace, "-o", "link", "show", "eth0"]
+        while " state UP " not in subprocess.run(show, check=True, capture_output=True, text=True).stdout:
+            assert time.monotonic() < end, f"eth0 of {host.name} doesn't run"
 
 
 def _ip(host: Host, words: str, *more: str) -> None:

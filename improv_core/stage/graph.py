@@ -14,7 +14,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from improv_core.stage.graph_messages import Endpoint, Graph
+from improv_core.stage.graph_messages import UNNAMED, Endpoint, Graph
 from improv_core.stage.lines import own_output
 
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
@@ -155,6 +155,5 @@ def _ends(infos: Sequence[Any]) -> list[Endpoint]:
 
 
 def _name(info: Any) -> str:
-    # A Fast DDS discovery server may tell of a listener and never of its node (ros2#1617).
     unknown = info.node_name == "_NODE_NAME_UNKNOWN_"
-    return "an unnamed node" if unknown else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+    return UNNAMED if unknown else f"{info.node_namespace.rstrip('/')}/{info.node_name}"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TypedDict
 
+UNNAMED = "an unnamed node"
+"""The node of an endpoint that the graph shows, while nothing has come that the node says of itself."""
+
 
 class Endpoint(TypedDict):
     """A publisher or a subscription: its node, the type of its messages, and its quality of service."""

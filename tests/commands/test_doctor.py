@@ -14,7 +14,7 @@ from improv_core.commands.finding import Finding
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
 from improv_core.score.score import Deadman, Safety
-from improv_core.stage.graph_messages import Endpoint, Endpoints
+from improv_core.stage.graph_messages import UNNAMED, Endpoint, Endpoints
 from tests.commands.command_line import Ended, run
 
 TWIST, STAMPED, POSE = (f"geometry_msgs/msg/{name}" for name in ("Twist", "TwistStamped", "Pose"))
@@ -51,6 +51,14 @@ def ends(listeners: Sequence[tuple[str, ...]], *publishers: tuple[str, ...], age
         ("r", ends([("/sim", TWIST)]), ["✓ r: /sim listens for Twist on /r/cmd_vel"]),
         ("r", ends([("/base", STAMPED)]), ["✓ r: /base listens for TwistStamped on /r/cmd_vel"]),
         ("r", ends([]), ["– r: nothing is listening on /r/cmd_vel: start the robot"]),
+        (
+            "r",
+            ends([(UNNAMED, TWIST)]),
+            [
+                "– r: an unnamed node listens for Twist on /r/cmd_vel: look again, and if it stays unnamed, "
+                "restart it, because it started before its network was up and hears nothing"
+            ],
+        ),
         (
             "r",
             ends([("/odd", POSE)]),

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros.conftest import LIMIT, Listener, Others, Publisher
-from tests.ros.hosts import FIRST, SECOND, Host, behind_a_router, on_one_link
+from tests.ros.hosts import FIRST, SECOND, Host, behind_a_router, on_one_link, set_link
 
 pytestmark = pytest.mark.slow("hosts of a network find each other")
 
@@ -21,6 +21,10 @@ TOML = '[ros]\nstop = "/e_stop"\n[robots.r]\nprofile = "turtlesim"\n'
 PROGRAM = "r $ repeat forward\n"
 SERVER = f"{FIRST}:11811"
 HEARD = " listens for Twist on /r/cmd_vel"
+DEAF = (
+    "– r: an unnamed node listens for Twist on /r/cmd_vel: look again, and if it stays unnamed, "
+    "restart it, because it started before its network was up and hears nothing"
+)
 UNHEARD = "– r: nothing is listening on /r/cmd_vel: start the robot"
 GUARDED = " on /e_stop"
 
@@ -87,11 +91,18 @@ def hosts() -> Iterator[ExitStack]:
 
 
 @contextmanager
-def pair(stack: ExitStack, link: bool, python: str, env: Mapping[str, str], folder: Path) -> Iterator[Pair]:
+def pair(
+    stack: ExitStack, link: bool, python: str, env: Mapping[str, str], folder: Path, early: bool = False
+) -> Iterator[Pair]:
+    """`early`: the robot starts before its network is up."""
     one, two = stack.enter_context(on_one_link() if link else behind_a_router())
     if "ROS_DISCOVERY_SERVER" in env:
         stack.enter_context(discovery_server(one, python))
+    if early:
+        set_link(one, False)
     made = Pair(one, two, python, env, folder)
+    if early:
+        set_link(one, True)
     try:
         yield made
     finally:
@@ -171,3 +182,19 @@ def test_in_another_subnet_only_by_a_discovery_server(
         hears_and_is_heard(both)
         del both.env["ROS_DISCOVERY_SERVER"]
         assert f"{UNHEARD}\n" in both.doctor()
+
+
+def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_nothing(
+    hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    """Doctor and whoever plays are told so."""
+    env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_DISCOVERY_SERVER": SERVER}
+    with pair(hosts, True, ros_python, env, tmp_path, early=True) as both:
+        assert f"{DEAF}\n" in both.doctor(DEAF)
+        playing = both.improv("play", "--backend", "ros")
+        assert playing.stderr
+        assert any("look whether it hangs or started before its network was up" in line for line in playing.stderr)
+        playing.terminate()
+        playing.communicate(timeout=LIMIT)
+        both.robot.hear_all()
+        assert both.robot.heard == []

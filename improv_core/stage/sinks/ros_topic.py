@@ -125,7 +125,10 @@ class RosTopic:
             return self._unfit(", ".join(sorted(wanted)))
         if any(counts):
             if any(is_overdue(publisher.hearing, self._now()) for publisher in self._publishers.values()):
-                return f"a listener on {self._seen_as} doesn't confirm that it hears anything: look whether it hangs"
+                return (
+                    f"a listener on {self._seen_as} doesn't confirm that it hears anything: "
+                    "look whether it hangs or started before its network was up"
+                )
             return ""
         self._finding = min(self._finding, self._now())
         if self._now() < self._finding + FIND_LIMIT:

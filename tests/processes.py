@@ -25,6 +25,11 @@ def players(pid: int) -> dict[int, int]:
     return {child: fd for child, fd in descendants(pid).items() if b"improv_ls." not in command_of(child)}
 
 
+def ours(words: str) -> dict[int, int]:
+    """All processes below this one whose commands contain these words. A browser of other tests may run beside them."""
+    return {child: fd for child, fd in descendants(os.getpid()).items() if words in command_of(child).decode()}
+
+
 def command_of(pid: int) -> bytes:
     """The words with which a process was started, each with a zero byte at its end."""
     try:

@@ -12,7 +12,7 @@ import pytest
 from improv_core.robots.config import read_robots
 from improv_ls.checker import Checker, ProgramFile
 from improv_ls.to_lsp import DiagnosticSupport
-from tests.processes import descendants
+from tests.processes import ours
 
 LIMIT = 60.0
 
@@ -37,10 +37,9 @@ def test_a_program_on_disk_is_checked(checker: Checker, program: ProgramFile) ->
 
 
 def test_a_hung_process_is_given_up_on(checker: Checker, program: ProgramFile) -> None:
-    before = descendants(os.getpid())
     checker.check([program])
-    for child in descendants(os.getpid()).keys() - before.keys():
-        os.kill(child, signal.SIGSTOP)
+    for process in ours("improv_ls.checker"):
+        os.kill(process, signal.SIGSTOP)
     checker.answerer.limit = 0.1
     with pytest.raises(EOFError):
         checker.check([program])

@@ -13,7 +13,7 @@ from improv_core.robots.config import read_robots
 from improv_ls.room_checker import RoomChecker, Rooms
 from tests.ls.client import Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
-from tests.processes import descendants
+from tests.processes import ours
 
 URI = "file:///dance.improv"
 PROGRAM = "ada at 0 0\nbo at 1 -1 facing 90\nada $ forward\nbo $ forward\n"
@@ -72,12 +72,11 @@ def checker() -> Iterator[RoomChecker]:
 
 
 def test_rooms_are_checked_in_a_process(checker: RoomChecker) -> None:
-    before = descendants(os.getpid())
     cast = read_robots("")
     assert [each.code for each in checker.check(URI, PROGRAM, cast)] == ["meets"]
     assert checker.check(URI, PROGRAM.replace("1 -1", "5 -1"), cast) == ()
-    for child in descendants(os.getpid()).keys() - before.keys():
-        os.kill(child, signal.SIGKILL)
+    for process in ours("improv_ls.room_checker"):
+        os.kill(process, signal.SIGKILL)
     with pytest.raises((EOFError, OSError)):
         checker.check(URI, PROGRAM, cast)
     checker.close()

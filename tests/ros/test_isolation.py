@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from improv_core.commands.finding import Mark
 from improv_core.playback.start import Options, start_stage
 from improv_core.playback.stops import Stops
 from improv_core.score.score import Safety
-from tests.processes import descendants, wait_until_gone
+from tests.processes import ours, wait_until_gone
 from tests.ros.conftest import LIMIT
 from tests.traps import PYTHONPATHS, Traps
 
@@ -35,12 +34,10 @@ def folder(pid: int) -> Path:
 
 
 def test_the_stage_and_its_standby(traps: Traps) -> None:
-    others = descendants(os.getpid())  # listeners of other tests
-
     async def start_and_stop() -> None:
         stage = await start_stage("ros", Options(), "token", lambda stage, heard, asked: None, Stops())
         assert stage
-        processes = {pid: fd for pid, fd in descendants(os.getpid()).items() if pid not in others}
+        processes = ours("improv_core/stage\0")
         assert len(processes) == 2
         assert set(map(folder, processes)) == {Path("/")}
         await stage.close()

@@ -48,7 +48,7 @@ settings.load_profile("improv")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# As in our processes: all that is collected stays until the end, so looking for garbage in it takes time and finds none.
+# As in our processes. All that is collected stays until the end: looking for garbage in it takes time and finds none.
 gc.set_threshold(50_000, 20, 50)
 
 # No test may write into the history of the person who runs it or stop what that person plays, nor may what tests start.

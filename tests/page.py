@@ -1,4 +1,4 @@
-"""What a browser gets for a URL that opens the page: a token, and with it the page's WebSocket."""
+"""What a browser gets for a URL that opens the page: a token, and with it the page's WebSocket. And how it draws."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import re
 from urllib.parse import quote, urlsplit
 from urllib.request import urlopen
 
+CALMLY = """{
+  const draw = requestAnimationFrame.bind(window)
+  window.requestAnimationFrame = (then) => setTimeout(() => draw(then), 30)
+}"""
+"""Has a page draw 20 times a second, which is a third of the work."""
 LIMIT = 30
 
 

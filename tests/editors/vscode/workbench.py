@@ -24,6 +24,7 @@ from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwr
 from tests.editors.editors import LIMIT, ROOT, find
 from tests.needs import EXTENSION as FOLDER
 from tests.needs import need, need_extension
+from tests.page import CALMLY
 
 HERE = Path(__file__).parent
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
@@ -32,6 +33,8 @@ QUIET = {
     "files.autoSave": "off",  # as on the desktop. In a browser, VS Code saves a second after the last key by itself
     "security.workspace.trust.startupPrompt": "never",
     "security.workspace.trust.banner": "never",
+    "editor.cursorBlinking": "solid",  # what doesn't move costs no time
+    "workbench.reduceMotion": "on",
     "workbench.startupEditor": "none",
     "workbench.tips.enabled": False,
 }
@@ -107,6 +110,7 @@ def workbench(
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="null")
         page.set_default_timeout(PATIENCE * 1000)
         expect.set_options(timeout=PATIENCE * 1000)
+        page.add_init_script(f"if (self !== top && location.pathname === '/') {CALMLY}")
         page.goto(f"{address}/?folder={work}")
         page.get_by_role("treeitem", name="dance.improv").dblclick()
         try:

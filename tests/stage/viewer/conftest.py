@@ -34,6 +34,7 @@ from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.tickets import issue
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
+from tests.page import CALMLY
 from tests.stage_on_thread import start_on_thread
 
 FLAGS = [
@@ -46,11 +47,6 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
-CALMLY = """{
-  const draw = requestAnimationFrame.bind(window)
-  window.requestAnimationFrame = (then) => setTimeout(() => draw(then), 30)
-}"""
-"""Has a page draw 20 times a second, which is a third of the work."""
 LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"

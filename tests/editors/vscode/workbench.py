@@ -33,7 +33,6 @@ QUIET = {
     "files.autoSave": "off",  # as on the desktop. In a browser, VS Code saves a second after the last key by itself
     "security.workspace.trust.startupPrompt": "never",
     "security.workspace.trust.banner": "never",
-    "editor.cursorBlinking": "solid",  # what doesn't move costs no time
     "workbench.reduceMotion": "on",
     "workbench.startupEditor": "none",
     "workbench.tips.enabled": False,

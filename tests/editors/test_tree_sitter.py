@@ -144,7 +144,10 @@ def test_a_mistake_stays_in_its_statement(program: str, mistakes: int, parser: t
 
 
 def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
-    """Where a line is wrong, tree-sitter's recovery rarely takes a neighbor along: in 8 of 18,000 such programs, 4 of which are here."""
+    """Where a line is wrong, tree-sitter's recovery rarely takes a neighbor along: in 8 of 18,000 such programs.
+
+    Four of these are here.
+    """
     chance = random.Random(1)
     pieces = [
         *"()[]\n\n\r$=|,#2- ",

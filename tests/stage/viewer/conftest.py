@@ -291,6 +291,11 @@ def wait(page: Page, condition: str) -> None:
     )
 
 
+def next_frame(page: Page) -> None:
+    """Wait until what has changed is laid out and drawn."""
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 def at(page: Page, x: float, y: float) -> tuple[float, float]:
     """Where a point of the world is on the page, in pixels; once the view has come to rest."""
     wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")

@@ -21,7 +21,7 @@ from improv_core.score.svg import plot
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import lacking
-from tests.stage.viewer.conftest import Keep, Show, transport, wait, watch
+from tests.stage.viewer.conftest import Keep, Show, at, next_frame, transport, wait, watch
 from tests.stage.viewer.looks import COUNT, PIXEL, SLANTED
 
 ROOT = Path(__file__).parents[3]
@@ -255,7 +255,8 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
     present = page.get_by_role("button", name="Present")
     for width, height in WIDTHS:
         page.set_viewport_size({"width": width, "height": height})
-        wait(page, f"document.getElementById('stage').clientWidth <= {width}")
+        wait(page, f"innerWidth === {width} && document.getElementById('stage').clientWidth <= {width}")
+        next_frame(page)
         assert page.evaluate(COVERED) == [], f"at {width} pixels"
         assert set(page.evaluate(SEEN)) >= BUTTONS
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
@@ -271,6 +272,7 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
         assert tracks["height"] < 0.26 * height  # the rest is scrolled to
         keep(page, f"page-twelve-{width}.png")
         present.click()
+        next_frame(page)
         assert page.evaluate(COVERED) == [], f"presenting at {width} pixels"
         page.get_by_role("button", name="End").click()
     page.locator("#tracks").evaluate("tracks => tracks.scrollTo(0, tracks.scrollHeight)")
@@ -286,6 +288,7 @@ def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page
     page.emulate_media(reduced_motion="reduce")
     still(DANCE)
     assert page.evaluate("getComputedStyle(document.querySelector('.lamp')).transform") == "none"
+    at(page, 0, 0)  # once the view has come to rest
     view = page.evaluate("improv.view")
     simulator.send("ada", Twist(2.0), 0.0)
     simulator.advance(1.0)

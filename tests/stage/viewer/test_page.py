@@ -18,16 +18,12 @@ from improv_core.score.score import Score
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, TOKEN, Keep, link, part, transport, wait
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Keep, link, next_frame, part, transport, wait
 
 
 def open_page(page: Page, viewer: Viewer) -> None:
     page.goto(link(viewer))
     wait(page, "window.improv?.connected")
-
-
-def next_frame(page: Page) -> None:
-    page.evaluate("new Promise(requestAnimationFrame)")
 
 
 @pytest.mark.slow("draws a dance, and is photographed twice")

@@ -18,6 +18,7 @@ from tests.stage.viewer.conftest import LIMIT, link, transport, wait
 from tests.stage.viewer.looks import PIXEL
 
 AHEAD = f"({PIXEL})(2.12, 0.15)"  # the color of the ground where only `near` looks
+DARK = "245,232,221"  # while it senses nothing
 
 
 @pytest.fixture
@@ -64,14 +65,14 @@ def asked(commands: queue.SimpleQueue[PageRequest | Watched]) -> PageRequest | W
 def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: Viewer) -> None:
     chip = sensing.locator(".chip", has_text="near")
     expect(chip).to_have_attribute("data-value", "silent")
-    dark = sensing.evaluate(AHEAD)
+    wait(sensing, f"{AHEAD} === '{DARK}'")
     sensed(viewer, "near", True)
     expect(chip).to_have_attribute("data-value", "on")
     expect(chip).to_have_accessible_name("ada near: true")
-    wait(sensing, f"{AHEAD} !== '{dark}'")
+    wait(sensing, f"{AHEAD} !== '{DARK}'")
     sensed(viewer, "near", False)
     expect(chip).to_have_attribute("data-value", "off")
-    wait(sensing, f"{AHEAD} === '{dark}'")
+    wait(sensing, f"{AHEAD} === '{DARK}'")
     sensed(viewer, "near", None)
     expect(chip).to_have_attribute("data-value", "silent")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -19,6 +19,7 @@ from improv_core.score.body import (
     BodyPose,
     Controller,
     Drive,
+    Home,
     Interface,
     Joint,
 )
@@ -35,7 +36,7 @@ _SLACK = 1e-9
 
 def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: Body | None) -> Body | None:
     """The body of a profile, in which what the file says replaces what `base` has. Errors are reported."""
-    if not table.keys() & {"body", "joints", "controllers", "joint_states"}:
+    if not table.keys() & {"body", "joints", "controllers", "joint_states", "home"}:
         return base
     base = base or Body()
     made = _Bodies(reading, keys)
@@ -46,12 +47,17 @@ def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: 
     parts = {name: made.posed(part, joints) for name, part in parts.items()}
     controllers = made.controllers(reading.table((*keys, "controllers"), table.get("controllers", {})), joints, base)
     states = ros_name(reading, (*keys, "joint_states"), table, "") and table["joint_states"]
+    home = reading.one_of((*keys, "home"), table) or base.home
+    states = states or base.joint_states
+    if home == "move":
+        made.can_move_home((*keys, "home") if "home" in table else keys, states, controllers, joints)
     return Body(
         tuple(made.mirrored(part, parts, joints) for part in parts.values()),
         tuple(groups.values()),
         tuple(joints.values()),
         tuple(controllers),
-        states or base.joint_states,
+        states,
+        cast(Home, home),
     )
 
 
@@ -284,6 +290,23 @@ class _Bodies:
         if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):
             reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the joints of one", given=(PROFILES,))
         return made or [each for each in base.controllers if set(each.joints) <= set(joints)]
+
+    def can_move_home(
+        self, keys: Keys, states: str | None, controllers: Sequence[Controller], joints: Mapping[str, Joint]
+    ) -> None:
+        """Report why joints can't be moved to their starts."""
+        slow = next((name for name, joint in joints.items() if joint.max_velocity is None), None)
+        if not states:
+            message = "to move joints to their starts, Improv must know where they are: add `joint_states`"
+        elif slow is not None:
+            message = f"joints move to their starts at a fifth of their highest speed: add `max_velocity` of `{slow}`"
+        elif any(each.interface == "velocity" for each in controllers):
+            message = (
+                'a velocity controller can\'t move joints to their starts: change its `interface`, or write `"wait"`'
+            )
+        else:
+            return
+        self.reading.at_key(keys, message, given=(PROFILES,))
 
 
 def _limits(joint: Joint) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import get_args
 
 from improv_core.robots.schema_key import Key, number, table
-from improv_core.score.body import Interface
+from improv_core.score.body import Home, Interface
 
 MOST_DEGREES, MOST_METERS = 720, 10
 
@@ -67,6 +67,12 @@ BODY = {
         "a topic of type `sensor_msgs/msg/JointState` that says where its joints really are, in the robot's namespace",
         default="none",
         example='"joint_states"',
+    ),
+    "home": Key(
+        "what happens if joints of the real robot aren't at their `start` when a dance begins: "
+        '`"wait"` until somebody has brought them there, or `"move"` them there first, at a fifth of `max_velocity`',
+        default='`"wait"`',
+        choices=get_args(Home),
     ),
     "body": Key("its body parts, by their words in programs", "object", named=table("a body part", _BODY_PART)),
     "joints": Key("the joints of its body parts, by name", "object", named=table("a joint", _JOINT)),

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from improv_core.score.fits import checked
 from improv_core.score.movement import Asked
 
 Interface = Literal["trajectory", "position", "velocity"]
+Home = Literal["wait", "move"]
+"""What happens to joints of real robots that aren't at their starts at beat 0: it waits until somebody has brought them
+there, or they are moved there first."""
 START = "start"
 """The pose that every body part has: all its joints at their starts."""
 
@@ -112,6 +115,7 @@ class Body:
     joints: Sequence[Joint] = ()
     controllers: Sequence[Controller] = ()
     joint_states: str | None = None
+    home: Home = "wait"
 
     def __hash__(self) -> int:
         return hash(self._names)  # profiles are keys, and there are few
@@ -163,7 +167,9 @@ def from_json(data: Mapping[str, Any] | None) -> Body | None:
     parts = [_part(each) for each in data["parts"]]
     groups = [checked(BodyGroup, {**each, "parts": list(each["parts"])}) for each in data["groups"]]
     controllers = [checked(Controller, {**each, "joints": list(each["joints"])}) for each in data["controllers"]]
-    body = Body(parts, groups, joints, controllers, data["joint_states"])
+    if data["home"] not in get_args(Home):
+        raise ValueError("nothing can be done about joints that aren't at their starts")
+    body = Body(parts, groups, joints, controllers, data["joint_states"], data["home"])
     known = set(body.part)
     mentioned = {name for group in groups for name in group.parts} | {part.mirror for part in parts if part.mirror}
     moved = {drive.joint for part in parts for drive in part.drives} | {

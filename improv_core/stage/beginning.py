@@ -165,6 +165,15 @@ def waits(run: Run, facts: Facts) -> list[str]:
     return waits_for(run.score.safety, run.stops, facts.held, facts.away, facts.unseen) if facts.real else []
 
 
+def may_be_brought(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Collection[str]) -> list[str]:
+    """The real robots whose joints may be brought to their starts before beat 0: those that might move there."""
+    if run.mode != "waiting" or waits_for_listeners or waits(run, facts):
+        return []
+    if deaf and not run.score.safety.start_without:
+        return []
+    return [robot for robot in run.score.parts if robot not in deaf and not run.is_silent(robot, facts.standing)]
+
+
 def _wait(run: Run, facts: Facts) -> Decided:
     """Pause until nothing has to be waited for. After an emergency stop, somebody has to play again."""
     if run.stops.on:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.score.body import Body, Controller, Interface, Joint
@@ -21,6 +21,8 @@ CRUISE = 0.2
 """Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
 HORIZON = 0.3
 """Seconds after which a trajectory has come to rest if nothing follows."""
+HOMING = 5
+"""How many times as slow as they can joints move to their starts."""
 TICK = 0.001
 """Seconds: the times in a trajectory are multiples of it, so that no two of its points are too near to each other."""
 TOPICS: Mapping[Interface, str] = {"trajectory": "joint_trajectory", "position": "commands", "velocity": "commands"}
@@ -146,6 +148,28 @@ def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at
     passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
     pairs = zip(channel.joints, before.motions, strict=True)
     return Course(tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs), at)
+
+
+def way_home(channel: Channel, course: Course) -> Channel | None:
+    """The controller with joints that stop at their starts and move at a fifth of their highest speed; None if not all
+    that have to move have one. Velocity controllers don't come to rest by themselves, so they have no way home."""
+    joints = []
+    for joint, (position, _) in zip(channel.joints, course.motions, strict=True):
+        if joint.max_velocity is None and position != joint.start:
+            return None
+        least, most = sorted((position, joint.start))
+        slow = joint.max_velocity and joint.max_velocity / HOMING
+        joints.append(replace(joint, min=least, max=most, max_velocity=slow))
+    return replace(channel, joints=tuple(joints)) if channel.needs_positions else None
+
+
+def homeward(way: Channel, course: Course, now: float) -> Course:
+    """The course of joints that stand, and from now on move to their starts."""
+    told = {
+        joint.name: JointMotion(at, math.copysign(joint.max_velocity or 0.0, joint.start - at))
+        for joint, (at, _) in zip(way.joints, course.motions, strict=True)
+    }
+    return turned(way, replace(course, since=now), told, now)
 
 
 def stopped(channel: Channel, course: Course, passed: float) -> Course:

@@ -10,6 +10,7 @@ from typing import Any
 from improv_core.score.path import pose_at
 from improv_core.stage import acts, reports
 from improv_core.stage.acts import Act
+from improv_core.stage.beginning import may_be_brought
 from improv_core.stage.events import Event, Listened
 from improv_core.stage.tracks import Tracks
 
@@ -82,8 +83,10 @@ def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
 
 def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
     found = tracks.listeners.find(now)
-    waits = tracks.sink.resetting() or found.waits
-    return Listened(found.listen, waits, act.moving, found.deaf, found.overdue)
+    resetting = tracks.sink.resetting()
+    if tracks.sink.real:
+        tracks.sink.bring_home(may_be_brought(tracks.run, tracks.facts(now), found.waits, found.deaf))
+    return Listened(found.listen, resetting or found.waits, act.moving, found.deaf, found.overdue)
 
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:

@@ -20,12 +20,13 @@ MOST_NAMED = 3
 
 class JointOff(NamedTuple):
     """A joint that isn't at its start, and how far it has to go; None if it isn't known where it is. `topic` is where
-    that should come from, if it is named."""
+    that should come from, if it is named. It may be `brought` to its start."""
 
     robot: str
     joint: Joint
     left: float | None
     topic: str | None
+    brought: bool = False
 
     @property
     def is_unknown(self) -> bool:
@@ -40,7 +41,7 @@ def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequenc
 
 
 def joints_off(
-    robot: str, joints: Sequence[Joint], topic: str | None, measured: Mapping[str, float]
+    robot: str, joints: Sequence[Joint], topic: str | None, measured: Mapping[str, float], brought: bool = False
 ) -> Iterator[JointOff]:
     """The joints that aren't at their starts by what was measured lately."""
     for joint in joints:
@@ -48,14 +49,14 @@ def joints_off(
         if position is None:
             yield JointOff(robot, joint, None, topic)
         elif abs(position - joint.start) > (NEAR_SLIDE if joint.slides else NEAR_TURN):
-            yield JointOff(robot, joint, joint.start - position, topic)
+            yield JointOff(robot, joint, joint.start - position, topic, brought)
 
 
 def line_of(found: Sequence[JointOff]) -> str:
     """What people are told about joints that aren't at their starts, in one line; empty if all are."""
     if not found:
         return ""
-    first = found[0]
+    first = next((each for each in found if each.left is None), found[0])
     if first.topic is None:
         return (
             f"nothing moves: it isn't known where the joints of {first.robot} are: "
@@ -66,11 +67,14 @@ def line_of(found: Sequence[JointOff]) -> str:
             f"nothing moves: it isn't known where {first.joint.name} of {first.robot} is: start what publishes its "
             f"position on {first.topic}, or name it there as in improv.toml"
         )
-    known = [each for each in found if each.left is not None]
-    named = [_way(each) for each in known[:MOST_NAMED]]
-    if len(known) > MOST_NAMED:
-        named.append(f"and {len(known) - MOST_NAMED} more")
-    return f"nothing moves until all joints are at their starts: turn {', '.join(named)}"
+    if others := [each for each in found if not each.brought]:
+        return f"nothing moves until all joints are at their starts: turn {_named(others)}"
+    return f"joints move to their starts first: {_named(found)}"
+
+
+def _named(found: Sequence[JointOff]) -> str:
+    more = [f"and {len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
+    return ", ".join([*map(_way, found[:MOST_NAMED]), *more])
 
 
 def _way(off: JointOff) -> str:

@@ -23,7 +23,7 @@ def stop(run: Run, event: events.Stop, facts: Facts) -> Decided:
 
 
 def pause(run: Run, event: events.Pause, facts: Facts) -> Decided:
-    if run.mode == "waiting" and run.gate:
+    if run.mode == "waiting" and (run.gate or facts.real):
         return stop(run, events.Stop(), facts)  # or it would begin although a person wants robots to stand
     run = replace(run, continues=False)
     if run.mode != "playing":

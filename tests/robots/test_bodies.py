@@ -9,6 +9,8 @@ import pytest
 from improv_core.robots.config import read_robots
 
 HEAD = '[profiles.a]\nstep = 1\n[profiles.a.body.h]\nleft = { joint = "j", degrees = 30 }\n'
+HOME = HEAD.replace("step = 1", 'step = 1\njoint_states = "/states"\nhome = "move"')
+FAST = "[profiles.a.joints.j]\nmax_velocity = 9\n"
 ARMS = (
     '[profiles.a]\nstep = 1\n[profiles.a.body.l]\nmirror = "r"\nleft = { joint = "lj", degrees = 30 }\n'
     '[profiles.a.body.r]\nleft = { joint = "rj", degrees = -30 }\n'
@@ -79,6 +81,23 @@ ARMS = (
         (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ninterface = "effort"', '"effort"', "is not valid here"),
         (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ntopic = "a b"', '"a b"', "use the letters a to z"),
         (ARMS + '[profiles.a.controllers.c]\njoints = ["lj"]', "controllers", "no controller moves `rj`"),
+        (HEAD.replace("step = 1", 'step = 1\nhome = "go"'), '"go"', "is not valid here"),
+        (
+            HEAD.replace("step = 1", 'step = 1\nhome = "move"'),
+            "home",
+            "Improv must know where they are: add `joint_states`",
+        ),
+        (HOME, "home", "at a fifth of their highest speed: add `max_velocity` of `j`"),
+        (
+            HOME + FAST + '[profiles.b]\nbase = "a"\n[profiles.b.body.k]\nup = { joint = "i", degrees = 3 }\n',
+            "b",
+            "add `max_velocity` of `i`",
+        ),
+        (
+            HOME + FAST + '[profiles.a.controllers.c]\njoints = ["j"]\ninterface = "velocity"',
+            "home",
+            "a velocity controller can't move joints to their starts",
+        ),
         ("[profiles.a]\nstep = 1\nbody = 3", "3", "write `body` as a section"),
     ],
 )
@@ -128,3 +147,20 @@ def test_pose_values_are_in_the_sense_of_their_direction() -> None:
     assert body
     (pose,) = body.part["h"].poses
     assert pose.steps == {"yaw": pytest.approx(2)}
+
+
+def test_what_happens_to_joints_that_are_not_at_their_starts() -> None:
+    """They are waited for, unless a profile or its base says otherwise."""
+
+    def home(text: str, name: str = "a") -> str:
+        robots = read_robots(text)
+        assert robots.ok, robots.diagnostics
+        body = robots.profiles[name].body
+        assert body
+        return body.home
+
+    assert home(HEAD) == "wait"
+    assert home(HOME + FAST) == "move"
+    derived = f'{HOME}{FAST}[profiles.b]\nbase = "a"\n[profiles.b.body.k]\nup = {{ joint = "i", degrees = 3 }}\n'
+    assert home(f"{derived}[profiles.b.joints.i]\nmax_velocity = 9\n", "b") == "move"
+    assert home(HOME.replace('"move"', '"wait"')) == "wait"

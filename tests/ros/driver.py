@@ -23,7 +23,7 @@ from rclpy.utilities import get_default_context
 
 from improv_core.score import senses
 from improv_core.score.algebra import hold, stand
-from improv_core.score.body import Body, BodyPart, Controller, Drive, Joint
+from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
 from improv_core.score.by_part import by_part
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
@@ -59,12 +59,16 @@ def prepare(
 
 
 def prepare_body(
-    controllers: list[dict[str, Any]], restart: bool = True, states: str | None = "joint_states", **joint: Any
+    controllers: list[dict[str, Any]],
+    restart: bool = True,
+    states: str | None = "joint_states",
+    home: Home = "wait",
+    **joint: Any,
 ) -> None:
     """A robot called ada that moves its head, left and up, by the joints yaw and pitch; both are as `joint` says."""
     made = [Controller(**each) for each in controllers]
     head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
-    body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, states)
+    body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, states, home)
     scene = by_part(hold(Velocity(0, 0, 1, 1), 1), "head")
     profile = replace(TURTLESIM, body=body)
     sink.prepare(
@@ -105,6 +109,33 @@ def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
 def wait() -> None:
     """Until the player would begin."""
     until(lambda: not (sink.resetting() or sink.missing()), asks=True)
+
+
+def bring_home() -> None:
+    """Until joints are at their starts."""
+
+    def is_there() -> bool:
+        if waits := sink.resetting():
+            if missing := sink.missing():
+                sink.ask(missing)
+            sink.bring_home([] if missing else ["ada"])
+        return not waits
+
+    until(is_there)
+
+
+def bring_home_until_they_move() -> None:
+    """Then stop the robot."""
+
+    def moves() -> bool:
+        sink.resetting()
+        if missing := sink.missing():
+            sink.ask(missing)
+        sink.bring_home([] if missing else ["ada"])
+        return any(arm.moves for arm in sink._controllers._robots["ada"].arms)
+
+    until(moves)
+    sink.send("ada", STILL, 0.0)
 
 
 def wait_for_reset() -> float:
@@ -237,6 +268,8 @@ methods: dict[str, Callable[..., Any]] = {
     "send": send,
     "prepare_body": prepare_body,
     "send_joints": send_joints,
+    "bring_home": bring_home,
+    "bring_home_until_they_move": bring_home_until_they_move,
     "refuse": refuse,
     "wait": wait,
     "wait_for_reset": wait_for_reset,

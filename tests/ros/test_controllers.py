@@ -32,7 +32,7 @@ stop = "/e_stop"
 profile = "nao"
 [profiles.nao]
 step = 1
-{states}
+joint_states = "joint_states"
 [profiles.nao.body.head]
 left = {{ joint = "yaw", degrees = 30 }}
 up = {{ joint = "pitch", degrees = 20 }}
@@ -51,7 +51,11 @@ interface = "position"
 joints = ["wrist"]
 interface = "velocity"
 """
-STATES = 'joint_states = "joint_states"'
+NO_STATES = TOML.replace('joint_states = "joint_states"', "")
+FAST = "".join(f"[profiles.nao.joints.{joint}]\nmax_velocity = 50\n" for joint in ("yaw", "elbow", "wrist"))
+HOME = TOML.replace("step = 1", 'step = 1\nhome = "move"').replace('"velocity"', '"position"') + FAST
+HOME = HOME.replace("max = 30", "max = 30\nmax_velocity = 50")
+"""Joints move to their starts at 10° a second."""
 TURNS = "{robot} $ repeat (head left || arm up || hand up)\n"
 MOVING = ("yaw", "elbow", "wrist")
 RESTING = 25
@@ -62,9 +66,9 @@ _names = count()
 class Dance:
     """Somebody plays a program with `improv play` for a robot whose joints are listened to."""
 
-    def __init__(self, folder: Path, env: Mapping[str, str], program: str, states: str) -> None:
+    def __init__(self, folder: Path, env: Mapping[str, str], program: str, toml: str) -> None:
         self.robot = f"ada{next(_names)}"
-        (folder / "improv.toml").write_text(TOML.format(robot=self.robot, states=states))
+        (folder / "improv.toml").write_text(toml.format(robot=self.robot))
         path = folder / "dance.improv"
         path.write_text(program.format(robot=self.robot))
         command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", str(path)]
@@ -96,11 +100,12 @@ def begin(
     env = ros_env if where is None else {**ros_env, "ROS_DOMAIN_ID": str(where)}
     with ExitStack() as stack:
 
-        def play(program: str, start: tuple[str, str] = ("yaw", "0"), states: str = STATES) -> tuple[Dance, Listener]:
-            dance = Dance(tmp_path, env, program, states)
+        def play(program: str, start: tuple[str, str] = ("yaw", "0"), toml: str = TOML) -> tuple[Dance, Listener]:
+            dance = Dance(tmp_path, env, program, toml)
             stack.callback(dance.close)
             joints = listen(f"/{dance.robot}/joint_states", type="sensor_msgs/JointState")
-            made = ["head trajectory yaw pitch", "arm position elbow", "hand velocity wrist"]
+            hand = "velocity" if '"velocity"' in toml else "position"
+            made = ["head trajectory yaw pitch", "arm position elbow", f"hand {hand} wrist"]
             words = [word for each in made for word in ("--controller", *each.split())]
             script(CONTROLLER, dance.robot, *words, "--start", *start, ROS_DOMAIN_ID=env["ROS_DOMAIN_ID"])
             return dance, joints
@@ -170,11 +175,36 @@ def test_nothing_moves_until_all_joints_are_at_their_starts(begin: Begin, publis
     line = dance.wait_for_line("nothing moves until all joints are at their starts")
     assert line.endswith(f"turn elbow of {dance.robot} by -29°\n")
     assert rest(joints) == {"yaw": 0, "pitch": 0, "elbow": 0.5, "wrist": 0}
-    publish(f"/{dance.robot}/arm_controller/commands", "std_msgs/Float64MultiArray")({"data": [0.0]}, once=True)
+    somebody = publish(f"/{dance.robot}/arm_controller/commands", "std_msgs/Float64MultiArray")
+    somebody({"data": [0.0]})
+    joints.wait(lambda message: message["positions"]["elbow"] == 0)
+    somebody(None)
     joints.wait(moving)
 
 
 def test_nothing_moves_if_nobody_says_where_joints_are(begin: Begin) -> None:
-    dance, joints = begin(TURNS, states="")
+    dance, joints = begin(TURNS, toml=NO_STATES)
     dance.wait_for_line(f"nothing moves: it isn't known where the joints of {dance.robot} are: set `joint_states`")
     assert not any(rest(joints).values())
+
+
+def test_joints_move_to_their_starts_first(begin: Begin) -> None:
+    dance, joints = begin("{robot} $ head left || arm up\n", start=("yaw", "-0.6"), toml=HOME)
+    line = dance.wait_for_line("joints move to their starts first")
+    assert line.endswith(f": yaw of {dance.robot} by +34°\n")
+    joints.wait(lambda message: -0.5 < message["positions"]["yaw"] < 0)
+    joints.wait(lambda message: message["positions"]["elbow"] > 0)
+    assert dance.process.wait(LIMIT) == 0
+    assert rest(joints) == pytest.approx({"yaw": radians(30), "pitch": 0, "elbow": radians(30), "wrist": 0})
+
+
+def test_an_emergency_stop_while_joints_move_to_their_starts(begin: Begin, publish: Publish) -> None:
+    pressed = publish("/e_stop", "std_msgs/Bool")
+    pressed({"data": False})
+    dance, joints = begin(TURNS, start=("yaw", "-1.5"), toml=HOME)
+    joints.wait(lambda message: message["positions"]["yaw"] > -1.4)
+    pressed({"data": True})
+    dance.wait_for_line("the emergency stop on /e_stop is on")
+    where = rest(joints)
+    assert where["yaw"] < 0
+    assert where["elbow"] == 0

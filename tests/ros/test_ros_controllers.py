@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from tests.ros.conftest import Listen, Listener, Publish, Sink
+from tests.ros.conftest import Listen, Listener, Publish, Script, Sink
+from tests.ros.test_controllers import CONTROLLER
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -126,3 +127,26 @@ def test_velocities_are_owed_zeros_until_they_are_heard(sink: Sink, listen: List
 def test_what_is_no_number_is_never_sent(sink: Sink, head: Listener) -> None:
     with pytest.raises(AssertionError, match="ada was given a joint's speed that is not a finite number"):
         sink("send_joints", 0.0, yaw=float("nan"))
+
+
+HOME = {"home": "move", "max_velocity": 2.0}
+
+
+def test_joints_are_brought_to_their_starts_slowly(sink: Sink, publish: Publish, listen: Listen) -> None:
+    """Nobody measures that they move, so beat 0 still waits."""
+    listener = listen(TOPIC, type=TRAJECTORIES)
+    states(publish, yaw=0.1, pitch=0.0)
+    sink("prepare_body", [HEAD], **HOME)
+    sink("bring_home_until_they_move")
+    moving = listener.wait(moves)
+    assert points(moving)[0] == [0, [0, 0.1], [0, -0.4]]
+    assert points(listener.wait(lambda message: not moves(message)))[0][2] == [0, 0], "it was stopped"
+    assert sink("resetting")
+
+
+def test_a_dance_begins_once_joints_are_at_their_starts(sink: Sink, publish: Publish, script: Script) -> None:
+    """A controller obeys: its joint goes 0.3 rad at 0.4 rad/s."""
+    script(CONTROLLER, "ada", *["--controller", "head", "trajectory", "yaw", "pitch", "--start", "yaw", "-0.3"])
+    sink("prepare_body", [HEAD], **HOME)
+    sink("bring_home")
+    assert not sink("resetting")

@@ -19,6 +19,7 @@ from improv_core.stage.controllers import (
     Channel,
     Course,
     channels_of,
+    homeward,
     joint_states_of,
     message_of,
     needs_base,
@@ -27,6 +28,7 @@ from improv_core.stage.controllers import (
     stopped,
     trajectory,
     turned,
+    way_home,
 )
 from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
 from tests.ros.controller import TrajectoryController
@@ -268,3 +270,26 @@ def test_messages_count_from_where_the_encoders_of_a_joint_do() -> None:
     assert message_of(Channel(joints, "trajectory", "/t"), stands) == trajectory_message(
         ("yaw", "pitch"), [(0, positions, [0, 0])]
     )
+
+
+def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() -> None:
+    """Pitch is at its start, and has no highest speed."""
+    joints = replace(YAW, start=-0.5), PITCH
+    channel, now = Channel(joints, "trajectory", "/t"), course((0.3, 0), (0, 0))
+    way = way_home(channel, now)
+    assert way
+    now = homeward(way, now, 7.0)
+    assert now == course((0.3, -0.8), (0, 0), since=7)
+    now = turned(way, now, {}, 7.5)
+    assert [*now.motions[0]] == pytest.approx([-0.1, -0.8])
+    last = [*trajectory(way, turned(way, now, {}, 7.9))][-1]
+    assert [*last.motions[0], *last.motions[1]] == pytest.approx([-0.5, 0, 0, 0])
+    assert last.seconds < HORIZON
+    assert turned(way, now, {}, 9.0) == course((-0.5, 0), (0, 0), since=9)
+    assert [*stopped(way, now, 0.25).motions[0]] == pytest.approx([-0.3, 0])
+
+
+def test_joints_that_have_no_way_home() -> None:
+    """Without a highest speed; velocities, which don't stop by themselves."""
+    assert way_home(HEAD, course((0, 0), (0.1, 0))) is None
+    assert way_home(Channel((YAW,), "velocity", "/t"), Course((JointMotion(0.1, 0),))) is None

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
@@ -45,7 +45,7 @@ from improv_core.stage.acts import (
     Zero,
 )
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
-from improv_core.stage.beginning import NOT_READY, WAITS
+from improv_core.stage.beginning import NOT_READY, WAITS, may_be_brought
 from improv_core.stage.decide import _RULES, SEEN, decide, trouble
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.faults import FaultBegan, FaultOver, Worst
@@ -640,6 +640,38 @@ def test_what_is_armed_begins_when_a_person_or_the_clock_says(
     assert any(isinstance(each, Begin) for each in done) == (mode == "playing")
     if mode != "waiting":
         assert then.gate is None, "nothing begins later by itself"
+
+
+@pytest.mark.parametrize(
+    ("before", "known", "deaf", "brought"),
+    [
+        (run("waiting"), {}, (), ["a", "b"]),
+        (run("playing"), {}, (), []),
+        (run("stopped"), {}, (), []),
+        (run("waiting", dance=GUARDED), {}, (), []),  # nobody holds the button
+        (run("waiting", dance=GUARDED), {"held": {BUTTON}}, (), ["a", "b"]),
+        (run("waiting", dance=GUARDED, stops=PRESSED), {"held": {BUTTON}}, (), []),
+        (run("waiting", silenced=Silenced(frozenset({"a"}))), {}, (), ["b"]),
+        (run("waiting", stood={"a": 1.0}), {}, (), ["b"]),
+        (run("waiting"), {"standing": frozenset({"b"})}, (), ["a"]),
+        (run("waiting"), {}, ("a",), ["b"]),
+        (run("waiting", dance=replace(DANCE, safety=Safety(start_without=False))), {}, ("a",), []),
+        (run("waiting", dance=TOGETHER), {"away": frozenset({"a"})}, (), []),
+    ],
+)
+def test_joints_are_brought_to_their_starts_only_if_their_robots_may_move(
+    before: Run, known: Mapping[str, Any], deaf: Sequence[str], brought: Sequence[str]
+) -> None:
+    facts = Facts(ZERO, real=True, **known)
+    assert may_be_brought(before, facts, False, deaf) == brought
+    assert may_be_brought(before, facts, True, deaf) == []
+
+
+@pytest.mark.parametrize(("real", "mode"), [(True, "stopped"), (False, "waiting")])
+def test_a_pause_before_beat_0_stops_real_robots_whose_joints_may_be_moving(real: bool, mode: Mode) -> None:
+    then, done = decide(run("waiting"), events.Pause(), Facts(ZERO, real=real))
+    assert then.mode == mode
+    assert (Zero() in done) == real
 
 
 def test_robots_stand_while_it_is_armed() -> None:

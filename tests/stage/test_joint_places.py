@@ -15,8 +15,8 @@ TOPIC = "/ada/joint_states"
 NOTHING_UNTIL = "nothing moves until all joints are at their starts: turn"
 
 
-def line(*joints: Joint, topic: str | None = TOPIC, **measured: float) -> str:
-    return line_of([*joints_off("ada", joints, topic, measured)])
+def line(*joints: Joint, topic: str | None = TOPIC, brought: bool = False, **measured: float) -> str:
+    return line_of([*joints_off("ada", joints, topic, measured, brought)])
 
 
 @pytest.mark.parametrize(
@@ -55,3 +55,9 @@ def test_a_joint_that_is_off_says_by_how_much() -> None:
         JointOff("ada", YAW, YAW.start, TOPIC),
         JointOff("ada", LIFT, None, TOPIC),
     ]
+
+
+def test_joints_that_are_brought_to_their_starts() -> None:
+    assert line(YAW, brought=True, yaw=0) == "joints move to their starts first: yaw of ada by +10°"
+    found = [*joints_off("ada", [YAW], TOPIC, {"yaw": 0}, True), *joints_off("bo", [YAW], TOPIC, {"yaw": 0})]
+    assert line_of(found) == f"{NOTHING_UNTIL} yaw of bo by +10°"

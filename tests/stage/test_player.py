@@ -56,6 +56,9 @@ class Memory:
             raise OSError(f"{robot} can't be prepared")
         self.prepared.append(restart)
 
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Does nothing: joints are at their starts."""
+
     def ask(self, robots: Collection[str]) -> None:
         self.asked.append(set(robots))
 

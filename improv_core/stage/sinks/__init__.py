@@ -110,6 +110,10 @@ class Sink(Protocol):
         Call it repeatedly before beat 0, and not after.
         """
 
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Bring the joints of these robots, which may move, to their starts, if that is asked for; those of all others
+        stand. Call it repeatedly before beat 0, after `resetting`, which says how long that takes."""
+
     def ask(self, robots: Collection[str]) -> None:
         """Have those who listen for these robots, which stand, confirm that they hear a zero, unless they have.
 

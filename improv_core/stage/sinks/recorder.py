@@ -151,6 +151,9 @@ class Recorder:
     def resetting(self) -> bool:
         return False
 
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Does nothing: joints are at their starts."""
+
     def ask(self, robots: Collection[str]) -> None:
         """Does nothing: a file takes everything."""
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import os
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from improv_core.score.joints import JointMotion
@@ -22,7 +20,8 @@ from improv_core.stage.loop import one_line
 from improv_core.stage.messages import FromStage
 from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks import Alarm, Edge, Noticed, RawPoses
-from improv_core.stage.sinks.cdr import frame_field, twist_message
+from improv_core.stage.sinks.cdr import frame_field
+from improv_core.stage.sinks.ros_base import RosBase
 from improv_core.stage.sinks.ros_controllers import RosControllers
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
@@ -91,8 +90,9 @@ class Ros:
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
         shared = (self._standby, self.owed, tell, now)
         self._controllers = RosControllers(self._node, self._advertise_for, where, *shared)
-        self._robots: dict[str, _Robot] = {}
+        self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
+        self._may_bring = False  # whether beat 0 waits for nothing but joints
         self._met: set[str] = set()  # topics of which no robot has been prepared
         self._cast: list[str] = []
         self._late: dict[str, float] = {}
@@ -151,7 +151,7 @@ class Ros:
             if restart and part.topic in self._met:
                 self._topics[part.topic].unsettle()
             self._topics[part.topic].take(part.profile.message)
-            self._robots[robot] = _Robot(
+            self._robots[robot] = RosBase(
                 part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
             )
             if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
@@ -172,7 +172,11 @@ class Ros:
     def resetting(self) -> bool:
         # All of them have to be asked.
         waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
-        return any([*waits, self._reader.under_way(), self._controllers.waits()])
+        self._may_bring = not any([*waits, self._reader.under_way()])
+        return any([self._controllers.waits(), not self._may_bring])
+
+    def bring_home(self, robots: Collection[str]) -> None:
+        self._controllers.bring_home(robots if self._may_bring else ())
 
     def _awaits_standby(self) -> bool:
         """Whether the standby has yet to start, or to find a listener that we have found; it gets a few seconds."""
@@ -242,6 +246,7 @@ class Ros:
             self.owed.moves(known.topic)
         known.topic.publish(message, self._clock, known.frame)
         if stands:
+            self._controllers.halt(robot)
             self._standby.stands(known.topic.name)
             self.owed.stands(robot, known.topic, known.part.frame)
         if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
@@ -372,28 +377,3 @@ def _read_from_topics(parts: Mapping[str, Part]) -> dict[RobotSense, SenseTopic]
         for sense, source in part.senses.items()
         if isinstance(source, SenseTopic)
     }
-
-
-@dataclass(slots=True)
-class _Robot:
-    """A robot of the latest score that has it, and the latest twist it was sent. Most are sent again and again."""
-
-    part: Part
-    topic: RosTopic
-    frame: bytes
-    twist: Twist | None = None
-    message: bytes = b""
-    is_clipped: bool = False
-    needs_base: bool = True
-    moves_since: float | None = None
-
-    def message_of(self, twist: Twist) -> bytes:
-        """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number is not finite."""
-        if twist is not self.twist:
-            if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
-                raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
-            calibrated = self.part.profile.calibrated(twist)
-            told = self.part.profile.limited(calibrated)
-            self.message, self.is_clipped = twist_message(told), told is not calibrated
-            self.twist = twist
-        return self.message

@@ -13,11 +13,13 @@ from improv_core.stage.controllers import (
     Channel,
     Course,
     channels_of,
+    homeward,
     joint_states_of,
     message_of,
     present,
     stopped,
     turned,
+    way_home,
 )
 from improv_core.stage.joint_places import FRESH, JointOff, joints_off, line_of
 from improv_core.stage.setpoints import LAST_ZEROS
@@ -32,6 +34,9 @@ PATIENCE = 5.0
 """Seconds until people are told that it isn't known where joints are: it takes a few until the first of it comes."""
 AGAIN = 5.0
 """Seconds until they are told again, if it is something else."""
+
+PERIOD = 0.05
+"""Seconds between two messages to joints on their way to their starts."""
 
 Measured = Callable[[str], Mapping[str, tuple[float, float]]]
 """Where the joints of a robot are, and when that came, in monotonic seconds."""
@@ -82,7 +87,7 @@ class RosControllers:
                 self._leave(robot, before[channel])
             self._robots[robot] = _Robot(part, arms)
             for arm in arms:
-                arm.anew = arm.anew or restart
+                arm.anew, arm.tried = arm.anew or restart, arm.tried and not restart
                 if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
                     zero = numbers_message([0.0] * len(arm.channel.joints))
                     self._standby.owes(arm.topic.name, "")
@@ -98,24 +103,41 @@ class RosControllers:
     def waits(self) -> bool:
         """Whether beat 0 must wait until it is known where joints are, and until they are at their starts."""
         found = [each for robot in self._cast for each in self._off(robot)]
-        self._begins = bool(found)
+        self._begins = bool(found) or any(arm.way for robot in self._cast for arm in self._robots[robot].arms)
         line, now = line_of(found), self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
         if line != self._told and now >= max(self._waits_since + patience, self._tell_at if self._told else 0.0):
             self._told, self._tell_at = line, now + AGAIN
             if line:
                 self._tell(line)
-        return bool(found)
+        return self._begins
 
     def ask(self, robots: Collection[str]) -> None:
         """Have those who listen for these robots, which stand, confirm what moves nothing. Before beat 0, joints that
         somebody has yet to bring to their starts are left alone."""
         for robot in robots:
-            if self._begins and any(self._off(robot)):
+            if self._begins and not self._moves_home(robot) and any(self._off(robot)):
                 continue
             for arm in self._robots[robot].arms:
                 if course := self._course(robot, arm, begins=False):
                     arm.topic.ask(message_of(arm.channel, course), self._node.get_clock(), b"")
+
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Bring the joints of these robots to their starts, if `improv.toml` asks for it; those of all others stand."""
+        for robot in self._cast:
+            if robot in robots and self._moves_home(robot):
+                for arm in self._robots[robot].arms:
+                    self._bring_home(robot, arm)
+            else:
+                self.halt(robot)
+
+    def halt(self, robot: str) -> None:
+        """Have a robot's joints stand that are on their way to their starts."""
+        for arm in self._robots[robot].arms:
+            if arm.way and arm.course:
+                arm.course = stopped(arm.way, arm.course, self._now() - arm.course.since)
+                arm.way = None
+                self._publish(arm)
 
     def missing(self, robot: str) -> str | None:
         """Why a command to one of a robot's controllers would not be heard now, or None. It is "" while they and we
@@ -150,6 +172,7 @@ class RosControllers:
             return
         arm.anew = arm.anew and not begins
         arm.course = course = turned(arm.channel, before, joints, at)
+        arm.way = None
         topic, message = arm.topic, message_of(arm.channel, course)
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
@@ -162,6 +185,34 @@ class RosControllers:
         elif needs_zeros:
             self._standby.stands(topic.name)
             self._owed.stands(robot, topic, "", message)
+
+    def _bring_home(self, robot: str, arm: _Arm) -> None:
+        """Have joints move on to their starts. They try that once: something may be in their way."""
+        now = self._now()
+        if arm.tried or now < arm.sent + PERIOD or arm.topic.missing(arm.moves) is not None:
+            return
+        if arm.way and arm.course:
+            arm.course = turned(arm.way, arm.course, {}, now)
+        elif course := self._course(robot, arm, begins=False):
+            if not (way := way_home(arm.channel, course)):
+                return
+            arm.way, arm.course = way, homeward(way, course, now)
+        else:
+            return
+        self._publish(arm)
+        if arm.moves:
+            arm.moved = now
+        else:
+            arm.tried, arm.way = True, None
+
+    def _publish(self, arm: _Arm) -> None:
+        assert arm.course
+        arm.topic.publish(message_of(arm.way or arm.channel, arm.course), self._node.get_clock(), b"")
+        arm.sent = self._now()
+
+    def _moves_home(self, robot: str) -> bool:
+        body = self._robots[robot].part.profile.body
+        return body is not None and body.home == "move"
 
     def _leave(self, robot: str, arm: _Arm) -> None:
         """Have joints stand that another controller moves from now on."""
@@ -194,7 +245,8 @@ class RosControllers:
         topic = joint_states_of(known.part)
         for arm in known.arms:
             if known.part.scenes and (topic or arm.channel.needs_positions):
-                yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot))
+                brought = self._moves_home(robot) and not arm.tried and arm.channel.needs_positions
+                yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot), brought)
 
     def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
         key = channel.topic, channel.interface, len(channel.joints)
@@ -216,6 +268,10 @@ class _Arm:
     """When it was last told to move."""
     anew: bool = True
     """Whether it begins anew, so that its joints are where they are measured."""
+    way: Channel | None = None
+    """Itself while its joints are brought to their starts."""
+    tried: bool = False
+    """Whether they have been."""
 
     @property
     def moves(self) -> bool:

@@ -106,6 +106,9 @@ class Simulator:
     def resetting(self) -> bool:
         return False
 
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Does nothing: joints are at their starts."""
+
     def ask(self, robots: Collection[str]) -> None:
         """Does nothing: simulated robots hear everything."""
 

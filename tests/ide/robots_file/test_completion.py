@@ -75,6 +75,7 @@ def test_the_sections_and_keys_of_a_body() -> None:
     check("[profiles.a.|]", "body", "joints", "controllers")
     check("[profiles.a.body.|]")
     check("[profiles.a.body.head]\nmirror = 'x'\nparts = []\nup = {}\nleft = {}\n|", "forward", "strafeleft", *SECTIONS)
+    check("[profiles.a]\nhome = |", '"wait"', '"move"')
     check("[profiles.a.controllers.c]\ninterface = |", '"trajectory"', '"position"', '"velocity"')
     _, found = completed("[profiles.a]\n|")
     assert found

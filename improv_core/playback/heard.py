@@ -42,7 +42,12 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
         if not leads:
             return show, []
         acts = _to(show.twin, message)
-    elif leads and (message["type"] == "measured" or message["type"] == "fault" or message["type"] == "vitals"):
+    elif leads and (
+        message["type"] == "measured"
+        or message["type"] == "joints"
+        or message["type"] == "fault"
+        or message["type"] == "vitals"
+    ):
         acts = _to(show.twin, message)
         if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
             show = show.with_muted(message["robot"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from improv_core.score.score import Score
 from improv_core.stage.commands import Pause, Stop
 from improv_core.stage.messages import Load, Ping, ToStage, after
-from improv_core.stage.sinks import Alarm, Edge, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class End:
 
 Ordered = ToStage | Play | Unreadable | Lost
 """What comes by standard input and is done in its order."""
-Arrival = Ordered | First | Edge | RawPoses | Alarm | End
+Arrival = Ordered | First | Edge | RawPoses | RawJoints | Alarm | End
 
 
 def kind_of(arrival: Ordered) -> str:

@@ -34,7 +34,7 @@ from improv_core.stage.messages import (
 from improv_core.stage.parent import Parent
 from improv_core.stage.player import Player
 from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks import Alarm, Edge, RawPoses, Sink
+from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
@@ -175,12 +175,14 @@ class Loop:
             self._opened.owed.pay(now)
         self._do_next()
 
-    def take(self, arrival: Ordered | First | Edge | RawPoses | Alarm, now: float) -> None:
+    def take(self, arrival: Ordered | First | Edge | RawPoses | RawJoints | Alarm, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
         if isinstance(arrival, Edge):
             self.player.sense(arrival, now)
         elif isinstance(arrival, RawPoses):
             self.player.measure(arrival.poses, now)
+        elif isinstance(arrival, RawJoints):
+            self.player.measure_joints(arrival, now)
         elif isinstance(arrival, Alarm):
             if self._may_move:
                 self._halt(arrival.message, now)
@@ -283,6 +285,7 @@ class Loop:
             or message["type"] == "measured"
             or message["type"] == "fault"
             or message["type"] == "vitals"
+            or message["type"] == "joints"
             or message["type"] == "misplaced"
             or message["type"] == "armed"
             or message["type"] == "why_still"

@@ -18,6 +18,7 @@ from improv_core.stage.fields import Moment, PoseJson
 from improv_core.stage.robot_messages import (
     FaultMessage,
     Instant,
+    JointPositions,
     RobotInstant,
     SentJoints,
     Unreached,
@@ -213,7 +214,18 @@ class Ping(TypedDict):
     number: int
 
 
-ToPages = ProgramMessage | ProgramSource | Answer | Measured | Misplaced | Armed | FaultMessage | Vitals | WhyStill
+ToPages = (
+    ProgramMessage
+    | ProgramSource
+    | Answer
+    | Measured
+    | Misplaced
+    | Armed
+    | FaultMessage
+    | Vitals
+    | WhyStill
+    | JointPositions
+)
 """From the parent to the pages, through their stage."""
 ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | Ping
 
@@ -329,6 +341,7 @@ FromStage = (
     | FaultMessage
     | Vitals
     | Unreached
+    | JointPositions
     | Misplaced
     | Armed
     | Sent

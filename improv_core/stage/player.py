@@ -18,7 +18,7 @@ from improv_core.stage.machine import Machine
 from improv_core.stage.messages import Poses, Takeover, When
 from improv_core.stage.run import Mode
 from improv_core.stage.sensing import Foreseen
-from improv_core.stage.sinks import Edge, RawPose, StopButton
+from improv_core.stage.sinks import Edge, RawJoints, RawPose, StopButton
 
 
 class Player(Machine):
@@ -188,6 +188,10 @@ class Player(Machine):
             self._take(events.Changed(), now)
         if event := self._tracks.guard.look(self.run, now):
             self._take(event, now)
+
+    def measure_joints(self, joints: RawJoints, now: float) -> None:
+        """Report where joints of a real robot were."""
+        self._tracks.measure_joints(joints, now)
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""

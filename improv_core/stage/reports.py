@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+from improv_core.score.body import Body
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact
 from improv_core.score.performing import Decision
@@ -29,8 +30,17 @@ from improv_core.stage.messages import (
     WarningLine,
 )
 from improv_core.stage.odometry import Comparison
-from improv_core.stage.robot_messages import FaultMessage, RobotInstant, Unreached, Vitals, VitalsRobot, WorstJson
+from improv_core.stage.robot_messages import (
+    FaultMessage,
+    JointPositions,
+    RobotInstant,
+    Unreached,
+    Vitals,
+    VitalsRobot,
+    WorstJson,
+)
 from improv_core.stage.run import Run
+from improv_core.stage.sinks import RawJoints
 from improv_core.stage.watches import RobotNews
 
 Told = (
@@ -43,6 +53,7 @@ Told = (
     | FaultMessage
     | Vitals
     | Unreached
+    | JointPositions
     | Pressed
     | WarningLine
     | ErrorLine
@@ -112,6 +123,13 @@ def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> M
         "performed": run.transport.performed(raw.at),
         "wall": _nanoseconds(wall),
     }
+
+
+def joints(run: Run, over: Duration, measured: RawJoints, body: Body, wall: float) -> JointPositions:
+    """Where joints of a robot's body were; what else moves isn't its own."""
+    positions = {name: at + body.joint[name].offset for name, at in measured.positions.items() if name in body.joint}
+    moment = _moment(run, measured.robot, run.beat(measured.at, over), run.transport.performed(measured.at), wall)
+    return {"type": "joints", "positions": positions, **moment}
 
 
 def faults(run: Run, over: Duration, news: Sequence[RobotNews], now: float, wall: float) -> Iterator[FaultMessage]:

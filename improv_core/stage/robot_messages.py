@@ -26,6 +26,13 @@ class RobotInstant(Instant):
     robot: str
 
 
+class JointPositions(RobotInstant):
+    """Where joints of a real robot were, in radians or meters."""
+
+    type: Literal["joints"]
+    positions: Mapping[str, float]
+
+
 class WorstJson(TypedDict, total=False):
     """How bad a fault is or was: meters and radians off or jumped, seconds for which it lasts, or a command is late."""
 

@@ -30,7 +30,7 @@ from improv_core.stage.run import EMPTY, Run
 from improv_core.stage.sensing import Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
 from improv_core.stage.setpoints import Velocity, zeros
-from improv_core.stage.sinks import RawPose, Sink
+from improv_core.stage.sinks import RawJoints, RawPose, Sink
 from improv_core.stage.watches import RobotNews, Watches
 
 VITALS_PERIOD = 1.0
@@ -331,6 +331,13 @@ class Tracks:
                 for each in found
             }
             self.tell({"type": "measured", "generation": run.generation, "robots": robots})
+
+    def measure_joints(self, joints: RawJoints, now: float) -> None:
+        """Report where joints of a robot were, while robots play and shortly after."""
+        run, part = self.run, self.run.score.parts.get(joints.robot)
+        if part and part.profile.body and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
+            wall = self.wall() - (now - joints.at)
+            self.tell(reports.joints(run, self.cast.over, joints, part.profile.body, wall))
 
     def find_faults(self, now: float) -> list[RobotNews]:
         """What is new about the faults of real robots. Once a second, it is reported how they are."""

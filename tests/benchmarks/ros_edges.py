@@ -20,13 +20,13 @@ from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import Topic
 from improv_core.stage.arrivals import End
-from improv_core.stage.sinks import Alarm, Edge, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses
 from improv_core.stage.sinks.ros import Ros
 
 came: list[tuple[str, bool | None, float, float]] = []
 
 
-def hear(edge: Edge | RawPoses | Alarm | End) -> None:
+def hear(edge: Edge | RawPoses | RawJoints | Alarm | End) -> None:
     assert isinstance(edge, Edge)
     came.append((edge.what[0], edge.value, edge.at, time.monotonic()))
 

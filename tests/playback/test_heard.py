@@ -277,6 +277,8 @@ def test_the_twin_plays_what_senses_decide_a_moment_later() -> None:
 
 
 def test_real_poses_are_shown_on_the_page() -> None:
+    joints = {"type": "joints", "generation": 1, "robot": "a", "positions": {}, "beat": 0, "performed": 0, "wall": 0}
+    assert Story.playing()(("ros", joints)) == ["simulator: joints", "joints"]  # type: ignore[arg-type]
     story, measured = Story.playing(), {"type": "measured", "generation": 1, "robots": {}}
     assert story(("ros", measured)) == ["simulator: measured", "measured"]  # type: ignore[arg-type]
     assert story(("simulator", measured)) == ["measured (the other)"]  # type: ignore[arg-type]

@@ -31,7 +31,7 @@ from improv_core.score.movement import Velocity
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Deadman, Part, Safety, Score
 from improv_core.stage.arrivals import End
-from improv_core.stage.sinks import Alarm, Edge, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses
 from improv_core.stage.sinks.ros import Ros
 
 LIMIT = 60.0
@@ -224,6 +224,12 @@ def pose() -> Any:
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
 
 
+def joints() -> Any:
+    """Where a robot's joints are, the next time that this is heard."""
+    found = _next(RawJoints)
+    return found.robot, found.positions
+
+
 def end(*_: object) -> None:
     sink.send("turtle1", STILL, 0.0)
     sink.close()
@@ -277,6 +283,7 @@ methods: dict[str, Callable[..., Any]] = {
     "battery": battery,
     "edge": edge,
     "pose": pose,
+    "joints": joints,
     "alarm": alarm,
     "guard": lambda *topics: sink.guard(topics),
     "until_ready": until_ready,

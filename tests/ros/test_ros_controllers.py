@@ -150,3 +150,9 @@ def test_a_dance_begins_once_joints_are_at_their_starts(sink: Sink, publish: Pub
     sink("prepare_body", [HEAD], **HOME)
     sink("bring_home")
     assert not sink("resetting")
+
+
+def test_where_joints_are_is_passed_on(sink: Sink, publish: Publish) -> None:
+    states(publish, yaw=0.5, wheel=3.0)
+    sink("prepare_body", [HEAD])
+    assert sink("joints") == ["ada", {"yaw": 0.5, "wheel": 3.0}]

@@ -27,7 +27,7 @@ from improv_core.stage.faults import QUIET
 from improv_core.stage.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
 from improv_core.stage.player import Player
 from improv_core.stage.reports import Told
-from improv_core.stage.sinks import Noticed, RawPose
+from improv_core.stage.sinks import Noticed, RawJoints, RawPose
 from improv_core.stage.sinks.simulator import Simulator
 from tests.stage.test_player import Stage, score
 
@@ -598,3 +598,25 @@ def test_commands_that_leave_late_are_told_within_half_a_second() -> None:
     assert robot.lines[0] == (
         "beat 2: commands for r leave 34 ms late: close other programs on this machine or play fewer robots"
     )
+
+
+def test_where_joints_were_is_reported_while_robots_play_and_for_a_moment_after() -> None:
+    """Joints that the robot's body hasn't are somebody else's."""
+    stage = Stage()
+    stage.sink.real = True
+    stage.load("r is puppet\nbeat 60\nr $ head left")
+
+    def measured(at: float) -> list[Any]:
+        stage.told.clear()
+        stage.player.measure_joints(RawJoints("r", {"head_yaw": 0.25, "wheel": 9.0}, at), stage.now)
+        stage.player.measure_joints(RawJoints("other", {"head_yaw": 0.25}, at), stage.now)
+        return [message for message in stage.told if message["type"] == "joints"]
+
+    stage.run(0.5)
+    (found,) = measured(stage.now - 0.1)
+    assert (found["robot"], found["positions"]) == ("r", {"head_yaw": 0.25})
+    assert (found["beat"], found["performed"]) == (pytest.approx(0.4), pytest.approx(0.4))
+    stage.run(1.0)
+    assert measured(stage.now)
+    stage.run(REST)
+    assert not measured(stage.now)

@@ -19,7 +19,7 @@ from improv_core.stage.discovery import described, limited
 from improv_core.stage.loop import one_line
 from improv_core.stage.messages import FromStage
 from improv_core.stage.setpoints import LINGER
-from improv_core.stage.sinks import Alarm, Edge, Noticed, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, Noticed, RawJoints, RawPoses
 from improv_core.stage.sinks.cdr import frame_field
 from improv_core.stage.sinks.ros_base import RosBase
 from improv_core.stage.sinks.ros_controllers import RosControllers
@@ -57,7 +57,7 @@ class Ros:
         self,
         discovery: str | None,
         standby: bool,
-        hear: Callable[[Edge | RawPoses | Alarm | End], None],
+        hear: Callable[[Edge | RawPoses | RawJoints | Alarm | End], None],
         ask: Ask,
         node: str | None = None,
         arguments: Sequence[str] = (),

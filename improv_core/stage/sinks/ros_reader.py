@@ -14,7 +14,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
 from improv_core.stage.messages import helper
 from improv_core.stage.reader_messages import FromReader, MeasuredPoses, SenseToRead, ToReader
-from improv_core.stage.sinks import Edge, RawPose, RawPoses
+from improv_core.stage.sinks import Edge, RawJoints, RawPose, RawPoses
 
 START_LIMIT = 10.0
 """Seconds until a new process must show signs of life; on a quiet machine it takes half a second."""
@@ -45,7 +45,9 @@ class RosReader:
     If that process fails, all senses are silent until the next one hears something.
     """
 
-    def __init__(self, node: str, hear: Callable[[Edge | RawPoses], None], clock: Callable[[], float]) -> None:
+    def __init__(
+        self, node: str, hear: Callable[[Edge | RawPoses | RawJoints], None], clock: Callable[[], float]
+    ) -> None:
         self._node = node
         self._hear = hear
         self._clock = clock
@@ -190,6 +192,7 @@ class RosReader:
             if message["robot"] in self._joint_states:
                 new = {joint: (position, message["at"]) for joint, position in message["positions"].items()}
                 self.joints = {**self.joints, message["robot"]: {**self.joints.get(message["robot"], {}), **new}}
+                self._hear(RawJoints(message["robot"], message["positions"], message["at"]))
         elif message["type"] == "unread":
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 

@@ -71,7 +71,7 @@ class Broadcast:
             kind += message["robot"], message["sense"]
         elif message["type"] == "fault":
             kind += message["robot"], message["fault"]
-        elif message["type"] == "decided":
+        elif message["type"] == "decided" or message["type"] == "joints":
             kind += [message["robot"]]
         self._soon(self._pages.put, " ".join(kind), json.dumps(message))
 

@@ -12,7 +12,7 @@ from improv_core.stage.commands import Conduct, Form, PlaceRobots, Restart
 from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
 from improv_core.stage.fields import Beat, Count
 from improv_core.stage.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
-from improv_core.stage.robot_messages import FaultMessage, Vitals, WhyStill
+from improv_core.stage.robot_messages import FaultMessage, JointPositions, Vitals, WhyStill
 
 
 class ServerTime(TypedDict):
@@ -238,6 +238,7 @@ ToPage = (
     | FaultMessage
     | Vitals
     | WhyStill
+    | JointPositions
     | ProgramSource
     | EditorAnswer
 )

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.sinks import Edge, RawPoses, ros_reader
+from improv_core.stage.sinks import Edge, RawJoints, RawPoses, ros_reader
 from improv_core.stage.sinks.ros_reader import RosReader
 from tests.processes import command_of, descendants
 
@@ -25,9 +25,9 @@ EDGE = '{"type": "edge", "robot": "anna", "sense": "bump", "value": false, "at":
 @contextmanager
 def reading(
     monkeypatch: pytest.MonkeyPatch, script: str
-) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses]]]:
+) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses | RawJoints]]]:
     """A reader whose process runs a script, and what it passes on."""
-    heard: queue.SimpleQueue[Edge | RawPoses] = queue.SimpleQueue()
+    heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
     monkeypatch.setattr(ros_reader, "helper", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
     reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {}, {})

@@ -64,15 +64,20 @@ class Course:
     since: float = 0.0
 
     @property
+    def velocities(self) -> list[float]:
+        return [velocity for _, velocity in self.motions]
+
+    @property
     def moves(self) -> bool:
-        return any(velocity for _, velocity in self.motions)
+        return any(self.velocities)
 
 
 class TrajectoryPoint(NamedTuple):
     """Where the joints of a controller are, and how fast they move, so many seconds from now."""
 
     seconds: float
-    motions: Sequence[JointMotion]
+    positions: list[float]
+    velocities: list[float]
 
 
 def channels_of(part: Part) -> list[Channel]:
@@ -185,28 +190,39 @@ def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
     Between two points, positions are cubic (joint_trajectory_controller's splines): with these velocities, a joint that
     brakes does so evenly, and none passes its limits.
     """
-    plans = [_Plan.of(joint, motion) for joint, motion in zip(channel.joints, course.motions, strict=True)]
-    moving = [plan for plan in plans if plan.velocity]
-    times = {0.0} | {_ticks(time) for plan in moving for time in (plan.cruises, plan.rests)}
-    for seconds in sorted(times):
-        yield TrajectoryPoint(seconds, [plan.at(seconds) for plan in plans])
+    plans = [_plan(joint, motion) for joint, motion in zip(channel.joints, course.motions, strict=True)]
+    ends = {time for plan in plans if plan.velocity for time in (plan.cruises, plan.rests)}
+    for seconds in sorted({0.0, *map(_ticks, ends)}):
+        positions, velocities = [], []
+        for begin, velocity, cruises, rests, end in plans:
+            left = rests - seconds
+            if left <= TICK * _ALMOST:
+                position, velocity = end, 0.0
+            elif seconds <= cruises:
+                position = begin + velocity * seconds
+            else:
+                velocity *= left / (rests - cruises)
+                position = end - velocity * left / 2
+            positions.append(position)
+            velocities.append(velocity)
+        yield TrajectoryPoint(seconds, positions, velocities)
 
 
 def message_of(channel: Channel, course: Course) -> bytes:
     """What a controller is sent at the beginning of a course. It counts from where its encoders do."""
     if channel.interface == "velocity":
-        return numbers_message([motion.velocity for motion in course.motions])
+        return numbers_message(course.velocities)
     if channel.interface == "position":
-        return numbers_message(_counted(channel, course.motions))
+        return numbers_message(_counted(channel, [motion.position for motion in course.motions]))
     points = [
-        (seconds, _counted(channel, motions), [motion.velocity for motion in motions])
-        for seconds, motions in trajectory(channel, course)
+        (seconds, _counted(channel, positions), velocities)
+        for seconds, positions, velocities in trajectory(channel, course)
     ]
     return trajectory_message(tuple(joint.name for joint in channel.joints), points)
 
 
-def _counted(channel: Channel, motions: Sequence[JointMotion]) -> list[float]:
-    return [motion.position - joint.offset for joint, motion in zip(channel.joints, motions, strict=True)]
+def _counted(channel: Channel, positions: Sequence[float]) -> list[float]:
+    return [position - joint.offset for joint, position in zip(channel.joints, positions, strict=True)]
 
 
 def _channel(controller: Controller, body: Body, namespace: str) -> Channel:
@@ -215,6 +231,8 @@ def _channel(controller: Controller, body: Body, namespace: str) -> Channel:
 
 
 def _turned(joint: Joint, motion: JointMotion, told: JointMotion | None, passed: float) -> JointMotion:
+    if not (told or motion.velocity):
+        return motion
     position = _after(passed, joint, motion)
     velocity = told.velocity if told else motion.velocity
     if joint.max_velocity is not None:
@@ -235,8 +253,7 @@ def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
     return later
 
 
-@dataclass(frozen=True, slots=True)
-class _Plan:
+class _Plan(NamedTuple):
     """How one joint comes to rest if nothing follows: it `cruises` until a time and brakes evenly until it `rests`."""
 
     begin: float
@@ -245,24 +262,15 @@ class _Plan:
     rests: float
     end: float
 
-    @classmethod
-    def of(cls, joint: Joint, motion: JointMotion) -> _Plan:
-        begin, velocity = motion
-        if not velocity:
-            return cls(begin, 0.0, 0.0, 0.0, begin)
-        end = _after((CRUISE + HORIZON) / 2, joint, motion)  # evenly, so at half the velocity on average
-        limited = (end - begin) / velocity  # how long it takes there without braking
-        cruises = min(CRUISE, limited)
-        return cls(begin, velocity, cruises, cruises + 2 * (limited - cruises), end)
 
-    def at(self, seconds: float) -> JointMotion:
-        if seconds >= self.rests - TICK * _ALMOST:
-            return JointMotion(self.end, 0.0)
-        if seconds <= self.cruises:
-            return JointMotion(self.begin + self.velocity * seconds, self.velocity)
-        left = self.rests - seconds
-        velocity = self.velocity * left / (self.rests - self.cruises)
-        return JointMotion(self.end - velocity * left / 2, velocity)
+def _plan(joint: Joint, motion: JointMotion) -> _Plan:
+    begin, velocity = motion
+    if not velocity:
+        return _Plan(begin, 0.0, 0.0, 0.0, begin)
+    end = _after((CRUISE + HORIZON) / 2, joint, motion)  # evenly, so at half the velocity on average
+    limited = (end - begin) / velocity  # how long it takes there without braking
+    cruises = min(CRUISE, limited)
+    return _Plan(begin, velocity, cruises, cruises + 2 * (limited - cruises), end)
 
 
 def _ticks(seconds: float) -> float:

@@ -14,6 +14,7 @@ from tests.benchmarks import (
     faults,
     first_beat,
     heavy,
+    joints,
     keep_apart,
     keystroke,
     meetings,
@@ -39,6 +40,7 @@ BENCHMARKS = {
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),
     "first_beat": (first_beat.run, "how much of their first movement robots miss that were just started"),
     "heavy": (heavy.run, "keys and requests in and beside programs that take seconds to understand"),
+    "joints": (joints.run, "how soon joints rest when something fails, and how punctual they are, beside plain rclpy"),
     "keep_apart": (
         keep_apart.run,
         "from the pose that shows two robots too near to their zeros",

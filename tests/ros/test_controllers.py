@@ -20,7 +20,8 @@ from typing import Any
 import pytest
 
 from tests.processes import players
-from tests.ros.conftest import LIMIT, Listen, Listener, Publish, Script
+from tests.ros.conftest import LIMIT, Listen, Listener, Others, Publish, Script
+from tests.ros.hosts import Host, on_one_link, set_link
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -66,13 +67,14 @@ _names = count()
 class Dance:
     """Somebody plays a program with `improv play` for a robot whose joints are listened to."""
 
-    def __init__(self, folder: Path, env: Mapping[str, str], program: str, toml: str) -> None:
+    def __init__(self, folder: Path, env: Mapping[str, str], program: str, toml: str, host: Host | None = None) -> None:
         self.robot = f"ada{next(_names)}"
         (folder / "improv.toml").write_text(toml.format(robot=self.robot))
         path = folder / "dance.improv"
         path.write_text(program.format(robot=self.robot))
         command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", str(path)]
         pipe = subprocess.PIPE
+        command = host.command(*command) if host else command
         self.process = subprocess.Popen(command, env={**env}, stdin=subprocess.DEVNULL, stderr=pipe, text=True)
 
     @property
@@ -87,6 +89,13 @@ class Dance:
         self.process.send_signal(signal.SIGCONT)
         self.process.terminate()
         self.process.communicate(timeout=LIMIT)
+
+
+def arguments_of(toml: str) -> list[str]:
+    """What the controllers of a robot are started with."""
+    hand = "velocity" if '"velocity"' in toml else "position"
+    made = ["head trajectory yaw pitch", "arm position elbow", f"hand {hand} wrist"]
+    return [word for each in made for word in ("--controller", *each.split())]
 
 
 Begin = Callable[..., tuple[Dance, Listener]]
@@ -104,10 +113,7 @@ def begin(
             dance = Dance(tmp_path, env, program, toml)
             stack.callback(dance.close)
             joints = listen(f"/{dance.robot}/joint_states", type="sensor_msgs/JointState")
-            hand = "velocity" if '"velocity"' in toml else "position"
-            made = ["head trajectory yaw pitch", "arm position elbow", f"hand {hand} wrist"]
-            words = [word for each in made for word in ("--controller", *each.split())]
-            script(CONTROLLER, dance.robot, *words, "--start", *start, ROS_DOMAIN_ID=env["ROS_DOMAIN_ID"])
+            script(CONTROLLER, dance.robot, *arguments_of(toml), "--start", *start, ROS_DOMAIN_ID=env["ROS_DOMAIN_ID"])
             return dance, joints
 
         yield play
@@ -117,14 +123,15 @@ def moving(message: Mapping[str, Any]) -> bool:
     return all(message["positions"][joint] > 0.2 for joint in MOVING)
 
 
-def rest(joints: Listener) -> dict[str, float]:
-    """Wait until the joints rest; where they are."""
+def rest(joints: Listener, *names: str) -> dict[str, float]:
+    """Wait until these joints rest, or all; where all are."""
     same: list[Any] = []
 
     def rests(message: Mapping[str, Any]) -> bool:
-        if same and same[-1] != message["positions"]:
+        where = {name: at for name, at in message["positions"].items() if not names or name in names}
+        if same and same[-1] != where:
             same.clear()
-        same.append(message["positions"])
+        same.append(where)
         return len(same) >= RESTING
 
     return dict(joints.wait(rests)["positions"])
@@ -208,3 +215,25 @@ def test_an_emergency_stop_while_joints_move_to_their_starts(begin: Begin, publi
     where = rest(joints)
     assert where["yaw"] < 0
     assert where["elbow"] == 0
+
+
+def test_trajectories_end_at_rest_if_the_network_is_gone(
+    ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    """Nobody can help joints that a velocity controller moves: docs/ros.md says so, and `improv doctor`."""
+    with ExitStack() as stack:
+        there, here = stack.enter_context(on_one_link())
+        env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+        dance = Dance(tmp_path, env, TURNS, TOML, here)
+        stack.callback(dance.close)
+        others = Others(there.wrapper(ros_python, tmp_path), env)
+        stack.callback(others.close)
+        joints = Listener(others, f"/{dance.robot}/joint_states", type="sensor_msgs/JointState")
+        command = there.command(ros_python, str(CONTROLLER), dance.robot, *arguments_of(TOML))
+        robot = subprocess.Popen(command, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        stack.callback(robot.communicate, timeout=LIMIT)
+        joints.wait(moving)
+        set_link(there, up=False)
+        rest(joints, "yaw", "elbow")
+        at = joints.wait(moving)["positions"]
+        assert joints.wait(moving)["positions"]["wrist"] > at["wrist"]

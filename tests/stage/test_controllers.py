@@ -75,10 +75,7 @@ def test_a_course_begins_where_joints_are_and_ends_where_they_are_stopped() -> N
 
 def points(*motions: tuple[float, float]) -> list[tuple[float, list[float], list[float]]]:
     """Seconds, positions, and velocities."""
-    return [
-        (seconds, [each.position for each in found], [each.velocity for each in found])
-        for seconds, found in trajectory(HEAD, course(*motions))
-    ]
+    return [*map(tuple, trajectory(HEAD, course(*motions)))]  # type: ignore[list-item]
 
 
 def test_joints_that_stand_are_one_point() -> None:
@@ -113,10 +110,7 @@ def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
     """As a controller performs it."""
     begin = turned(HEAD, course(yaw, (0.95, pitch)), {}, 0.0)
     made = TrajectoryController(["yaw", "pitch"], [9, 9])
-    given = [
-        (seconds, [each.position for each in found], [each.velocity for each in found])
-        for seconds, found in trajectory(HEAD, begin)
-    ]
+    given = [*trajectory(HEAD, begin)]
     made.take(["yaw", "pitch"], given, 100.0)
     assert not made.refused
     fastest = [abs(motion.velocity) for motion in begin.motions]
@@ -138,7 +132,7 @@ def test_a_stop_is_where_a_trajectory_is_by_then() -> None:
         before = made.states(at)
         now = turned(HEAD, now, what, at)
         assert [position for position, _ in before] == pytest.approx([each.position for each in now.motions])
-        given = [(s, [each.position for each in f], [each.velocity for each in f]) for s, f in trajectory(HEAD, now)]
+        given = [*trajectory(HEAD, now)]
         made.take(["yaw", "pitch"], given, at)
     assert [position for position, _ in made.states(9)] == pytest.approx([0.15, -0.4])
 
@@ -283,7 +277,7 @@ def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() 
     now = turned(way, now, {}, 7.5)
     assert [*now.motions[0]] == pytest.approx([-0.1, -0.8])
     last = [*trajectory(way, turned(way, now, {}, 7.9))][-1]
-    assert [*last.motions[0], *last.motions[1]] == pytest.approx([-0.5, 0, 0, 0])
+    assert [*last.positions, *last.velocities] == pytest.approx([-0.5, 0, 0, 0])
     assert last.seconds < HORIZON
     assert turned(way, now, {}, 9.0) == course((-0.5, 0), (0, 0), since=9)
     assert [*stopped(way, now, 0.25).motions[0]] == pytest.approx([-0.3, 0])

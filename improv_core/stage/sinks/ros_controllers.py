@@ -38,6 +38,10 @@ AGAIN = 5.0
 PERIOD = 0.05
 """Seconds between two messages to joints on their way to their starts."""
 
+OFTEN = 0.75
+"""How much of the period between two commands must have passed until the same is repeated: each body part repeats its
+own, and a controller that moves several gets all of them."""
+
 Measured = Callable[[str], Mapping[str, tuple[float, float]]]
 """Where the joints of a robot are, and when that came, in monotonic seconds."""
 
@@ -172,6 +176,12 @@ class RosControllers:
             return
         arm.anew = arm.anew and not begins
         arm.course = course = turned(arm.channel, before, joints, at)
+        if (
+            course.moves
+            and course.velocities == before.velocities
+            and self._now() < arm.sent + OFTEN * self._period(robot)
+        ):
+            return  # it has just been told this because of another body part
         arm.way = None
         topic, message = arm.topic, message_of(arm.channel, course)
         needs_zeros = arm.channel.interface == "velocity"
@@ -213,6 +223,9 @@ class RosControllers:
     def _moves_home(self, robot: str) -> bool:
         body = self._robots[robot].part.profile.body
         return body is not None and body.home == "move"
+
+    def _period(self, robot: str) -> float:
+        return 1 / self._robots[robot].part.profile.command_rate
 
     def _leave(self, robot: str, arm: _Arm) -> None:
         """Have joints stand that another controller moves from now on."""

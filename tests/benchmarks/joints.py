@@ -1,0 +1,156 @@
+"""Joints of real robots: how soon they rest when something fails, and how punctual their changes are."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from statistics import median
+
+from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON
+from tests.benchmarks.tables import p99, print_row
+from tests.commands.command_line import IMPROV
+from tests.processes import players
+from tests.ros.test_controllers import CONTROLLER, TOML, arguments_of
+
+JOINTS = ("trajectory", "", "", "velocity")
+"""The interfaces of the joints of that robot that are watched: positions are where joints stand."""
+TURNS = "ada $ repeat (head left || arm up || hand up)\n"
+MOVES, AFTER = 1.0, 2.5
+"""Seconds for which joints move, and for which they are watched after a fault."""
+ROBOTS, COUNT, RATE = 10, 12, 50
+PROFILE = """
+[profiles.arm]
+step = 1
+command_rate = {rate}
+joint_states = "joint_states"
+[profiles.arm.controllers.all]
+joints = {joints}
+"""
+FAULTS: dict[str, Callable[[subprocess.Popen[bytes]], None]] = {
+    "stage killed": lambda playing: os.kill(next(iter(players(playing.pid))), signal.SIGKILL),
+    "stage halted": lambda playing: os.kill(next(iter(players(playing.pid))), signal.SIGSTOP),
+    "parent halted": lambda playing: playing.send_signal(signal.SIGSTOP),
+}
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` does it once, and for a few seconds."""
+    rounds, seconds = (1, 6) if quick else (5, 20)
+    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print("Milliseconds from a fault until joints are at rest (50 messages a second say so), worst of each\n")
+    interfaces = [each for each in JOINTS if each]
+    print_row("fault", "times", *interfaces)
+    print_row("---", "---:", *["---:"] * len(interfaces))
+    for fault, cause in FAULTS.items():
+        found = [_rest_after(cause) for _ in range(rounds)]
+        print_row(fault, f"{rounds}", *(f"{1000 * max(each[which] for each in found):.0f}" for which in interfaces))
+    print(
+        f"\n{ROBOTS} robots with {COUNT} joints at {RATE} Hz, all alike, another velocity each second: how late changes"
+    )
+    print("are received, beside the earliest of all, in milliseconds\n")
+    print_row("who", "changes", "p50", "p99")
+    print_row("---", "---:", "---:", "---:")
+    for who, late in (("Improv", _punctual(True, seconds)), ("a plain loop with rclpy", _punctual(False, seconds))):
+        print_row(who, f"{len(late)}", f"{1000 * median(late):.1f}", f"{1000 * p99(late):.1f}")
+
+
+def _rest_after(cause: Callable[[subprocess.Popen[bytes]], None]) -> dict[str, float]:
+    """How many seconds joints took, by their interfaces."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        _ros(CONTROLLER, "ada", *arguments_of(TOML)),
+        _ros(HERE / "ros_joints.py", "states", "/ada/joint_states") as watching,
+        _improv(folder, TOML.format(robot="ada"), TURNS) as playing,
+    ):
+        lines = _velocities(watching)
+        begin = next(at for at, velocities in lines if all(map(_moves, velocities, JOINTS)))
+        next(at for at, _ in lines if at > begin + MOVES)
+        failed = time.monotonic()
+        cause(playing)
+        rests = dict.fromkeys(filter(None, JOINTS), 0.0)
+        for at, velocities in lines:
+            if at > failed + AFTER:
+                return rests
+            for velocity, interface in zip(velocities, JOINTS, strict=True):
+                if velocity and interface:
+                    rests[interface] = at - failed
+    raise SystemExit("nobody says where joints are")
+
+
+def _moves(velocity: float, interface: str) -> bool:
+    return not interface or bool(velocity)
+
+
+def _velocities(watching: subprocess.Popen[bytes]) -> Iterator[tuple[float, list[float]]]:
+    """When something was heard, and the velocities."""
+    assert watching.stdout
+    for line in watching.stdout:
+        at, *velocities = map(float, line.split())
+        yield at, velocities
+
+
+def _punctual(ours: bool, seconds: int) -> list[float]:
+    """How late changes are received, in seconds."""
+    listening = seconds + LIMIT / 3
+    script = HERE / "ros_joints.py"
+    times: dict[int, list[float]] = defaultdict(list)
+    with tempfile.TemporaryDirectory() as folder, _ros(script, "listen", ROBOTS, COUNT, listening) as listener:
+        playing = _improv(folder, *_dance(seconds)) if ours else _ros(script, "loop", ROBOTS, COUNT, seconds, RATE)
+        with playing:
+            assert listener.stdout
+            for line in listener.stdout:
+                with suppress(ValueError):  # it says that it is ready
+                    robot, at = line.split()
+                    times[int(robot)].append(float(at))
+    late = [at - number for each in times.values() for number, at in enumerate(each)]
+    if len(late) < ROBOTS * (seconds - 1):
+        raise SystemExit(f"only {len(late)} changes were heard")
+    return [each - min(late) for each in late]
+
+
+def _dance(seconds: int) -> tuple[str, str]:
+    """improv.toml and a program."""
+    joints = [f"joint{number}" for number in range(COUNT)]
+    parts = [(f"part{number}", joints[3 * number : 3 * number + 3]) for number in range(COUNT // 3)]
+    toml = PROFILE.format(rate=RATE, joints=joints)
+    for part, (one, two, three) in parts:
+        directions = zip(("left", "up", "forward"), (one, two, three), strict=True)
+        toml += f"[profiles.arm.body.{part}]\n"
+        toml += "".join(f'{word} = {{ joint = "{joint}", degrees = 57.29578 }}\n' for word, joint in directions)
+    toml += "".join(f'[robots.arm{robot}]\nprofile = "arm"\n' for robot in range(ROBOTS))
+    there, back = "(left || up || forward)", "(right || down || backward)"
+    moves = " || ".join(f"{part} (repeat {seconds // 2} ({there} {back}))" for part, _ in parts)
+    cast = " ".join(f"arm{robot}" for robot in range(ROBOTS))
+    return toml, f"beat 60\n{cast} $ {moves}\n"
+
+
+@contextmanager
+def _improv(folder: str, toml: str, program: str) -> Iterator[subprocess.Popen[bytes]]:
+    Path(folder, "improv.toml").write_text(toml)
+    Path(folder, "dance.improv").write_text(program)
+    command = [*IMPROV, "play", "--backend", "ros", "--no-browser", "dance.improv"]
+    null = subprocess.DEVNULL
+    with subprocess.Popen(command, cwd=folder, env=ENV, stdin=null, stdout=null, stderr=null) as playing:
+        try:
+            yield playing
+        finally:
+            playing.send_signal(signal.SIGCONT)
+            playing.terminate()
+
+
+@contextmanager
+def _ros(script: Path, *arguments: object) -> Iterator[subprocess.Popen[bytes]]:
+    command = [PYTHON, str(script), *map(str, arguments)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=ENV, stdin=pipe, stdout=pipe) as process:
+        try:
+            yield process
+        finally:
+            process.kill()

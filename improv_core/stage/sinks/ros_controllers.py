@@ -138,10 +138,7 @@ class RosControllers:
     def halt(self, robot: str) -> None:
         """Have a robot's joints stand that are on their way to their starts."""
         for arm in self._robots[robot].arms:
-            if arm.way and arm.course:
-                arm.course = stopped(arm.way, arm.course, self._now() - arm.course.since)
-                arm.way = None
-                self._publish(arm)
+            self._halt(arm)
 
     def missing(self, robot: str) -> str | None:
         """Why a command to one of a robot's controllers would not be heard now, or None. It is "" while they and we
@@ -170,6 +167,7 @@ class RosControllers:
                 self._send(robot, arm, joints, at)
 
     def _send(self, robot: str, arm: _Arm, joints: Mapping[str, JointMotion], at: float) -> None:
+        self._halt(arm)
         begins = any(joint.name in joints and joints[joint.name].velocity for joint in arm.channel.joints)
         before = self._course(robot, arm, begins=begins)
         if before is None:
@@ -182,7 +180,6 @@ class RosControllers:
             and self._now() < arm.sent + OFTEN * self._period(robot)
         ):
             return  # it has just been told this because of another body part
-        arm.way = None
         topic, message = arm.topic, message_of(arm.channel, course)
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
@@ -214,6 +211,12 @@ class RosControllers:
             arm.moved = now
         else:
             arm.tried, arm.way = True, None
+
+    def _halt(self, arm: _Arm) -> None:
+        if arm.way and arm.course:
+            arm.course = stopped(arm.way, arm.course, self._now() - arm.course.since)
+            arm.way = None
+            self._publish(arm)
 
     def _publish(self, arm: _Arm) -> None:
         assert arm.course

@@ -11,7 +11,7 @@ import { BAR, view } from "./puppet.js"
 /** @import { Messages } from "./messages.js" */
 /** @import { ViewName } from "./puppet.js" */
 /** @typedef {(robot: string, part: string, axis: Joint["axis"]) => number} Asked how fast a body part is asked to move */
-/** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint }} Row */
+/** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint, drawn: string }} Row */
 /** @typedef {{ card: HTMLElement, body: Body, views: Map<ViewName, Shapes>, rows: Row[], drawn: string }} Card */
 /** @typedef {ReturnType<typeof shapes>} Shapes */
 
@@ -19,12 +19,14 @@ const SVG = "http://www.w3.org/2000/svg"
 const MOST = 48 // figures: of more robots, those whose bodies move come first
 const FEW = 2 // robots that have much room each
 const SOME = 5
+const TURNS = 3 // many robots are drawn in turns: so many frames until it is each one's turn again
 const SIDE = 1.08 // where the view from the side is, beside the one from the front
 const EYE = 0.26 // of a head's radius
 
 export class Figures {
   /** @type {Map<string, Card>} */
   #cards = new Map()
+  #turn = 0
 
   /**
    * Shows the bodies of the robots in a score.
@@ -43,23 +45,31 @@ export class Figures {
   }
 
   /**
-   * Draws the figures and gauges that have changed.
+   * Draws the figures and gauges that have changed. Returns whether there is more to draw.
    * @param {Record<string, Positions>} joints of each robot; where none are known, they are at their starts
    * @param {Asked} asked
    */
   draw(joints, asked) {
-    for (const [name, card] of this.#cards) {
+    const turns = this.#cards.size > SOME ? TURNS : 1
+    this.#turn = (this.#turn + 1) % turns
+    let more = false
+    for (const [index, [name, card]] of [...this.#cards].entries()) {
       const positions = joints[name] ?? {}
       const gauges = card.rows.map(({ part, joint }) => {
         return gauge(joint, positions[joint.name] ?? joint.start, joint.sign * asked(name, part, joint.axis))
       })
       const now = JSON.stringify([positions, gauges.map(({ held }) => held)])
       if (now === card.drawn) continue
+      if (index % turns !== this.#turn) {
+        more = true
+        continue
+      }
       card.drawn = now
       const figure = card.views.size ? figureOf(card.body, positions) : null
       if (figure) for (const [view, shapes] of card.views) drawView(figure, view, shapes)
       gauges.forEach((each, index) => drawGauge(card.rows[index], each))
     }
+    return more
   }
 }
 
@@ -129,15 +139,20 @@ function row(part, joint) {
   const value = document.createElement("span")
   value.className = "value"
   row.append(label, track, value)
-  return { row, value, part, joint }
+  return { row, value, part, joint, drawn: "" }
 }
 
 /**
- * @param {Row} row
+ * Draws a gauge, if it has changed: browsers take long for hundreds that may have.
+ * @param {Row} gauged
  * @param {ReturnType<typeof gauge>} now
  */
-function drawGauge({ row, value, joint }, { at, held, words }) {
-  row.style.setProperty("--at", at.toFixed(4))
+function drawGauge(gauged, { at, held, words }) {
+  const { row, value, joint } = gauged
+  const drawn = `${at.toFixed(3)} ${held} ${words}`
+  if (drawn === gauged.drawn) return
+  gauged.drawn = drawn
+  row.style.setProperty("--at", at.toFixed(3))
   row.dataset.held = String(held)
   if (value.textContent === words && row.title) return
   value.textContent = words

@@ -87,9 +87,9 @@ export class View {
     const bumping = bumps.show(present.at, now)
     const moving = present.moving || bumping.length > 0
     if (this.#stale || moving) {
-      figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
+      const more = figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
       const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
-      this.#stale = stage.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving
+      this.#stale = stage.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving || more
     }
     this.#drawn = now
   }

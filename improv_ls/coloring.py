@@ -30,9 +30,9 @@ def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | N
     found = []
     starts = analysis.lines.starts
     line = line_before = 0
-    for start, text, unknown, strange in fragments(analysis, first, last):
+    for start, text, unknown, strange, body_words in fragments(analysis, first, last):
         make = _kept if len(text) <= LONGEST_KEPT else _shape
-        first_line, column, rest, last_line = make(text, unknown, strange, encoding)
+        first_line, column, rest, last_line = make(text, unknown, strange, body_words, encoding)
         if not rest:
             continue
         while line + 1 < len(starts) and starts[line + 1] <= start:
@@ -94,12 +94,14 @@ class _Shape(NamedTuple):
     last_line: int
 
 
-def _shape(text: str, unknown: tuple[str, ...], strange: tuple[str, ...], encoding: Encoding) -> _Shape:
+def _shape(
+    text: str, unknown: tuple[str, ...], strange: tuple[str, ...], body_words: tuple[str, ...], encoding: Encoding
+) -> _Shape:
     starts = LineIndex(text).starts
     last_line, plain = len(starts) - 1, text.isascii()
     found: list[int] = []
     line = before = 0
-    words = colored(text, unknown, strange)
+    words = colored(text, unknown, strange, body_words)
     if plain and not last_line:  # as most are: a document that was just opened has thousands of words
         for start, end, kind, modifiers in words:
             found += (0, start - before, end - start, kind, modifiers)

@@ -6,9 +6,11 @@ import re
 from collections.abc import Container, Iterator
 from typing import TypeAlias
 
+from improv_core.ide.body_words import takes
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.program.opening import OPENING
+from improv_core.program.predefined import TO
 from improv_core.syntax.lexer import NAME, NUMBER
 from improv_core.syntax.nodes import OfKind, Statement
 from improv_core.syntax.parser import parse_statement
@@ -23,9 +25,9 @@ Colored: TypeAlias = tuple[int, int, int, int]
 """The start and end of a word, counted from the start of its fragment, and its type and modifiers (one bit each),
 numbered as in the legend."""
 
-Fragment: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...]]
-"""The offset and the text of a statement or a comment line, and the undefined names in it, and the unknown robots and
-senses, which get no color."""
+Fragment: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+"""The offset and the text of a statement or a comment line; the undefined names in it, and the unknown robots and
+senses, which get no color; and the names that are words of robots' bodies."""
 
 
 def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Fragment]:
@@ -41,11 +43,14 @@ def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> It
         fragment = analysis.statements[index].text
         place = start + len(fragment)
         if place >= first:
-            yield start, fragment, *(_unknown(analysis, index) if index in suspects else ((), ()))
+            unknown, strange = _unknown(analysis, index) if index in suspects else ((), ())
+            yield start, fragment, unknown, strange, _body_words(analysis, index)
     yield from _comment_lines(text, place, len(text), first, stop)
 
 
-def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> list[Colored]:
+def colored(
+    text: str, unknown: tuple[str, ...], strange: tuple[str, ...], body_words: tuple[str, ...]
+) -> list[Colored]:
     """The colored words of a fragment, in order. They depend only on the arguments, so they can be cached.
 
     Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
@@ -83,8 +88,12 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
                 if word in strange:
                     continue
                 kind = _SENSE
+            elif before == TO and TO in body_words:
+                kind = _POSE
             elif word in unknown:
                 continue
+            elif word in body_words:
+                kind = _BODY_WORD
         found.append((start, end, kind[0], kind[1]))
         if kind is not _COMMENT_KIND:
             before = word
@@ -112,10 +121,18 @@ def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str
     return names, tuple(statement.text[span.start : span.end] for span in said)
 
 
+def _body_words(analysis: Analysis, index: int) -> tuple[str, ...]:
+    """The words for body parts, and `to`, that a statement uses."""
+    uses = analysis.statements[index].uses
+    if analysis.predefined.keys().isdisjoint(uses):
+        return ()
+    return tuple(name for name in uses if takes(analysis, name, index) is not None)
+
+
 def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[Fragment]:
     for comment in _COMMENT.finditer(text, start, end):
         if comment.start() <= last and comment.end() >= first:
-            yield comment.start(), comment.group(), (), ()
+            yield comment.start(), comment.group(), (), (), ()
 
 
 def _kind(name: str, *modifiers: str) -> tuple[int, int]:
@@ -126,6 +143,8 @@ _UNKNOWN = ("unknown-robot", "unknown-sense", "unknown-profile")
 _COMMENT_KIND = _kind("comment")
 _OPENING_WORD = _kind("keyword")
 _PROFILE = _kind("enumMember")
+_BODY_WORD = _kind("keyword")
+_POSE = _kind("enumMember")
 _DEFINITION = _kind("variable", "definition")
 _USE = _kind("variable")
 _ROBOT = _kind("class")

@@ -18,8 +18,8 @@ def check(program: str | Analysis, *words: str) -> None:
     """These words have a color, said as `word:type` or `word:type.modifier`."""
     analysis = analyze(program) if isinstance(program, str) else program
     found = []
-    for start, text, unknown, strange in fragments(analysis):
-        for begin, end, kind, modifiers in colored(text, unknown, strange):
+    for start, text, unknown, strange, body_words in fragments(analysis):
+        for begin, end, kind, modifiers in colored(text, unknown, strange, body_words):
             kinds = [TYPES[kind], *(name for bit, name in enumerate(MODIFIERS) if modifiers >> bit & 1)]
             found.append(f"{analysis.text[start + begin : start + end]}:{'.'.join(kinds)}")
     assert found == list(words)
@@ -48,6 +48,21 @@ def test_senses() -> None:
         *("if:keyword", "not:keyword", "cue:property", "near:variable", "else:keyword", UP, "pause:keyword", UP),
     )
     check("r $ until # near\n", "r:class", "$:operator", "until:keyword", "# near:comment")
+
+
+def test_words_for_body_parts_and_poses_unless_a_name_hides_them() -> None:
+    check(
+        "ada is puppet\nada $ head left to high arms to start",
+        *("ada:class", "is:keyword", "puppet:enumMember", "ada:class", "$:operator"),
+        *("head:keyword", "left:function.defaultLibrary", "to:keyword", "high:enumMember"),
+        *("arms:keyword", "to:keyword", "start:enumMember"),
+    )
+    check(
+        "head = up\nf to = to up\nada $ head",
+        *("head:variable.definition", "=:operator", UP),
+        *("f:variable.definition", "to:parameter.definition", "=:operator", "to:parameter", UP),
+        *("ada:class", "$:operator", "head:variable"),
+    )
 
 
 def test_parameters_in_the_head_and_in_the_body() -> None:
@@ -83,13 +98,13 @@ def test_comments_within_statements() -> None:
 
 def test_only_what_is_in_sight() -> None:
     text = "# one\nr $ up\n# two\ns $ up\n# three\n"
-    found = [fragment for _, fragment, _, _ in fragments(analyze(text), text.index("up"), text.index("s"))]
+    found = [fragment for _, fragment, *_ in fragments(analyze(text), text.index("up"), text.index("s"))]
     assert found == ["r $ up", "# two", "s $ up"]
 
 
 @given(st.lists(st.sampled_from([*"rx$=|(]-+?#😀 \n\ufeff", "up ", "beat", "||", ".5", "3/2", "1x"])).map("".join))
 def test_only_tokens_and_comments_have_a_color(text: str) -> None:
-    found = {(start, end) for start, end, *_ in colored(text, (), ())}
+    found = {(start, end) for start, end, *_ in colored(text, (), (), ())}
     comments = {comment.span() for comment in re.finditer(r"#[^\r\n]*", text)}
     tokens = {token.span: token.type for token in lex(text)}
     assert found <= comments | set(tokens)

@@ -120,6 +120,34 @@ def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp
         assert refused["message"] == "in clo sed.improv: `bob` is already a robot, on line 2: choose another name"
 
 
+BODY = """[profiles.dog]
+step = 1
+[profiles.dog.body.tail]
+left = { joint = "tail", degrees = 10 }
+[profiles.dog.body.tail.poses]
+tucked = { left = -30 }
+[robots.rex]
+profile = "dog"
+"""
+
+
+def test_a_body_part_and_a_pose_lead_to_where_they_are_declared(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text(BODY, encoding="utf-8")
+    program = tmp_path / "dance.improv"
+    with Client() as client:
+        client.open(program.as_uri(), "rex $ tail to tucked\nrex $ tail to start\ntail = up\nrex $ tail\n")
+
+        def found(line: int, character: int) -> list[tuple[str, tuple[int, int, int]]]:
+            spots = client.request("textDocument/definition", place(line, character, program.as_uri()))
+            return [(Path(each["uri"]).name, spot(each)) for each in spots]
+
+        assert found(0, 7) == [("improv.toml", (2, 19, 23))]
+        assert found(0, 16) == [("improv.toml", (5, 0, 6))]
+        assert found(0, 11) == []  # `to`
+        assert found(1, 16) == []  # all parts have it
+        assert found(3, 7) == [("dance.improv", (2, 0, 4))]  # the program's own name
+
+
 def test_a_robot_that_no_file_mentions_belongs_to_its_program(tmp_path: Path) -> None:
     one, other = tmp_path / "one.improv", tmp_path / "other.improv"
     with Client() as client:

@@ -99,6 +99,20 @@ def test_a_body_without_head_and_arms_has_gauges_only(still: Callable[..., Page]
 def test_without_bodies_there_is_no_room_for_them(still: Callable[..., Page]) -> None:
     page = still("ada $ forward\n")
     expect(page.locator("#bodies")).to_be_hidden()
+    expect(page.locator("#show-bodies")).to_be_hidden()
+
+
+def test_bodies_can_be_hidden(still: Callable[..., Page]) -> None:
+    page = still("ada is puppet\nada $ head left\n")
+    width = page.evaluate("document.getElementById('hall').offsetWidth")
+    if page.locator("#show-more").is_visible():
+        page.locator("#show-more").click()
+    page.get_by_role("button", name="Bodies").click()
+    expect(page.locator("#bodies")).to_be_hidden()
+    wait(page, f"document.getElementById('hall').offsetWidth > {width}")
+    page.reload()
+    wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
+    expect(page.locator("#bodies")).to_be_hidden()
 
 
 def test_a_score_tells_which_joints_a_robot_has_and_which_parts_move() -> None:

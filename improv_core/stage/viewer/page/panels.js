@@ -129,6 +129,7 @@ export class Panels {
   #listen() {
     const { controls, clearTrails, cue, camera, touch } = this.#page
     const letters = this.#setting("letters")
+    this.#setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
     this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
     const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
       camera.pan(x * PAN, y * PAN)

@@ -14,6 +14,7 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
+from improv_core.stage.controllers import in_namespace
 from improv_core.stage.messages import Decided, Measured, Sensed, read_from_stage
 from improv_core.stage.sinks import Edge, Noticed
 from improv_core.stage.sinks.cdr import (
@@ -146,7 +147,7 @@ class Recorder:
             if part.odom:
                 self._odometry[robot] = part.odom
             if body := part.profile.body:
-                self._joints[robot] = _beside(part.topic, body.joint_states or JOINT_STATES)
+                self._joints[robot] = in_namespace(body.joint_states or JOINT_STATES, part.namespace)
 
     def resetting(self) -> bool:
         return False
@@ -243,8 +244,3 @@ class Recorder:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
             self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)
         return self._channels[topic, kind]
-
-
-def _beside(topic: str, name: str) -> str:
-    """The full name of a topic in the namespace of another one."""
-    return name if name.startswith("/") else f"{topic.rpartition('/')[0]}/{name}"

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from improv_core.score.body import Body, Controller, Interface, Joint
 from improv_core.score.joints import JointMotion, moved_parts
+from improv_core.score.profiles import is_simulated
 from improv_core.score.score import Part
 from improv_core.stage.joint_places import adrift
 from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
@@ -86,7 +87,7 @@ def channels_of(part: Part) -> list[Channel]:
     For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
     """
     body = part.profile.body
-    if not body:
+    if not body or is_simulated(part.profile):
         return []
     if not part.scenes:
         endless = [each for each in controllers_of(body) if each.interface == "velocity"]
@@ -108,6 +109,8 @@ def joint_states_of(part: Part) -> str | None:
 
 def needs_base(part: Part) -> bool:
     """Whether a robot's base has anything to do. One whose body parts alone move need not have one."""
+    if is_simulated(part.profile):
+        return False
     return not channels_of(part) or any(any(scene.bounds.peak[:4]) for scene in part.scenes)
 
 

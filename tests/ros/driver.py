@@ -9,7 +9,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -28,7 +28,7 @@ from improv_core.score.by_part import by_part
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Velocity
-from improv_core.score.profiles import TURTLESIM
+from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, Part, Safety, Score
 from improv_core.stage.arrivals import End
 from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses
@@ -48,12 +48,16 @@ def prepare(
     profile: Any = (),
     stop: str | None = None,
     deadman: tuple[str, int] | None = None,
+    puppets: Sequence[str] = (),
     **part: Any,
 ) -> None:
-    """Robots on these topics; what is given of a part and its profile is alike for all."""
+    """Robots on these topics; what is given of a part and its profile is alike for all, but some may be puppets."""
     made = replace(TURTLESIM, **dict(profile))
     part["senses"] = senses.from_json(part.get("senses", {}))
-    parts = {robot: Part(robot, (stand(1),), made, Pose(), topic, **part) for robot, topic in topics.items()}
+    parts = {
+        robot: Part(robot, (stand(1),), PUPPET if robot in puppets else made, Pose(), topic, **part)
+        for robot, topic in topics.items()
+    }
     safety = Safety(stop=stop, deadman=deadman and Deadman(*deadman))
     sink.prepare(Score(Fraction(60), parts, safety=safety), restart)
 

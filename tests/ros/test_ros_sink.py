@@ -44,6 +44,20 @@ def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind:
     assert heard(listener) == twists
 
 
+def test_puppets_are_told_nothing_and_waited_for_by_nobody(sink: Sink, listen: Listen) -> None:
+    listener = listen("/turtle1/cmd_vel", "/ada/cmd_vel")
+    sink("prepare", {**TURTLE, "ada": "/ada/cmd_vel", "bo": "/bo/cmd_vel"}, puppets=["ada", "bo"])
+    sink("wait")
+    line = (
+        "bo is a puppet, which only the simulator has: to move a real robot, give it the profile of one in improv.toml"
+    )
+    assert sink("find", "warnings", "bo", "puppet") == line
+    sink("send", "ada", 1, 0, 0, 0)
+    sink("send", "turtle1", 0, 0, 0, 9)
+    listener.wait(last)
+    assert not any(any(twist(message)) for message in listener.heard if message["topic"] == "/ada/cmd_vel")
+
+
 def test_topics_without_listeners_are_named_until_one_comes(
     sink: Sink, listen: Listen, ros_env: dict[str, str]
 ) -> None:

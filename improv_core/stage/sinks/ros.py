@@ -219,7 +219,12 @@ class Ros:
         clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
-            if others := self._others(topic):
+            if self._robots[robot].is_simulated:
+                found[robot] = (
+                    f"{robot} is a puppet, which only the simulator has: "
+                    "to move a real robot, give it the profile of one in improv.toml"
+                )
+            elif others := self._others(topic):
                 found[robot] = (
                     f"other nodes also publish to {topic.name}: {', '.join(others)}; "
                     "robots obey all of them: stop the others or use twist_mux"
@@ -239,6 +244,8 @@ class Ros:
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
         known, stands = self._robots[robot], twist == STILL
+        if known.is_simulated:
+            return
         message = known.message_of(twist)
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from improv_core.score.motion import Twist
+from improv_core.score.profiles import is_simulated
 from improv_core.score.score import Part
 from improv_core.stage.sinks.cdr import twist_message
 from improv_core.stage.sinks.ros_topic import RosTopic
@@ -23,6 +24,10 @@ class RosBase:
     is_clipped: bool = False
     needs_base: bool = True
     moves_since: float | None = None
+    is_simulated: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.is_simulated = is_simulated(self.part.profile)
 
     def message_of(self, twist: Twist) -> bytes:
         """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number is not finite."""

@@ -82,6 +82,16 @@ def test_a_figure_turns_its_head_and_a_gauge_says_that_a_limit_holds_it(
     expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "1")
 
 
+def test_all_of_many_figures_show_where_joints_came_to_rest(still: Callable[..., Page], simulator: Simulator) -> None:
+    names = NAMES[:7]
+    page = still(f"{' '.join(names)} is puppet\n{' '.join(names)} $ head left\n", starts(7))
+    for name in names:
+        simulator.send_joints(name, {"head_yaw": JointMotion(0.0, math.radians(30))}, 0.0)
+        simulator.send_joints(name, {"head_yaw": JointMotion(math.radians(30), 0.0)}, 1.0)
+    simulator.advance(2.0)
+    expect(page.locator(".gauge[title='head_yaw: 30° (−90° to 90°)']")).to_have_count(7)
+
+
 def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[..., Page]) -> None:
     page = still("ada is puppet\nada $ head (left right) || left_arm to high\nbo $ forward\n")
     names = page.locator("#cast-list li .name")

@@ -14,6 +14,7 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
+from improv_core.stage.robot_messages import JointPositions
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.lookahead import about, window
 from improv_core.stage.viewer.server import Viewer
@@ -90,6 +91,23 @@ def test_all_of_many_figures_show_where_joints_came_to_rest(still: Callable[...,
         simulator.send_joints(name, {"head_yaw": JointMotion(math.radians(30), 0.0)}, 1.0)
     simulator.advance(2.0)
     expect(page.locator(".gauge[title='head_yaw: 30° (−90° to 90°)']")).to_have_count(7)
+
+
+def test_a_real_joint_is_shown_beside_where_it_ideally_is(still: Callable[..., Page], viewer: Viewer) -> None:
+    page = still("ada is puppet\nada $ head left\n")
+    expect(page.locator(".gauge .real:visible")).to_have_count(0)
+    where: JointPositions = {
+        "type": "joints",
+        "generation": 1,
+        "robot": "ada",
+        "positions": {"head_yaw": math.radians(20)},
+        "beat": 0.0,
+        "performed": 0.0,
+        "wall": 0,
+    }
+    viewer.publish(where)
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 0°, really 20° (−90° to 90°)")
+    expect(page.locator(".gauge .real:visible")).to_have_count(1)
 
 
 def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[..., Page]) -> None:

@@ -27,6 +27,8 @@ export class Figures {
   /** @type {Map<string, Card>} */
   #cards = new Map()
   #turn = 0
+  /** @type {Map<string, Positions>} */
+  #real = new Map() // where joints of real robots are
 
   /**
    * Shows the bodies of the robots in a score.
@@ -44,6 +46,16 @@ export class Figures {
     document.body.classList.toggle("with-bodies", shown.length > 0)
   }
 
+  /** @param {Messages["joints"]} message */
+  takeReal({ robot, positions }) {
+    this.#real.set(robot, { ...this.#real.get(robot), ...positions })
+  }
+
+  /** Another performance begins: nobody has measured anything yet. */
+  restart() {
+    this.#real.clear()
+  }
+
   /**
    * Draws the figures and gauges that have changed. Returns whether there is more to draw.
    * @param {Record<string, Positions>} joints of each robot; where none are known, they are at their starts
@@ -56,9 +68,9 @@ export class Figures {
     for (const [index, [name, card]] of [...this.#cards].entries()) {
       const positions = joints[name] ?? {}
       const gauges = card.rows.map(({ part, joint }) => {
-        return gauge(joint, positions[joint.name] ?? joint.start, joint.sign * asked(name, part, joint.axis))
+        return gauge(joint, positions[joint.name] ?? joint.start, joint.sign * asked(name, part, joint.axis), this.#real.get(name)?.[joint.name])
       })
-      const now = JSON.stringify([positions, gauges.map(({ held }) => held)])
+      const now = JSON.stringify([positions, gauges.map(({ held, real }) => [held, real])])
       if (now === card.drawn) continue
       if (index % turns !== this.#turn) {
         more = true
@@ -136,6 +148,9 @@ function row(part, joint) {
   label.append(text)
   const track = document.createElement("span")
   track.className = "track"
+  const real = document.createElement("span")
+  real.className = "real"
+  track.append(real)
   const value = document.createElement("span")
   value.className = "value"
   row.append(label, track, value)
@@ -147,15 +162,16 @@ function row(part, joint) {
  * @param {Row} gauged
  * @param {ReturnType<typeof gauge>} now
  */
-function drawGauge(gauged, { at, held, words }) {
+function drawGauge(gauged, { at, real, held, words }) {
   const { row, value, joint } = gauged
-  const drawn = `${at.toFixed(3)} ${held} ${words}`
+  const drawn = `${at.toFixed(3)} ${real?.toFixed(3)} ${held} ${words}`
   if (drawn === gauged.drawn) return
   gauged.drawn = drawn
   row.style.setProperty("--at", at.toFixed(3))
   row.dataset.held = String(held)
-  if (value.textContent === words && row.title) return
-  value.textContent = words
+  row.classList.toggle("measured", real !== null)
+  if (real !== null) row.style.setProperty("--real", real.toFixed(3))
+  value.textContent = words.split(",")[0]
   const limits = [joint.min, joint.max].map((limit) => (limit === null ? "no limit" : gauge(joint, limit, 0).words))
   row.title = `${joint.name}: ${words} (${limits.join(" to ")})`
   row.setAttribute("aria-label", row.title)

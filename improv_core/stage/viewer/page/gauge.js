@@ -9,26 +9,28 @@ const AROUND = 1 // meters that a sliding joint without a limit shows on that si
 
 /**
  * Shares are from 0, the least position that the gauge shows, to 1. `held` is 1 at a greatest position beyond which the
- * joint is asked to move, -1 at a least one, otherwise 0.
+ * joint is asked to move, -1 at a least one, otherwise 0. `real` is where a real joint is, null if that isn't known.
  * @param {Joint} joint
  * @param {number} position in radians or meters
  * @param {number} velocity at which it is asked to move
+ * @param {number} [real] where it really is
  */
-export function gauge(joint, position, velocity) {
+export function gauge(joint, position, velocity, real) {
   const { min, max, start, slides } = joint
   const least = min ?? (slides ? Math.min(start - AROUND, max ?? Infinity) : -Math.PI)
   const most = max ?? (slides ? Math.max(start + AROUND, min ?? -Infinity) : Math.PI)
   const endless = !slides && min === null && max === null // it may turn and turn
-  const shown = endless ? Math.atan2(Math.sin(position), Math.cos(position)) : position
-  const share = (/** @type {number} */ at) => (most > least ? Math.min(Math.max((at - least) / (most - least), 0), 1) : 0.5)
+  const around = (/** @type {number} */ at) => (endless ? Math.atan2(Math.sin(at), Math.cos(at)) : at)
+  const share = (/** @type {number} */ at) => (most > least ? Math.min(Math.max((around(at) - least) / (most - least), 0), 1) : 0.5)
   const atMost = max !== null && position >= max - NEAR
   const atLeast = min !== null && position <= min + NEAR
   return {
-    at: share(shown),
+    at: share(position),
+    real: real === undefined ? null : share(real),
     start: share(start),
     held: atMost && velocity > 0 ? 1 : atLeast && velocity < 0 ? -1 : 0,
     ends: [min !== null, max !== null],
-    words: words(position, slides),
+    words: words(position, slides) + (real === undefined ? "" : `, really ${words(real, slides)}`),
   }
 }
 

@@ -99,6 +99,7 @@ function take(message) {
   else if (message.type === "misplaced") misplaced.take(message)
   else if (message.type === "armed") takeArmed(message)
   else if (message.type === "sensed") takeSensed(message)
+  else if (message.type === "joints") figures.takeReal(message)
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "vitals") wall.takeVitals(message)
   else if (message.type === "fault") takeFault(message)
@@ -209,6 +210,7 @@ function takeTransport(message) {
   if (message.restarted !== restarted) {
     trails.restart()
     measured.restart()
+    figures.restart()
     timeline.showMeasured()
     senses.restart()
     wall.restart()

@@ -31,6 +31,12 @@ test("a joint without limits turns and turns", () => {
   assert.deepEqual([gauge(round, 450 * DEGREE, 9).words, gauge(round, 450 * DEGREE, 9).held], ["450°", 0])
 })
 
+test("a real joint is shown beside where it ideally is", () => {
+  const { at, real, words } = gauge(ELBOW, 70 * DEGREE, 0, 35 * DEGREE)
+  assert.deepEqual([at, real, words].map((each) => (typeof each === "number" ? Number(each.toFixed(6)) : each)), [0.5, 0.25, "70°, really 35°"])
+  assert.equal(gauge(ELBOW, 70 * DEGREE, 0).real, null)
+})
+
 test("a joint that slides is shown in meters, a meter around its start where it has no limit", () => {
   const mast = joint(0.5, null, { slides: true, start: 0.5 })
   assert.deepEqual([gauge(mast, 1, 0).at, gauge(mast, 1, 0).words, gauge(mast, 9, 0).at], [0.5, "1.00 m", 1])

@@ -21,9 +21,11 @@ from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import starts_of
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
+from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
 from improv_core.services.browser import has_browser
 
@@ -43,7 +45,7 @@ def examine(path: Path | None) -> Iterator[Finding]:
     """Look at everything in turn, for the robots of a program, or of the nearest `improv.toml` without one."""
     yield Finding(Mark.GOOD, f"Improv {__version__}, Python {platform.python_version()}")
     cast: Mapping[str, Robot] = {}
-    safety = Safety()
+    safety, places = Safety(), dict[str, Pose]()
     bodies: list[JointedRobot] = []
     try:
         analysis = analyze_file(path) if path else analyze("", robots_near(Path.cwd()))
@@ -54,11 +56,13 @@ def examine(path: Path | None) -> Iterator[Finding]:
         robots, safety = analysis.opening.cast, analysis.cast.safety
         cast = {name: robots.robot(name) for name in (analysis.robots if path else robots.robots)}
         bodies = jointed([*cast], robots)
+        starts = starts_of(analysis) if path and analysis.ok else {}
+        places = {name: pose for name, robot in cast.items() if (pose := starts.get(name, robot.start))}
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
     yield browser(has_browser())
     yield stopping()
-    yield from examine_ros(cast, safety, bodies)
+    yield from examine_ros(cast, safety, bodies, places)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
     yield from editors(os.environ.get("PATH", ""))
 

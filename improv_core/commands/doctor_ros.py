@@ -15,11 +15,14 @@ from improv_core.commands.finding import Finding, Mark
 from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
 from improv_core.robots.config import FILE_NAME, Robot
+from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.stage.graph import VELOCITIES
 from improv_core.stage.graph_messages import UNNAMED, Endpoint, Graph
 from improv_core.stage.messages import FOLDER
+from improv_core.stage.preflight import Standing, misplaced
+from improv_core.stage.preflight import advice as advice_to_move
 from improv_core.stage.sinks.ros_nodes import STANDBY
 
 LOOK_LIMIT = 30.0
@@ -29,8 +32,13 @@ AHEAD, BEHIND = 0.02, 0.5
 """Seconds by which the stamps of poses may be ahead of our clock, and how old poses may be by them."""
 
 
-def examine_ros(cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot]) -> Iterator[Finding]:
-    """Look for ROS 2, for the listeners of these robots, for their bodies, and for what can stop them."""
+def examine_ros(
+    cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot], places: Mapping[str, Pose]
+) -> Iterator[Finding]:
+    """Look for ROS 2, for the listeners of these robots, for their bodies, what can stop them, and how they are.
+
+    `places` are where they begin.
+    """
     found: Interpreter | InterpreterError | None
     try:
         found = find_ros_python(None)
@@ -40,8 +48,8 @@ def examine_ros(cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[Join
     if isinstance(found, Interpreter):
         yield (reaching := reach(found.env))
         if reaching.mark is not Mark.BROKEN:
-            odometry = [robot.odom for robot in cast.values() if robot.odom]
-            watched = [*(guard.topic for guard in _guards(safety)), *odometry]
+            measured = [topic for robot in cast.values() for topic in (robot.odom, robot.battery) if topic]
+            watched = [*(guard.topic for guard in _guards(safety)), *measured]
             watched += [topic for robot in bodies for topic in robot.topics]
             seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in cast.values())])
             if isinstance(seen, Finding):
@@ -52,6 +60,8 @@ def examine_ros(cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[Join
                 yield from listeners(cast, {topic: ends for topic, ends in seen.items() if topic not in watched})
                 yield from joints(bodies, seen)
                 yield from clocks(cast, seen)
+                yield from poses(cast, safety, places, seen)
+                yield from batteries(cast, seen)
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
@@ -133,7 +143,11 @@ def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     for name, robot in cast.items():
         yield _listener(name, robot, hearing.get(robot.topic, ()), spare)
         yield from _quality(name, robot, hearing.get(robot.topic, ()))
-        others = {end["node"] for end in seen[robot.topic]["publishers"] if not end["node"].startswith(OURS)}
+        publishers = {end["node"] for end in seen[robot.topic]["publishers"]}
+        if len(own := {node for node in publishers if node.startswith(OURS) and not node.endswith(STANDBY)}) > 1:
+            what = f"{name}: {len(own)} Improv processes publish on {robot.topic}: {', '.join(sorted(own))}"
+            yield Finding(Mark.ABSENT, what, "let only one of them play, or the robot obeys all")
+        others = {node for node in publishers if not node.startswith(OURS)}
         for node in sorted(others):
             what = f"{name}: {node} also publishes on {robot.topic}"
             yield Finding(Mark.ABSENT, what, "stop it while Improv plays, or the robot obeys both and stutters")
@@ -162,6 +176,34 @@ def clocks(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
             yield Finding(Mark.GOOD, f"{name}: poses on {robot.odom}, {max(age, 0.0):.2f} s old by their stamps")
 
 
+def poses(cast: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose], seen: Graph) -> Iterator[Finding]:
+    """Robots whose poses are lost for a while, and those that stand where they don't begin."""
+    for name, robot in cast.items():
+        if not robot.odom:
+            continue
+        found = seen[robot.odom]
+        if found["gap"] > LONGEST_GAP:
+            what = f"{name}: for {found['gap']:.1f} s, no pose came on {robot.odom}"
+            yield Finding(Mark.BROKEN, what, "check its network and what publishes them")
+        if robot.odom_frame != "world" or name not in places or not found["pose"]:
+            continue
+        standing = Standing(places[name], Pose(**found["pose"]))
+        if misplaced({name: standing}, safety.preflight):
+            yield Finding(Mark.ABSENT, f"{name} is not in its place", advice_to_move(name, standing))
+
+
+def batteries(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
+    """Robots whose batteries are nearly empty."""
+    for name, robot in cast.items():
+        share = seen[robot.battery]["battery"] if robot.battery else None
+        if share is not None and share < LOW:
+            yield Finding(Mark.ABSENT, f"{name}: its battery is at {share:.0%}", "charge it")
+
+
+LONGEST_GAP = 0.5
+"""Seconds without a pose that nobody has to know of."""
+LOW = 0.2
+"""Of a battery: less is trouble, as on the page."""
 OURS = "/improv"
 """How the names of our stages' nodes begin."""
 

@@ -6,21 +6,26 @@ Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...`, 
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
+from itertools import pairwise
 from typing import Any
 
+from improv_core.stage.fields import PoseJson
 from improv_core.stage.graph_messages import UNNAMED, Endpoint, Graph
 from improv_core.stage.lines import own_output
+from improv_core.stage.readings import battery
 
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """The message types that move robots."""
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 """The message types that say where robots are."""
+BATTERY = "sensor_msgs/msg/BatteryState"
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
@@ -41,21 +46,25 @@ def main() -> int:
 
 
 def look(topics: Sequence[str]) -> Graph:
-    """Who listens and publishes on these topics and on all other velocity topics, and how old the poses there are."""
+    """Who listens and publishes on these topics and on all other velocity topics, and what comes there of poses and
+    batteries."""
     import rclpy
 
     with _node("improv_look") as node:
-        poses = _Poses(node, topics)
+        heard = _Heard(node, topics)
         end = time.monotonic() + LOOK
         while time.monotonic() < end:
-            poses.listen()
+            heard.listen()
             rclpy.spin_once(node, timeout_sec=0.05)
         moving = [topic for topic, types in node.get_topic_names_and_types() if set(types) & set(VELOCITIES)]
         return {
             topic: {
                 "listeners": _ends(node.get_subscriptions_info_by_topic(topic)),
                 "publishers": _ends(node.get_publishers_info_by_topic(topic)),
-                "age": poses.ages.get(topic),
+                "age": heard.ages.get(topic),
+                "gap": heard.gap(topic, end),
+                "pose": heard.poses.get(topic),
+                "battery": heard.batteries.get(topic),
             }
             for topic in sorted({*topics, *moving})
         }
@@ -114,31 +123,51 @@ def _node(name: str) -> Iterator[Any]:
         rclpy.try_shutdown()
 
 
-class _Poses:
-    """How old the poses on topics are, by their stamps: the least of what comes."""
+class _Heard:
+    """What comes on topics of poses and batteries. Poses are as old as the newest one by its stamp."""
 
     def __init__(self, node: Any, topics: Sequence[str]) -> None:
         self._node = node
         self._unheard = set(topics)
+        self._times: dict[str, list[float]] = {}
         self.ages: dict[str, float] = {}
+        self.poses: dict[str, PoseJson] = {}
+        self.batteries: dict[str, float] = {}
 
     def listen(self) -> None:
-        """Subscribe to topics on which poses are known to be published by now."""
+        """Subscribe to topics on which poses or batteries are known to be published by now."""
         from rclpy.qos import qos_profile_sensor_data
 
         for topic in list(self._unheard):
             for info in self._node.get_publishers_info_by_topic(topic):
-                if info.topic_type in POSES:
+                hear = self._hear_battery if info.topic_type == BATTERY else self._hear_pose
+                if info.topic_type in (*POSES, BATTERY):
                     package, _, kind = info.topic_type.split("/")
                     found = getattr(import_module(f"{package}.msg"), kind)
-                    self._node.create_subscription(found, topic, partial(self._hear, topic), qos_profile_sensor_data)
+                    self._node.create_subscription(found, topic, partial(hear, topic), qos_profile_sensor_data)
                     self._unheard.discard(topic)
                     break
 
-    def _hear(self, topic: str, message: Any) -> None:
+    def gap(self, topic: str, end: float) -> float:
+        """For how many seconds no pose came, until the end of the look."""
+        times = self._times.get(topic, [])
+        return max((later - earlier for earlier, later in pairwise([*times, end])), default=0.0) if times else 0.0
+
+    def _hear_pose(self, topic: str, message: Any) -> None:
         stamp = message.header.stamp
         age = time.time() - stamp.sec - stamp.nanosec / 1e9
         self.ages[topic] = min(age, self.ages.get(topic, age))
+        always = type(message).__name__ != "PoseWithCovarianceStamped"  # localization sends it after a movement
+        if always:
+            self._times.setdefault(topic, []).append(time.monotonic())
+        pose = message.pose if type(message).__name__ == "PoseStamped" else message.pose.pose
+        place, turned = pose.position, pose.orientation
+        heading = 2 * math.atan2(turned.z, turned.w)
+        self.poses[topic] = {"x": place.x, "y": place.y, "z": place.z, "heading": heading}
+
+    def _hear_battery(self, topic: str, message: Any) -> None:
+        if (share := battery(message)) is not None:
+            self.batteries[topic] = share
 
 
 def _ends(infos: Sequence[Any]) -> list[Endpoint]:

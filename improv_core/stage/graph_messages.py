@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TypedDict
 
+from improv_core.stage.fields import PoseJson
+
 UNNAMED = "an unnamed node"
 """The node of an endpoint that the graph shows, while nothing has come that the node says of itself."""
 
@@ -25,6 +27,12 @@ class Endpoints(TypedDict):
     publishers: list[Endpoint]
     age: float | None
     """How old the newest pose was when it came, in seconds by its stamp and our clock; None if none came."""
+    gap: float
+    """Seconds for which no pose came though some had come; 0 from sources that send one only after a movement."""
+    pose: PoseJson | None
+    """The latest pose."""
+    battery: float | None
+    """How full a battery is, from 0 to 1."""
 
 
 Graph = dict[str, Endpoints]

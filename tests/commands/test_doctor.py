@@ -13,7 +13,9 @@ from improv_core.commands import doctor, doctor_controllers, doctor_editors, doc
 from improv_core.commands.finding import Finding
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
+from improv_core.score.motion import Pose
 from improv_core.score.score import Deadman, Safety
+from improv_core.stage.fields import to_pose_json
 from improv_core.stage.graph_messages import UNNAMED, Endpoint, Endpoints
 from tests.commands.command_line import Ended, run
 
@@ -37,11 +39,21 @@ def end(node: str, kind: str, quality: str = "reliable") -> Endpoint:
     return {"node": node, "type": kind, "reliable": quality != "best effort", "latched": quality == "latched"}
 
 
-def ends(listeners: Sequence[tuple[str, ...]], *publishers: tuple[str, ...], age: float | None = None) -> Endpoints:
+def ends(
+    listeners: Sequence[tuple[str, ...]],
+    *publishers: tuple[str, ...],
+    age: float | None = None,
+    gap: float = 0.0,
+    pose: Pose | None = None,
+    battery: float | None = None,
+) -> Endpoints:
     return {
         "listeners": [end(*each) for each in listeners],
         "publishers": [end(*each) for each in publishers],
         "age": age,
+        "gap": gap,
+        "pose": to_pose_json(pose) if pose else None,
+        "battery": battery,
     }
 
 
@@ -90,6 +102,20 @@ def ends(listeners: Sequence[tuple[str, ...]], *publishers: tuple[str, ...], age
             [
                 "✓ r: /sim listens for Twist on /r/cmd_vel",
                 "✗ r: /sim requires transient local on /r/cmd_vel, which Improv can't offer: make it volatile",
+            ],
+        ),
+        (
+            "r",
+            ends([("/sim", TWIST)], ("/improv_desk_17", TWIST), ("/improv_desk_17_standby", TWIST)),
+            ["✓ r: /sim listens for Twist on /r/cmd_vel"],
+        ),
+        (
+            "r",
+            ends([("/sim", TWIST)], ("/improv_desk_17", TWIST), ("/improv_lap_9", TWIST)),
+            [
+                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                "– r: 2 Improv processes publish on /r/cmd_vel: /improv_desk_17, /improv_lap_9: "
+                "let only one of them play, or the robot obeys all",
             ],
         ),
         (
@@ -224,6 +250,39 @@ def test_where_joints_are_must_be_known() -> None:
         "set `joint_states` of its profile in improv.toml",
         f"✓ ada: /nao listens for JointTrajectory on {topic}",
     ]
+
+
+SEEN = read_robots('[robots.r]\nodom = "odom"\nodom_frame = "world"\n[robots.s]\nodom = "odom"\n').robots
+THERE = ends([], pose=Pose(1.0))
+
+
+@pytest.mark.parametrize(
+    ("r", "s", "expected"),
+    [
+        (THERE, THERE, []),
+        (ends([], pose=Pose(1.05, heading=0.1)), THERE, []),
+        (ends([], pose=Pose(1.36)), ends([], pose=Pose(1.36)), ["– r is not in its place: move r 0.36 m toward 180°"]),
+        (ends([]), THERE, []),
+        (THERE, ends([], gap=0.4), []),
+        (
+            THERE,
+            ends([], gap=1.24),
+            ["✗ s: for 1.2 s, no pose came on /s/odom: check its network and what publishes them"],
+        ),
+    ],
+)
+def test_who_stands_elsewhere_and_whose_poses_are_lost(r: Endpoints, s: Endpoints, expected: list[str]) -> None:
+    """Poses that count from where a robot was switched on don't say where it stands."""
+    places = {"r": Pose(1.0), "s": Pose(1.0)}
+    assert told(*doctor_ros.poses(SEEN, Safety(), places, {"/r/odom": r, "/s/odom": s})) == expected
+    if not expected or expected[0].startswith("–"):
+        assert told(*doctor_ros.poses(SEEN, Safety(), {}, {"/r/odom": r, "/s/odom": s})) == []
+
+
+def test_whose_battery_is_nearly_empty() -> None:
+    seen = {"/r/battery_state": ends([], battery=0.12), "/s/battery_state": ends([], battery=0.5)}
+    assert told(*doctor_ros.batteries(SEEN, seen)) == ["– r: its battery is at 12%: charge it"]
+    assert told(*doctor_ros.batteries(CAST, {})) == []
 
 
 def test_what_can_stop_robots() -> None:

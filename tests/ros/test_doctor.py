@@ -57,6 +57,18 @@ def test_the_doctor_compares_the_clock_of_a_base_with_ours(
     assert re.fullmatch(says, line)
 
 
+def test_the_doctor_names_a_robot_that_is_not_in_its_place(
+    ros_env: dict[str, str], script: Script, tmp_path: Path
+) -> None:
+    script(BASE, "r", "--start", "0.36", "0", "0")
+    toml = '[robots.r]\nodom = "true_pose"\nodom_frame = "world"\nstart = { x = 0, y = 0, heading = 0 }\n'
+    (tmp_path / "improv.toml").write_text(toml)
+    end, lines = time.monotonic() + LIMIT, list[str]()
+    while not any("its place" in line for line in lines) and time.monotonic() < end:  # as above
+        _, lines = doctor(ros_env, tmp_path)
+    assert "– r is not in its place: move r 0.36 m toward 180°" in lines
+
+
 def test_the_doctor_sees_which_nodes_are_there(
     ros_env: dict[str, str], ros_python: str, listen: Listen, publish: Publish, tmp_path: Path
 ) -> None:

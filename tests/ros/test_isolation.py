@@ -51,7 +51,7 @@ def test_the_doctor(traps: Traps, monkeypatch: pytest.MonkeyPatch) -> None:
     """It looks, although this ROS does not start."""
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
-    found, reach, looked = examine_ros({}, Safety(), [])
+    found, reach, looked = examine_ros({}, Safety(), [], {})
     assert (found.mark, reach.mark, looked.mark) == (Mark.GOOD, Mark.GOOD, Mark.BROKEN)
     assert looked.what.startswith("ROS 2 does not start (")
     assert traps.imported == []

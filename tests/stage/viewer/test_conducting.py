@@ -122,6 +122,27 @@ def stands_where_it_should(stage: Page, beat: int) -> None:
     )
 
 
+def test_a_dance_continues_with_the_scene_that_somebody_chooses(page: Page, show: Show) -> None:
+    show.play("beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ right\n")
+    watch(page, show)
+    wait(page, "improv.transport.state === 'playing'")
+    scene = page.get_by_label("Scene")
+    assert scene.locator("option").all_text_contents() == ["walk", "bow", "scene 3"]
+    expect(scene).to_have_value("walk")
+    scene.select_option("scene 3")
+    wait(page, "improv.beat >= 40")
+    scene.select_option("bow")
+    wait(page, "improv.beat >= 20 && improv.beat < 40 && improv.transport.state === 'playing'")
+    expect(scene).to_have_value("bow")
+    page.keyboard.press("R")
+    wait(page, "improv.beat < 20")
+    expect(scene).to_have_value("walk")
+
+
+def test_without_scenes_there_is_nothing_to_choose(stage: Page) -> None:
+    expect(stage.locator("#scenes")).to_be_hidden()
+
+
 def test_speed_and_silence_are_changed_and_shown(stage: Page) -> None:
     stage.get_by_role("button", name="Faster").click()
     wait(stage, "improv.transport.speed === 1.25")

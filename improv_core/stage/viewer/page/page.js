@@ -21,7 +21,9 @@ import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
 import { listen as listenForPointing } from "./pointing.js"
+import { probe } from "./probe.js"
 import { Program } from "./program.js"
+import { Scenes } from "./scenes.js"
 import { Lights, Score } from "./score.js"
 import { Senses } from "./senses.js"
 import { Stage } from "./stage.js"
@@ -66,6 +68,7 @@ const misplaced = new Misplaced(send, (text) => notices.announce(text))
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (name) => wall.lost(name), (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const wall = new Wall(clock, measured, resize)
+const scenes = new Scenes(clock, (beat) => controls.seek(beat))
 const senses = new Senses(clock, send, () => view.touch())
 const formation = new Formation()
 const startPoses = new StartPoses(() => view.touch())
@@ -241,6 +244,7 @@ function showProgram() {
   if (!program.current) return
   clock.bar = program.current.score.bar
   lights.showText(program.current.score)
+  scenes.show(program.current.score)
   const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
   showMeetings()
   Object.assign(find("dynamics"), { textContent: kind, title: meaning })
@@ -279,7 +283,12 @@ function showTransport() {
   invitation.show(notices.connection === "open", played, !program.current || Object.keys(robots).length > 0)
   find("next").hidden = !program.next || notices.connection !== "open" || !clock.playing
   timeline.showSilence()
+  showPosition()
+}
+
+function showPosition() {
   timeline.showPosition()
+  scenes.showPosition()
 }
 
 /** Shows how long ago robots were seen that are lost now. */
@@ -295,7 +304,7 @@ function frame() {
   deadman.look(performance.now())
   if (wall.show(performance.now())) showLost()
   if (open) program.want(beat)
-  if (clock.playing && open && controls.showBeat()) timeline.showPosition()
+  if (clock.playing && open && controls.showBeat()) showPosition()
   program.place(motion.newest, now)
   lights.show(clock.atStart ? null : program.current, beat, (index) => stage.color(index), stage.colors.ink)
   view.draw(now, beat)
@@ -348,58 +357,7 @@ const sizes = new ResizeObserver(resize)
 for (const id of ["stage", "tracks", "senses"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)
 
-/** For tests: what the page knows and shows. */
-const improv = Object.freeze({
-  get robots() {
-    return structuredClone(view.robots)
-  },
-  get transport() {
-    return structuredClone(clock.transport)
-  },
-  get beat() {
-    return clock.beat()
-  },
-  get frames() {
-    return view.frames
-  },
-  get connected() {
-    return notices.connection === "open"
-  },
-  /** For each robot, the beat up to which its path is known. */
-  get known() {
-    return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
-  },
-  /** The points of each robot's trail at which one arc ends and the next begins: x, y, and seconds. */
-  get trails() {
-    return Object.fromEntries(
-      Object.entries(view.robots).map(([name, pose]) => {
-        const pieces = trails.pieces(name, -Infinity, motion.present(seconds()).at, pose)
-        return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
-      }),
-    )
-  },
-  /** Where robots are drawn: real ones where they were seen. */
-  get drawn() {
-    return structuredClone(stage.poses)
-  },
-  /** How far off each robot is, in words, if that is measured. */
-  get off() {
-    return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
-  },
-  /** How paths are moved that do not begin at their start poses. */
-  get moved() {
-    return Object.fromEntries(program.anchor.moved)
-  },
-  get view() {
-    return structuredClone(stage.camera.view)
-  },
-  /** The names that stand on the stage. */
-  get names() {
-    return [...stage.names]
-  },
-  toScreen: (/** @type {number} */ x, /** @type {number} */ y) => stage.camera.toScreen({ x, y }),
-})
-Object.assign(window, { improv })
+Object.assign(window, { improv: probe({ cast, clock, measured, motion, notices, program, stage, trails, view }, seconds) })
 
 readTheme()
 resize()

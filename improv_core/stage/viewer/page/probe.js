@@ -1,0 +1,69 @@
+// @ts-check
+// For tests: what the page knows and shows.
+
+/** @import { Cast } from "./cast.js" */
+/** @import { Clock } from "./clock.js" */
+/** @import { Measured } from "./measured.js" */
+/** @import { Motion } from "./motion.js" */
+/** @import { Notices } from "./notices.js" */
+/** @import { Program } from "./program.js" */
+/** @import { Stage } from "./stage.js" */
+/** @import { Trails } from "./trails.js" */
+/** @import { View } from "./view.js" */
+
+/**
+ * @param {{ cast: Cast, clock: Clock, measured: Measured, motion: Motion, notices: Notices, program: Program, stage: Stage, trails: Trails, view: View }} parts
+ * @param {() => number} seconds
+ */
+export function probe({ cast, clock, measured, motion, notices, program, stage, trails, view }, seconds) {
+  return Object.freeze({
+    get robots() {
+      return structuredClone(view.robots)
+    },
+    get transport() {
+      return structuredClone(clock.transport)
+    },
+    get beat() {
+      return clock.beat()
+    },
+    get frames() {
+      return view.frames
+    },
+    get connected() {
+      return notices.connection === "open"
+    },
+    /** For each robot, the beat up to which its path is known. */
+    get known() {
+      return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
+    },
+    /** The points of each robot's trail at which one arc ends and the next begins: x, y, and seconds. */
+    get trails() {
+      return Object.fromEntries(
+        Object.entries(view.robots).map(([name, pose]) => {
+          const pieces = trails.pieces(name, -Infinity, motion.present(seconds()).at, pose)
+          return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
+        }),
+      )
+    },
+    /** Where robots are drawn: real ones where they were seen. */
+    get drawn() {
+      return structuredClone(stage.poses)
+    },
+    /** How far off each robot is, in words, if that is measured. */
+    get off() {
+      return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
+    },
+    /** How paths are moved that do not begin at their start poses. */
+    get moved() {
+      return Object.fromEntries(program.anchor.moved)
+    },
+    get view() {
+      return structuredClone(stage.camera.view)
+    },
+    /** The names that stand on the stage. */
+    get names() {
+      return [...stage.names]
+    },
+    toScreen: (/** @type {number} */ x, /** @type {number} */ y) => stage.camera.toScreen({ x, y }),
+  })
+}

@@ -46,6 +46,8 @@ def meaning(text: str) -> Any:
     for kind, *rest in score["movements"]:
         if kind == "hold":
             said = rest[:2]
+        elif kind == "to_pose":
+            said = rest[:1]
         elif isinstance(rest[0], list):
             said = [movements[place] for place in rest[0]]
         else:

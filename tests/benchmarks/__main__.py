@@ -25,6 +25,7 @@ from tests.benchmarks import (
     senses,
     simulator,
     stage,
+    website,
     worst,
 )
 
@@ -54,6 +55,7 @@ BENCHMARKS = {
     "senses": (senses.run, "from a scan to its edge in the stage, and how late commands are beside scanners"),
     "simulator": (simulator.run, "how much faster than real time, beside bare pymunk, and what the page costs"),
     "stage": (stage.run, "from a save to what robots hear, and how punctual that is, beside plain rclpy"),
+    "website": (website.run, "how soon one can write and play on the website, over a slow network and without one"),
     "worst": (worst.run, "how long the worst programs take"),
 }
 

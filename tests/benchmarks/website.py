@@ -1,0 +1,118 @@
+"""The website in Chromium, over a network of 10 Mbit/s: how soon one can write and play there, and frames."""
+
+from __future__ import annotations
+
+import functools
+import gzip
+import http.server
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from playwright.sync_api import Page, sync_playwright
+
+from improv_core.site.website import build
+from tests.benchmarks.tables import print_row
+from tests.needs import need
+from tests.site.test_website import PYODIDE_HERE
+from tests.stage.viewer.conftest import FLAGS, wait
+
+RATE = 10_000_000 / 8
+"""Bytes a second."""
+OPENED = 'document.body.dataset.connection === "open"'
+FRAMES = """() => new Promise((done) => {
+  const times = []
+  let last = performance.now()
+  const look = (now) => {
+    times.push(now - last)
+    last = now
+    if (times.length < 600) requestAnimationFrame(look)
+    else done(times)
+  }
+  requestAnimationFrame(look)
+})"""
+COMPRESSED = (".js", ".mjs", ".css", ".html", ".json", ".wasm")
+
+
+def run(quick: bool) -> None:
+    """Print what it took, in seconds and milliseconds, and how large each part is."""
+    with tempfile.TemporaryDirectory() as folder:
+        site = Path(folder, "site")
+        build(site, PYODIDE_HERE)
+        _print_sizes(site)
+        firsts, seconds = [], []
+        with _served(site) as address, sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
+            for _ in range(1 if quick else 5):
+                context = browser.new_context(viewport={"width": 1280, "height": 800})
+                page = context.new_page()
+                network = context.new_cdp_session(page)
+                network.send("Network.enable")
+                slow = {"offline": False, "latency": 20, "downloadThroughput": RATE, "uploadThroughput": RATE}
+                network.send("Network.emulateNetworkConditions", slow)
+                firsts.append(_visit(page, functools.partial(page.goto, address)))
+                page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
+                context.set_offline(True)
+                seconds.append(_visit(page, page.reload))
+                context.close()
+            print_row("first visit, 10 Mbit/s", *_figures(firsts), "≤ 2 s / 12 s")
+            print_row("second visit, offline", *_figures(seconds), "≤ 2 s / 5 s")
+            _print_frames(browser.new_page(viewport={"width": 1280, "height": 800}), address)
+            browser.close()
+
+
+def _figures(visits: list[tuple[float, float]]) -> list[str]:
+    writing, ready = zip(*visits, strict=True)
+    return [f"{median(writing):.1f} s until one can write", f"{median(ready):.1f} s until one can play"]
+
+
+def _visit(page: Page, go: Callable[[], Any]) -> tuple[float, float]:
+    """How many seconds until the text can be written, and until it can be played."""
+    begin = time.monotonic()
+    go()
+    page.wait_for_selector("body.editing", timeout=60_000)
+    writing = time.monotonic() - begin
+    wait(page, OPENED)
+    return writing, time.monotonic() - begin
+
+
+def _print_frames(page: Page, address: str) -> None:
+    """The times between frames while four robots dance."""
+    page.goto(address)
+    wait(page, OPENED)
+    page.locator("#text").fill("a b c d $ repeat (forward left)\n")
+    page.keyboard.press("Control+Enter")
+    wait(page, "improv.robots.a?.x !== undefined")
+    times = sorted(page.evaluate(FRAMES))
+    middle, late = median(times), times[int(0.95 * len(times))]
+    print_row("from frame to frame, four robots", f"p50 {middle:.1f} ms", f"p95 {late:.1f} ms", "≤ 20 ms")
+
+
+def _print_sizes(site: Path) -> None:
+    sizes: dict[str, int] = {}
+    for path in site.rglob("*"):
+        if path.is_file():
+            data = path.read_bytes()
+            part = path.name if path.stat().st_size > 200_000 else "the page"
+            sizes[part] = sizes.get(part, 0) + (len(gzip.compress(data)) if path.suffix in COMPRESSED else len(data))
+    for part, size in sorted(sizes.items(), key=lambda each: -each[1]):
+        print_row(part, f"{size / 1e6:.2f} MB")
+    print_row("all, as a server that compresses sends it", f"{sum(sizes.values()) / 1e6:.2f} MB", "≤ 7.5 MB")
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *arguments: object) -> None:
+        """Say nothing."""
+
+
+@contextmanager
+def _served(site: Path) -> Iterator[str]:
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(site))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()

@@ -25,6 +25,7 @@ COMMANDS = {
     "compile": "compile",
     "plot": "plot",
     "format": "format",
+    "merge": "merge",
     "play": "play",
     "watch": "watch",
     "stop": "stop",

@@ -1,0 +1,348 @@
+"""Several programs as one, in which each robot plays what it plays in its own program."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from improv_core.diagnostics import Edit, Severity
+from improv_core.ide.references import Symbol, plays, references
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import score_of, starts_of
+from improv_core.program.opening import FARTHEST
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Duration, Exact, Movement
+from improv_core.score.profiles import BUILT_IN
+from improv_core.score.strokes import outermost, paths
+from improv_core.slices import checkpoint
+from improv_core.syntax.formatter import format_text
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
+
+GAP = 1.0
+"""Meters between the places of two programs."""
+REACH = 6.0
+"""Meters around their start poses that robots of a program get at most: a path may be endless."""
+LONGEST_NAME = 30
+"""The most characters of a program's name that its robots get."""
+_MOST_MOMENTS = 2_000
+"""How far a path is followed to see how much room it takes."""
+_OTHER_MEANING = WORDS.keys() | {"at", "is", "room", "bar", "beat", "circle", "line", "grid"}
+_REPLACED = ("BEAT", "AT", "ROOM", "BAR_LENGTH", "SCENE")
+"""The signs of lines that the merged program says for all, or in another way."""
+
+
+class MergeError(Exception):
+    """Programs can't be merged. The message is one line that says which one, and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dance:
+    """A program that is to be merged, and the name that its robots get."""
+
+    name: str
+    analysis: Analysis
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """The merged program: its text, for each source the new names of its robots by the old ones, and notes about what
+    could not be kept, each a line."""
+
+    text: str
+    robots: Sequence[Mapping[str, str]]
+    notes: Sequence[str]
+
+
+def merge(sources: Sequence[Dance]) -> Merged:
+    """One program in which the robots of all sources play what they play in their own, placed side by side.
+
+    The tempo is that of the first one; the others are slowed down or sped up, so that all keep their speed. Scenes
+    become rests. A bar or a floor is kept if all agree. Raises MergeError.
+    """
+    for each in sources:
+        _check(each)
+    robots = _renamed_robots(sources)
+    bodies = _bodies(sources, robots)
+    notes: list[str] = []
+    opening = _opening(sources, robots, notes)
+    text = format_text("\n\n".join([opening, *bodies]) + "\n")
+    _check_result(text, sources, robots)
+    return Merged(text, robots, notes)
+
+
+def _check(source: Dance) -> None:
+    """Raise MergeError if a program can't be merged with any other."""
+    name, analysis = source.name, source.analysis
+    if not analysis.ok:
+        raise MergeError(f"{name}: it has errors: fix them first")
+    if not analysis.all_robots:
+        raise MergeError(f"{name}: it has no robots: add a line such as `ada $ forward`")
+    world = analysis.opening.cast.world
+    if world.walls or world.circles or world.boxes:
+        raise MergeError(f"{name}: its improv.toml has obstacles, which can't be moved: remove them first")
+    begins = [begin for scene in range(analysis.scene_count) if (begin := analysis.scene_begin(scene))]
+    if any(begin.shortest != begin.longest for begin in begins):
+        raise MergeError(f"{name}: senses decide when its scenes begin, so others can't play at the same time")
+
+
+def _check_result(text: str, sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> None:
+    """Raise MergeError if a robot of the merged program isn't what it was, or if the program has errors."""
+    merged = analyze(text)
+    cast = merged.opening.cast
+    for source, names in zip(sources, robots, strict=True):
+        before = source.analysis.opening.cast
+        for old, new in names.items():
+            if before.robot(old).profile != cast.robot(new).profile:
+                raise MergeError(
+                    f"{source.name}: `{old}` is described in its improv.toml: remove it there, or play it alone"
+                )
+    if not merged.ok:
+        error = next(each for each in merged.diagnostics if each.severity is Severity.ERROR)
+        line = merged.lines.position(error.span.start).line + 1
+        raise MergeError(f"these can't be merged: line {line} of the merged program would be wrong: {error.message}")
+
+
+def _renamed_robots(sources: Sequence[Dance]) -> Sequence[Mapping[str, str]]:
+    """The new names of the robots: those of their programs and, where that has several, their own behind it."""
+    taken: set[str] = set()
+    found = []
+    for source in sources:
+        prefix, robots = as_robot(source.name), source.analysis.all_robots
+        names = {robot: f"{prefix}_{robot}" if len(robots) > 1 else prefix for robot in robots}
+        number = 2
+        while not taken.isdisjoint(names.values()):
+            names = {old: f"{prefix}_{number}" + (f"_{old}" if len(robots) > 1 else "") for old in robots}
+            number += 1
+        taken.update(names.values())
+        found.append(names)
+    return found
+
+
+def as_robot(name: str) -> str:
+    """A name that robots can have, as near as possible to any other name."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    robot = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[:LONGEST_NAME].rstrip("_")
+    robot = robot if robot[:1].isalpha() else f"dancer_{robot}".rstrip("_")
+    return f"{robot}_1" if robot in _OTHER_MEANING else robot
+
+
+def _bodies(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> Sequence[str]:
+    """The texts of the programs without their openings, which fit into one program."""
+    tempo = sources[0].analysis.tempo
+    defined = [_defined(each.analysis) for each in sources]
+    foreign = [
+        {name for statement in each.analysis.statements for name in statement.uses} - own
+        for each, own in zip(sources, defined, strict=True)
+    ]
+    taken = {token.text for each in sources for statement in each.analysis.statements for token in statement.tokens}
+    bodies, above = [], set[str]()
+    for place, (source, names) in enumerate(zip(sources, robots, strict=True)):
+        checkpoint()
+        hides = above.union(*foreign[:place], *foreign[place + 1 :])
+        suffix = as_robot(source.name)
+        renamed = {name: _free(f"{name}_{suffix}", taken) for name in sorted(defined[place] & hides)}
+        above |= defined[place] - renamed.keys()
+        head = f"# {' '.join(source.name.split())}\n"
+        bodies.append(head + _body(source.analysis, names, renamed, tempo / source.analysis.tempo).strip("\r\n"))
+    return bodies
+
+
+def _defined(analysis: Analysis) -> set[str]:
+    return {statement.defines for statement in analysis.statements if statement.defines}
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """A name like this one that nobody has. It is taken from then on."""
+    free, number = name, 2
+    while free in taken or free in _OTHER_MEANING:
+        free, number = f"{name}_{number}", number + 1
+    taken.add(free)
+    return free
+
+
+def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, str], slower: Fraction) -> str:
+    """A program without its opening and its scenes, with other names and `slower` by that factor."""
+    edits = [Edit(span, new) for old, new in robots.items() for _, span in plays(analysis, old)]
+    gone: list[Span] = []
+    waiting = _Waiting(analysis.begins)
+    for index, statement in enumerate(analysis.statements):
+        checkpoint()
+        start = analysis.offsets[index]
+        whole = Span(start, start + len(statement.text))
+        if statement.defines and statement.defines in renamed:
+            symbol = Symbol(statement.defines, statement.heads[0].span.shifted(start), False, index)
+            edits += [Edit(each.span, renamed[symbol.text]) for each in references(analysis, symbol)]
+        if statement.sign and statement.sign.type in _REPLACED:
+            gone.append(_with_line(analysis.text, whole))
+        line = analysis.played.get(index)
+        if line is None:
+            continue
+        if line.scene >= len(analysis.begins):
+            gone.append(_with_line(analysis.text, whole))  # it is never performed
+            continue
+        assert statement.sign
+        rests = [
+            f"{robots[robot]} $ {_slowed(beats * slower, 'rest')}\n"
+            for robot, beats in waiting.rests(line.scene, line.parts)
+        ]
+        edits.append(Edit(Span(start, start), "".join(rests)))
+        if slower != 1:
+            after, end = start + statement.sign.end, start + statement.tokens[-1].end
+            edits += [Edit(Span(after, after), f" slow {slower} ("), Edit(Span(end, end), ")")]
+    kept = [each for each in edits if not any(span.start <= each.span.start < span.end for span in gone)]
+    return _edited(analysis.text, [*kept, *(Edit(span, "") for span in gone)])
+
+
+class _Waiting:
+    """How long robots rest until their scenes begin."""
+
+    def __init__(self, begins: Sequence[Exact]) -> None:
+        self._begins = begins
+        self._ends: dict[str, Duration] = {}
+
+    def rests(self, scene: int, parts: Sequence[tuple[str, Movement]]) -> Iterator[tuple[str, Fraction]]:
+        """The beats that robots rest before they play a line of a scene, if they do."""
+        for robot, part in parts:
+            end, begin = self._ends.get(robot, 0), self._begins[scene]
+            if end < begin:
+                assert not isinstance(end, float)
+                yield robot, Fraction(begin - end)
+            self._ends[robot] = math.inf if part.open else max(end, begin) + part.duration
+
+
+def _slowed(factor: Fraction, movement: str) -> str:
+    return movement if factor == 1 else f"slow {factor} {movement}"
+
+
+def _with_line(text: str, span: Span) -> Span:
+    """The span, and all of its line if nothing else is there."""
+    before = re.search(r"[ \t]*\Z", text[: span.start])
+    after = re.compile(r"[ \t]*(\r\n|\r|\n|\Z)").match(text, span.end)
+    start = before.start() if before else span.start
+    is_alone = after and (start == 0 or text[start - 1] in "\r\n")
+    return Span(start, after.end()) if after and is_alone else span
+
+
+def _edited(text: str, edits: Sequence[Edit]) -> str:
+    parts, end = [], 0
+    for edit in sorted(edits, key=lambda each: each.span):
+        parts += [text[end : edit.span.start], edit.text]
+        end = edit.span.end
+    return "".join([*parts, text[end:]])
+
+
+def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], notes: list[str]) -> str:
+    """The lines that say what all programs have in common, and where their robots stand."""
+    tempo = sources[0].analysis.tempo
+    lines = [f"beat {tempo}"] if any(each.analysis.tempos for each in sources) else []
+    changed = [each.name for each in sources if each.analysis.tempo != tempo]
+    if changed:
+        keep = "keeps its" if len(changed) == 1 else "keep their"
+        notes.append(f"the tempo is {float(tempo):g}: {', '.join(changed)} {keep} speed with `slow`")
+    bars = {each.analysis.opening.bar for each in sources}
+    if len(bars) == 1 and not changed and (bar := bars.pop()):
+        lines.append(f"bar {bar}")
+    elif any(bars):
+        notes.append("no bar: the programs don't agree on its length")
+    if any(each.analysis.breaks for each in sources):
+        notes.append("no scenes: robots rest until theirs begin")
+    areas = [_Area.of(each.analysis) for each in sources]
+    middles, size = _side_by_side(areas)
+    if max(size) > 2 * FARTHEST:
+        raise MergeError(f"these need {max(size):,.0f} m side by side, and {2 * FARTHEST:,} m is the most: merge fewer")
+    has_room = [each.analysis.opening.cast.world.size is not None for each in sources]
+    if all(has_room):
+        lines.append(f"room {_number(size[0])} {_number(size[1])}")
+    elif any(has_room):
+        notes.append("no room: only some of the programs have one")
+    for source, names, area, (x, y) in zip(sources, robots, areas, middles, strict=True):
+        starts, cast = starts_of(source.analysis), source.analysis.opening.cast
+        for old, new in names.items():
+            pose = area.moved(starts[old], x, y)
+            facing = round(math.degrees(pose.heading), 9)
+            turned = f" facing {_number(facing)}" if facing else ""
+            lines.append(f"{new} at {_number(pose.x)} {_number(pose.y)}{turned}")
+            profile = cast.robot(old).profile
+            if old in cast.robots and BUILT_IN.get(profile.name) == profile:
+                lines.append(f"{new} is {profile.name}")
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class _Area:
+    """The floor that a program needs, in meters."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    @classmethod
+    def of(cls, analysis: Analysis) -> _Area:
+        """Around the start poses, and around the floor of the program or, without one, its paths, up to `REACH`."""
+        score = score_of(analysis)
+        starts = [(part.start.x, part.start.y, part.profile.radius) for part in score.parts.values()]
+        around = cls(
+            min(x - radius for x, _, radius in starts),
+            max(x + radius for x, _, radius in starts),
+            min(y - radius for _, y, radius in starts),
+            max(y + radius for _, y, radius in starts),
+        )
+        if size := score.world.size:
+            return around.joined(cls(-size[0] / 2, size[0] / 2, -size[1] / 2, size[1] / 2))
+        points = [point for path in paths(score, _MOST_MOMENTS) for point in outermost(path)]
+        radius = max(radius for _, _, radius in starts)
+        return cls(
+            max(min([x - radius for x, _ in points]), around.left - REACH),
+            min(max([x + radius for x, _ in points]), around.right + REACH),
+            max(min([y - radius for _, y in points]), around.bottom - REACH),
+            min(max([y + radius for _, y in points]), around.top + REACH),
+        ).joined(around)
+
+    @property
+    def width(self) -> float:
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        return self.top - self.bottom
+
+    def joined(self, other: _Area) -> _Area:
+        return _Area(
+            min(self.left, other.left),
+            max(self.right, other.right),
+            min(self.bottom, other.bottom),
+            max(self.top, other.top),
+        )
+
+    def moved(self, pose: Pose, x: float, y: float) -> Pose:
+        """A pose, once the middle of the area is at a point."""
+        right, up = x - (self.left + self.right) / 2, y - (self.bottom + self.top) / 2
+        return replace(pose, x=pose.x + right, y=pose.y + up)
+
+
+def _side_by_side(areas: Sequence[_Area]) -> tuple[Sequence[tuple[float, float]], tuple[float, float]]:
+    """The middles of areas in rows around the origin, as many in a row as there are rows, and the size of all."""
+    columns = math.ceil(math.sqrt(len(areas)))
+    rows = [areas[first : first + columns] for first in range(0, len(areas), columns)]
+    heights = [max(area.height for area in row) for row in rows]
+    widths = [sum(area.width for area in row) + GAP * (len(row) - 1) for row in rows]
+    top = height = sum(heights) + GAP * (len(rows) - 1)
+    middles = []
+    for row, high, wide in zip(rows, heights, widths, strict=True):
+        left = -wide / 2
+        for area in row:
+            middles.append((left + area.width / 2, top - height / 2 - high / 2))
+            left += area.width + GAP
+        top -= high + GAP
+    return middles, (max(widths), height)
+
+
+def _number(value: float) -> str:
+    """A number as programs write it."""
+    return f"{round(value, 9) + 0.0:.9f}".rstrip("0").rstrip(".")

@@ -1,0 +1,64 @@
+"""`improv merge`, run as people run it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.commands.command_line import run
+
+MERGED = """ada at 1.8 0
+bo at -2.2 0
+
+# ada
+ada $ forward
+
+# bo
+bo $ left
+"""
+
+
+@pytest.fixture
+def dances(tmp_path: Path) -> Path:
+    (tmp_path / "ada.improv").write_text("r $ forward\n")
+    (tmp_path / "bo.improv").write_text("r $ left\n")
+    return tmp_path
+
+
+def test_merged_programs_are_one_that_is_right_and_formatted(dances: Path) -> None:
+    done = run("merge", dances / "ada.improv", dances / "bo.improv")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line for line in done.stdout.splitlines() if " at " not in line] == [
+        line for line in MERGED.splitlines() if " at " not in line
+    ]
+    together = dances / "together.improv"
+    together.write_text(done.stdout)
+    assert run("check", together).returncode == 0
+    assert run("format", "--check", together).returncode == 0
+
+
+def test_what_could_not_be_kept_is_said(dances: Path) -> None:
+    (dances / "bo.improv").write_text("beat 30\nbar 3\nr $ left\n")
+    done = run("merge", dances / "ada.improv", dances / "bo.improv")
+    assert done.stderr == (
+        "improv: the tempo is 60: bo keeps its speed with `slow`\n"
+        "improv: no bar: the programs don't agree on its length\n"
+    )
+
+
+def test_a_new_file_is_written_and_no_other(dances: Path) -> None:
+    output = dances / "both.improv"
+    done = run("merge", dances, "-o", output)
+    assert (done.returncode, done.stdout) == (0, f"merged 2 programs into {output}\n")
+    before = output.read_bytes()
+    done = run("merge", dances / "ada.improv", "-o", output)
+    assert (done.returncode, done.stderr) == (2, f"improv: {output} exists already: name a new file\n")
+    assert output.read_bytes() == before
+
+
+def test_a_program_that_cannot_be_merged_is_named(dances: Path) -> None:
+    (dances / "bo.improv").write_text("r $ lefft\n")
+    done = run("merge", dances / "ada.improv", dances / "bo.improv")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "improv: bo: it has errors: fix them first\n"

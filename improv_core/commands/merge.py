@@ -11,7 +11,7 @@ from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import files_in
 from improv_core.program.files import ENDING, analyze_file
-from improv_core.services.merging import MergeError, Dance, merge
+from improv_core.services.merging import Dance, MergeError, merge
 from improv_core.services.replacing import replacing
 
 

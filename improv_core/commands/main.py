@@ -35,6 +35,7 @@ COMMANDS = {
     "calibrate": "calibrate",
     "body": "body",
     "site": "site",
+    "class": "class_room",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

@@ -1,0 +1,138 @@
+"""`improv class`: children write dances in their browsers, and the teacher plays what they send."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import socket
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+
+from improv_core.classroom.children import Children, File, SiteFolderError, files_of
+from improv_core.classroom.desk import Desk
+from improv_core.classroom.messages import FromDesk
+from improv_core.classroom.room import Member, new_code
+from improv_core.classroom.teacher import TeacherPage
+from improv_core.commands.exit_codes import INTERRUPTED, CommandError
+from improv_core.commands.terminal import TerminalSession, first, performance, run
+from improv_core.playback.start import Options
+from improv_core.stage.viewer.application import HOST
+
+NOWHERE = ("192.0.2.1", 9)
+"""An address for examples (RFC 5737). A UDP socket that is connected to it sends nothing, but has a local address."""
+
+
+@click.command("class")
+@click.argument("site", type=click.Path(path_type=Path, file_okay=False, exists=True))
+@click.option("--address", metavar="ADDRESS", help="This machine's address on the room's network; default: asks.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    default=8080,
+    show_default=True,
+    help="Port for the children; 0 picks a free one.",
+)
+def command(site: Path, address: str | None, port: int) -> None:
+    """Let a class write dances on tablets, and play them in the simulator.
+
+    SITE is a folder that `improv site` has built. Everybody on the room's network can load it from this machine; who
+    knows the room's code can send dances. Only this machine has the teacher's page. Ctrl-C ends the class, and nothing
+    of it is kept.
+    """
+    try:
+        files = files_of(site)
+        listening = socket.create_server((_confirmed(address, port), port))
+    except SiteFolderError as problem:
+        raise CommandError(str(problem)) from None
+    except OSError as error:
+        raise CommandError(f"port {port} of {address or 'that address'} can't be used: {error.strerror}") from None
+    sys.exit(run(teach(listening, files)))
+
+
+def _confirmed(address: str | None, port: int) -> str:
+    """The address to listen on, which somebody has named or confirmed. Raises CommandError."""
+    if address is None:
+        found = _own_address()
+        if not found or not sys.stdin.isatty():
+            raise CommandError("name this machine's address on the room's network with --address")
+        if not click.confirm(f"Let everybody on this network load the class from http://{found}:{port}/?"):
+            raise CommandError("name another address with --address")
+        return found
+    try:
+        named = ipaddress.IPv4Address(address)
+    except ValueError:
+        raise CommandError(f"{address} is no address such as 192.168.1.20") from None
+    if named.is_unspecified or named.is_multicast:
+        raise CommandError(f"{address} stands for many networks: name one address of this machine")
+    return str(named)
+
+
+def _own_address() -> str | None:
+    """This machine's address on the network that leads elsewhere."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(NOWHERE)
+        except OSError:
+            return None
+        return str(probe.getsockname()[0])
+
+
+async def teach(listening: socket.socket, files: Mapping[str, File]) -> int:
+    """Have a class until interrupted; the exit code. Raises StageError."""
+    async with performance(Options(backend="sim"), browser=False, hears_keys=False) as performing:
+        await Class(performing, listening, files).teach()
+    return INTERRUPTED
+
+
+class Class:
+    """A class with its two servers."""
+
+    def __init__(self, performing: TerminalSession, listening: socket.socket, files: Mapping[str, File]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._performing = performing
+        self.code = new_code()
+        self.desk = Desk(performing.playback, self._publish, lambda number: self.children.remove(number))
+        own = socket.create_server((HOST, 0))
+        self.teacher = TeacherPage(own, self.desk.take, self._stop, performing.playback.link, self.desk.messages)
+        self.children = Children(
+            listening,
+            files,
+            self.code,
+            self._joined,
+            self._handed,
+        )
+
+    async def teach(self) -> None:
+        """Serve children and teacher until interrupted."""
+        performing = self._performing
+        performing.screen.say(f"children: {self.children.address}, code {self.code}")
+        performing.screen.say(f"teacher: {self.teacher.link()} (opens once)")
+        try:
+            await first(
+                self.teacher.serve(self.children.address, self.code),
+                self.desk.serve(),
+                performing.interrupted.wait(),
+                performing.broken.wait(),
+            )
+        finally:
+            self.children.close()
+            self.desk.close()
+
+    def _joined(self, member: Member) -> None:
+        """A child has come: on the thread of the children's server."""
+        self._loop.call_soon_threadsafe(self.desk.joined, member)
+
+    def _handed(self, member: Member, text: str) -> None:
+        """A child has sent a dance: on the thread of the children's server."""
+        self._loop.call_soon_threadsafe(self.desk.handed, member, text)
+
+    def _publish(self, message: FromDesk) -> None:
+        self.teacher.publish(message)
+
+    def _stop(self) -> None:
+        self._performing.stops.stop()
+        self.desk.stopped()

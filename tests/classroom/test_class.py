@@ -1,0 +1,216 @@
+"""A class as children and teacher use it: over HTTP, from a stage that plays."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from improv_core.classroom.checking import HEAVY, DanceReader, look, prepare
+from improv_core.classroom.children import File, SiteFolderError, files_of
+from improv_core.classroom.messages import read
+from improv_core.commands.class_room import Class
+from improv_core.commands.terminal import performance
+from improv_core.playback.start import Options
+from improv_core.site.website import HEAD, MARK
+from tests.commands.command_line import run
+
+LIMIT = 60.0
+FILES = {"/": File(b"<html>", None, "text/html")}
+
+
+class Pages:
+    """A class and what its pages ask."""
+
+    def __init__(
+        self, held: Class, http: aiohttp.ClientSession, live: aiohttp.ClientWebSocketResponse, base: str
+    ) -> None:
+        self.held, self._http, self.live, self._base = held, http, live, base
+        self.token = ""
+        self.address = held.children.address
+
+    async def post(self, what: str, body: Any, **headers: str) -> tuple[int, dict[str, str]]:
+        headers = {"Origin": self.address.rstrip("/"), **headers}
+        async with self._http.post(f"{self.address}class/{what}", data=json.dumps(body), headers=headers) as answer:
+            return answer.status, json.loads(await answer.text()) if answer.content_type == "application/json" else {}
+
+    async def join(self, name: str) -> str:
+        status, answer = await self.post("join", {"code": self.held.code, "name": name})
+        assert status == 200, answer
+        return answer["secret"]
+
+    async def hear(self, is_it: Callable[[Any], bool]) -> Any:
+        """The next message of this kind to the teacher's page."""
+        async with asyncio.timeout(LIMIT):
+            while True:
+                message = await self.live.receive_json()
+                if is_it(message):
+                    return message
+
+    async def stop(self, token: str, origin: str | None = None) -> int:
+        headers = {"Origin": origin or self._base}
+        async with self._http.post(f"{self._base}/stop", params={"token": token}, headers=headers) as answer:
+            return answer.status
+
+
+@asynccontextmanager
+async def a_class() -> AsyncIterator[Pages]:
+    async with performance(Options(backend="sim"), browser=False, quiet=True, hears_keys=False) as performing:
+        held = Class(performing, socket.create_server(("127.0.0.1", 0)), FILES)
+        teaching = asyncio.create_task(held.teach())
+        try:
+            async with aiohttp.ClientSession() as http:
+                link = held.teacher.link()
+                base = link.partition("/?")[0]
+                async with asyncio.timeout(LIMIT):
+                    while True:  # until it serves
+                        try:
+                            async with http.get(link) as answer:
+                                page = await answer.text()
+                                break
+                        except aiohttp.ClientConnectionError:
+                            await asyncio.sleep(0)
+                found = re.search(r'name="improv-token" content="(.+?)"', page)
+                assert found
+                async with http.get(link) as answer:  # a ticket opens the page once
+                    assert found[1] not in await answer.text()
+                live = await http.ws_connect(f"{base}/live", params={"token": found[1]}, headers={"Origin": base})
+                pages = Pages(held, http, live, base)
+                pages.token = found[1]
+                yield pages
+        finally:
+            performing.interrupted.set()
+            await teaching
+
+
+def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
+    async def scenario() -> None:
+        async with a_class() as pages:
+            secret = await pages.join("Ada <b>")
+            shown = await pages.hear(lambda message: message["type"] == "child")
+            assert (shown["name"], shown["count"]) == ("Ada <b>", 0)
+            assert (await pages.post("send", {"secret": secret, "text": "r $ repeat (forward left)\n"}))[0] == 200
+            shown = await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+            assert shown["picture"].startswith("<svg")
+            await pages.live.send_json({"type": "play", "numbers": [shown["number"]]})
+            await pages.hear(lambda message: message == {"type": "playing", "line": "Ada <b>"})
+            playback = pages.held.desk._playback
+            assert playback.show.is_on
+            before = playback.stops.stopped
+            assert await pages.stop("wrong") == 403
+            assert await pages.stop(pages.token, "http://evil.example") == 403
+            assert playback.stops.stopped == before
+            assert await pages.stop(pages.token) == 204
+            assert playback.stops.stopped == before + 1
+            await pages.hear(lambda message: message == {"type": "playing", "line": "Stopped"})
+
+    asyncio.run(scenario())
+
+
+def test_several_play_together_and_a_wrong_one_is_shown() -> None:
+    async def scenario() -> None:
+        async with a_class() as pages:
+            for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
+                await pages.post("send", {"secret": await pages.join(name), "text": text})
+            done: dict[str, Any] = {}
+            while len(done) < 3:
+                shown = await pages.hear(
+                    lambda message: message["type"] == "child" and message["line"][:2] not in ("is", "ha")
+                )
+                done[shown["name"]] = shown
+            assert done["Cy"]["line"].startswith("line 1: ")
+            await pages.live.send_json({"type": "play", "numbers": [done["Ada"]["number"], done["Bo"]["number"]]})
+            playing = await pages.hear(lambda message: message["line"].startswith("Ada + Bo"))
+            assert "Bo keeps its speed" in playing["line"]
+            played = pages.held.desk._playback.show.played
+            assert played
+            assert [*played.score.parts] == ["Ada", "Bo"]
+            await pages.live.send_json({"type": "remove", "number": done["Cy"]["number"]})
+            await pages.hear(lambda message: message == {"type": "gone", "number": done["Cy"]["number"]})
+
+    asyncio.run(scenario())
+
+
+@pytest.mark.parametrize(
+    ("what", "body", "headers", "status"),
+    [
+        ("join", {"code": "WRONG1", "name": "Eve"}, {}, 403),
+        ("join", {"code": "WRONG1"}, {}, 400),
+        ("join", ["WRONG1"], {}, 400),
+        ("join", {"code": "\ud800", "name": "Eve"}, {}, 400),
+        ("send", {"secret": "guessed", "text": "r $ left"}, {}, 403),
+        ("send", {"secret": "guessed", "text": 1}, {}, 400),
+        ("send", {"secret": "guessed", "text": "x" * 800_000}, {}, 413),
+        ("send", {"secret": "guessed", "text": ""}, {"Origin": "http://evil.example"}, 403),
+        ("send", {"secret": "guessed", "text": ""}, {"Host": "evil.example"}, 403),
+        ("stop", {}, {}, 404),
+    ],
+)
+def test_what_children_may_not_do_is_refused(what: str, body: Any, headers: dict[str, str], status: int) -> None:
+    async def scenario() -> None:
+        async with a_class() as pages:
+            assert (await pages.post(what, body, **headers))[0] == status
+
+    asyncio.run(scenario())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{}", "[]", "x", '{"type": "stop"}', '{"type": "play", "numbers": []}', '{"type": "play", "numbers": ["1"]}',
+        json.dumps({"type": "play", "numbers": [1] * 41}), '{"type": "remove", "number": 1e300}', "[" * 9_000,
+    ],
+)  # fmt: skip
+def test_what_is_no_command_of_the_teacher_is_dropped(text: str) -> None:
+    assert read(text) is None
+
+
+def test_a_dance_that_takes_too_long_is_given_up_and_the_next_one_is_read() -> None:
+    async def scenario() -> None:
+        checker = DanceReader(limit=0.0)
+        assert (await checker.look("r $ forward"))["line"] == HEAVY
+        checker._limit = LIMIT
+        assert (await checker.look("r $ forward"))["ok"]
+        checker.close()
+
+    asyncio.run(scenario())
+
+
+def test_dances_are_read_with_the_name_of_who_is_wrong() -> None:
+    assert look("x = left")["line"] == "no robot plays anything yet"
+    assert prepare([("Ada", "r $ left"), ("Bo", "r $ lft")])["problem"] == "Bo: it has errors: fix them first"
+    assert prepare([("Ada", "r $ lft")])["problem"].startswith("Ada: line 1: ")
+
+
+def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worker(tmp_path: Path) -> None:
+    with pytest.raises(SiteFolderError, match="is no website of this version: run `improv site"):
+        files_of(tmp_path)
+    for name, text in ((MARK, "{}"), ("class.js", ""), ("service-worker.js", ""), ("index.html", f"<head>{HEAD}")):
+        (tmp_path / name).write_text(text)
+    files = files_of(tmp_path)
+    assert {*files} == {"/", "/class.js", "/index.html"}
+    assert b'name="improv-class"' in files["/"].data
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0", "224.0.0.1", "example.com", "::"])
+def test_the_address_is_one_of_this_machine(address: str, tmp_path: Path) -> None:
+    for name in (MARK, "class.js", "index.html"):
+        (tmp_path / name).write_text(HEAD)
+    done = run("class", tmp_path, "--address", address)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert address in done.stderr
+    assert "--address" in run("class", tmp_path).stderr  # nobody confirms
+
+
+def test_browsers_compile_python_only_if_its_type_is_exact(tmp_path: Path) -> None:
+    for name in (MARK, "class.js", "index.html", "python.wasm"):
+        (tmp_path / name).write_text(HEAD)
+    assert files_of(tmp_path)["/python.wasm"].content_type == "application/wasm"

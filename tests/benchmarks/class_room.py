@@ -1,0 +1,154 @@
+"""A class of replayed pages that load the website and send dances: from the teacher's stop to zeros, and what the
+server needs. What children type stays in their browsers, so it costs the server nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import random
+import re
+import resource
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import aiohttp
+
+from improv_core.classroom.children import File, files_of
+from improv_core.commands.class_room import Class
+from improv_core.commands.terminal import performance
+from improv_core.playback.acts import News
+from improv_core.playback.start import Options
+from improv_core.site.website import build
+from tests.benchmarks.tables import p99, print_row
+
+CHILDREN = 25
+SECONDS, QUICK_SECONDS = 60.0, 15.0
+GOAL = 50.0
+"""Milliseconds."""
+TOGETHER = 4
+"""How many dances play when the teacher stops them."""
+EXAMPLES = [path.read_text() for path in sorted((Path(__file__).parents[2] / "examples").glob("*.improv"))]
+LONG = "r $ repeat (forward left)\n"
+PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` for a quarter of a minute."""
+    with TemporaryDirectory() as folder:
+        site = Path(folder, "site")
+        build(site, PYODIDE)
+        asyncio.run(_measure(files_of(site), QUICK_SECONDS if quick else SECONDS))
+
+
+async def _measure(files: Mapping[str, File], seconds: float) -> None:
+    options = Options(backend="sim", report_sent=True)
+    async with performance(options, browser=False, quiet=True, hears_keys=False) as performing:
+        zeros: dict[str, int] = {}
+
+        def listen(news: News, leads: bool) -> None:
+            if news["type"] == "sent" and not any(news["twist"]):
+                zeros.setdefault(news["robot"], news["wall"])
+
+        performing.playback._listen = listen
+        held = Class(performing, socket.create_server(("127.0.0.1", 0)), files)
+        teaching = asyncio.create_task(held.teach())
+        await asyncio.sleep(0.5)
+        before = resource.getrusage(resource.RUSAGE_SELF)
+        began = time.monotonic()
+        children = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", __name__, held.children.address, held.code, str(seconds)), stdout=subprocess.PIPE
+        )
+        replayed = asyncio.create_task(children.communicate())
+        took: list[float] = []
+        async with aiohttp.ClientSession() as http:
+            base, _, _ = held.teacher.link().partition("/?")
+            async with http.get(held.teacher.link()) as answer:
+                found = re.search(r'name="improv-token" content="(.+?)"', await answer.text())
+            assert found
+            about: dict[str, Any] = {"params": {"token": found[1]}, "headers": {"Origin": base}}
+            async with http.ws_connect(f"{base}/live", **about) as live:
+                reading = asyncio.create_task(_read(live))
+                while not replayed.done():
+                    await live.send_json({"type": "play", "numbers": [*range(1, TOGETHER + 1)]})
+                    await asyncio.sleep(random.uniform(0.8, 1.6))
+                    played = performing.playback.show.played
+                    if not performing.playback.show.is_on or not played:
+                        continue  # it is still being read
+                    zeros.clear()
+                    pressed = time.time_ns()
+                    async with http.post(f"{base}/stop", **about) as answer:
+                        assert answer.status == 204
+                    await asyncio.sleep(0.4)
+                    heard = [zeros.get(robot, 0) for robot in played.score.parts]
+                    if min(heard) > pressed:  # all of them still moved when it was pressed
+                        took.append((max(heard) - pressed) / 1e6)
+                reading.cancel()
+        after = resource.getrusage(resource.RUSAGE_SELF)
+        lasted = time.monotonic() - began
+        sent = json.loads((await replayed)[0])
+        performing.interrupted.set()
+        await teaching
+    busy = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / lasted
+    print(f"{CHILDREN} replayed pages for {lasted:.0f} s, {sent['sent']} dances sent, {len(took)} stops\n")
+    print_row("what", "value", "goal")
+    print_row("---", "---:", "---:")
+    print_row("stop to the last zero, median", f"{median(took):.1f} ms", "")
+    print_row("stop to the last zero, p99", f"{p99(took):.1f} ms", f"{GOAL:.0f} ms")
+    print_row("stop to the last zero, worst", f"{max(took):.1f} ms", "")
+    print_row("a dance sent, p99", f"{sent['p99']:.0f} ms", "")
+    print_row("the website loaded by all at once, slowest", f"{sent['loaded']:.1f} s", "")
+    print_row("the server's memory at most", f"{after.ru_maxrss / 1024:.0f} MB", "")
+    print_row("the server's share of a processor", f"{busy * 100:.0f} %", "")
+
+
+async def _read(live: aiohttp.ClientWebSocketResponse) -> None:
+    async for _ in live:
+        pass
+
+
+async def _replay(address: str, code: str, seconds: float) -> None:
+    """Be the pages of all children. Prints how long it took to load the website and to send dances."""
+    sends: list[float] = []
+    async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as http:
+        began = time.monotonic()
+        loads = await asyncio.gather(*(_load(http, address) for _ in range(CHILDREN)))
+        end = began + seconds
+        await asyncio.gather(*(_child(http, address, code, number, end, sends) for number in range(CHILDREN)))
+    print(json.dumps({"sent": len(sends), "p99": p99(sends), "loaded": max(loads)}))
+
+
+async def _load(http: aiohttp.ClientSession, address: str) -> float:
+    began = time.monotonic()
+    for path in ("", "page.js", "pyodide/pyodide.asm.wasm", "pyodide/python_stdlib.zip", "improv.zip"):
+        async with http.get(address + path, auto_decompress=False) as answer:
+            assert answer.status == 200
+            await answer.read()
+    return time.monotonic() - began
+
+
+async def _child(
+    http: aiohttp.ClientSession, address: str, code: str, number: int, end: float, sends: list[float]
+) -> None:
+    headers = {"Origin": address.rstrip("/")}
+    async with http.post(
+        f"{address}class/join", json={"code": code, "name": f"child {number}"}, headers=headers
+    ) as joined:
+        secret = (await joined.json())["secret"]
+    while time.monotonic() < end:
+        body = {"secret": secret, "text": LONG + f"# {number}\n" if number < TOGETHER else random.choice(EXAMPLES)}
+        began = time.monotonic()
+        async with http.post(f"{address}class/send", json=body, headers=headers) as answer:
+            assert answer.status == 200
+        sends.append((time.monotonic() - began) * 1000)
+        await asyncio.sleep(random.uniform(1.1, 4.0))
+
+
+if __name__ == "__main__":
+    asyncio.run(_replay(sys.argv[1], sys.argv[2], float(sys.argv[3])))

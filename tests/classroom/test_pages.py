@@ -1,0 +1,106 @@
+"""The pages of a class in a browser: a child's and the teacher's."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.site.website import PYODIDE, build
+from tests.commands.command_line import IMPROV
+from tests.needs import lacking
+from tests.stage.viewer.conftest import Keep
+
+AXE = Path(__file__).parents[2] / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
+
+
+@pytest.fixture
+def links(tmp_path: Path) -> Iterator[tuple[str, str, str]]:
+    """The children's address, the code, and the address that opens the teacher's page, of a class that runs."""
+    pyodide, site = tmp_path / "pyodide", tmp_path / "site"
+    pyodide.mkdir()
+    for name in PYODIDE:
+        (pyodide / name).write_text("")  # no child plays here
+    build(site, pyodide)
+    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
+        assert running.stdout
+        said = ""
+        while not (found := re.search(r"children: (\S+), code (\S+)\s.*teacher: (\S+) ", said, re.DOTALL)):
+            line = running.stdout.readline()
+            assert line, said
+            said += line
+        yield found[1], found[2], found[3]
+        running.terminate()
+        running.communicate(timeout=60)
+
+
+def send(address: str, what: str, **values: str) -> dict[str, str]:
+    asked = urllib.request.Request(
+        f"{address}class/{what}", json.dumps(values).encode(), {"Origin": address.rstrip("/")}
+    )
+    with urllib.request.urlopen(asked, timeout=60) as answer:
+        return dict(json.load(answer))
+
+
+def violations(page: Page) -> list[Any]:
+    if not AXE.exists():
+        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
+    return [(each["id"], [node["target"] for node in each["nodes"]]) for each in found]
+
+
+@pytest.mark.slow("starts a class with its stage, and a browser")
+def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
+    links: tuple[str, str, str], page: Page, keep: Keep
+) -> None:
+    address, code, teacher = links
+    page.goto(f"{address}#class={code}")
+    page.get_by_label("Your name").fill("Ada <img>")
+    assert violations(page) == []
+    page.get_by_role("button", name="Join").click()
+    expect(page.locator("#handed-in")).to_have_text("You are in the class as Ada <img>.")
+    assert page.evaluate("location.hash") == ""
+    page.locator("#text").fill("r $ repeat (forward left)\n")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.locator("#handed-in")).to_contain_text("Sent at")
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        expect(page.get_by_role("button", name="Save and play")).to_be_in_viewport(ratio=1)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        keep(page, f"class-child-{width}.png")
+
+    send(address, "send", secret=send(address, "join", code=code, name="Bo")["secret"], text="s $ forwrd")
+    page.goto(teacher)
+    expect(page.locator("#children li")).to_have_count(2)
+    expect(page.locator("#children .name").first).to_have_text("Ada <img>")
+    expect(page.locator("#children li").first.locator("img")).to_be_visible()
+    expect(page.locator("#children .wrong .line")).to_contain_text("line 1: ")
+    expect(page.get_by_label("Play Bo")).to_be_disabled()
+    page.get_by_label("Play Ada").check()
+    page.get_by_role("button", name="Play the chosen").click()
+    expect(page.locator("#playing")).to_have_text("Ada <img>")
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        expect(page.get_by_role("button", name="Stop")).to_be_in_viewport(ratio=1)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        assert violations(page) == []
+        keep(page, f"class-teacher-{width}.png")
+    page.locator("#children .look").first.click()
+    expect(page.locator("#front-text")).to_have_text("r $ repeat (forward left)")
+    assert violations(page) == []
+    page.keyboard.press("Escape")  # also while a dance is in front
+    expect(page.locator("#playing")).to_have_text("Stopped")
+    page.reload()  # the token is kept for this tab
+    expect(page.locator("#children li")).to_have_count(2)
+    page.locator("#children .look").last.click()
+    page.get_by_role("button", name="Send out").click()
+    expect(page.locator("#children li")).to_have_count(1)

@@ -3,7 +3,6 @@
 
 import { Bumps } from "./bumps.js"
 import { Cast } from "./cast.js"
-import { Class, isClass } from "./class.js"
 import { Clock } from "./clock.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
@@ -54,7 +53,6 @@ const editor = new Editor(send, {
   say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
 })
 offerHelp(editor.saving)
-if (isClass) new Class(editor.saving)
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places, poses) => (editor.open ? editor.light(places) : score.light(places, poses)) },

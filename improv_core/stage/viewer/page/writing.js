@@ -1,6 +1,7 @@
 // @ts-check
 // What helps to write and to pass on a program, besides the editor: words to tap, dances to begin with, links, files.
 
+import { Class, isClass } from "./class.js"
 import { findA } from "./elements.js"
 import { Examples } from "./examples.js"
 import { isWebsite } from "./home.js"
@@ -17,4 +18,5 @@ export function offerHelp(saving) {
     new Examples(saving)
     new Share(saving)
   } else offerStarters(saving)
+  if (isClass) new Class(saving)
 }

@@ -3,6 +3,7 @@ reported at the end."""
 
 import gc
 import os
+import signal
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -50,6 +51,9 @@ sys.dont_write_bytecode = False
 
 # As in our processes. All that is collected stays until the end: looking for garbage in it takes time and finds none.
 gc.set_threshold(50_000, 20, 50)
+
+# A shell has what it starts in the background ignore Ctrl-C, and what tests start would ignore it, too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # No test may write into the history of the person who runs it or stop what that person plays, nor may what tests start.
 # Neither may the tests of another worker. Set before they are imported: some copy the environment then.

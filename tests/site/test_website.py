@@ -10,6 +10,7 @@ import re
 import threading
 import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -86,17 +87,40 @@ class _Quiet(http.server.SimpleHTTPRequestHandler):
         """Say nothing."""
 
 
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """Where a plain web server serves a folder."""
+    handler = functools.partial(_Quiet, directory=str(folder))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
 @pytest.fixture
 def address(tmp_path: Path) -> Iterator[str]:
     """Where the website is served, in a folder of a plain web server."""
     if not PYODIDE_HERE.exists():
         lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
     build(tmp_path / "classes" / "improv", PYODIDE_HERE)
-    handler = functools.partial(_Quiet, directory=str(tmp_path))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/classes/improv/"
-        server.shutdown()
+    with served(tmp_path) as root:
+        yield f"{root}classes/improv/"
+
+
+@pytest.mark.slow("opens a browser")
+def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
+    pyodide: Path, tmp_path: Path, page: Page, keep: Keep
+) -> None:
+    build(tmp_path / "site", pyodide)
+    with served(tmp_path / "site") as root:
+        page.goto(root)
+        for width, height in ((1280, 800), (768, 1024), (390, 844)):
+            page.set_viewport_size({"width": width, "height": height})
+            name = page.locator("#file-name").bounding_box()
+            assert name
+            assert name["height"] < 40, f"{width} wide: {name}"
+            expect(page.get_by_role("button", name="Save and play")).to_be_in_viewport(ratio=1)
+            keep(page, f"site-name-{width}.png")
 
 
 @pytest.mark.slow("starts Python in a browser, three times")

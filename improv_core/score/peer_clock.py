@@ -1,0 +1,125 @@
+"""Another clock, which ours follows: where it is and how fast it runs, as far as what is heard of it tells, and how
+fast to play so that both meet. Pure functions; nothing here reads a clock. Standard library only.
+
+What is heard comes late or early by some milliseconds, drifts, ramps, jumps, or doesn't come at all. The estimate is a
+growing- and then a fading-memory polynomial filter (Morrison, Introduction to Sequential Smoothing and Prediction,
+1969): of degree 1 until much has been heard, and then of degree 2, which doesn't lag behind a steady ramp.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+FADING = 2.0
+"""How fast what was heard is forgotten, per second. Twice as much follows an accelerando sooner, and jitter too."""
+STRAY = 0.1
+"""Seconds by which what is heard may be off. Beyond that, it is a hiccup of this machine, or the clock has jumped."""
+JUMPED = 0.25
+"""Seconds of nothing but strays after which the clock has jumped."""
+GAP = 0.5
+"""Seconds of silence after which a stray is a jump at once: the clock stood still meanwhile."""
+KNOWN = 0.4
+"""Seconds that a clock must be heard until it is known how fast it runs."""
+FEW = 4
+"""How often it must be heard until then, at least."""
+TRUSTED = 8
+"""How many sightings the rate is worth that is kept when a clock has jumped."""
+MOST_BENT = 0.05
+"""The share of a clock's rate by which ours may be faster or slower, to meet it."""
+SETTLE = 0.5
+"""Seconds in which most of an error that is small is corrected."""
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """At `at` seconds on our clock, another one was at `phase`, in units of its own, and made `rate` units a second.
+
+    `period` is how many seconds usually pass until something is heard of it again, and `jumps` how often it has jumped.
+    """
+
+    at: float
+    phase: float
+    rate: float
+    period: float
+    jumps: int = 0
+
+    def phase_at(self, now: float) -> float:
+        """Where it is at a time on our clock if it goes on like this."""
+        return self.phase + (now - self.at) * self.rate
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What is known of a clock: `anchor`, how its rate changes (units per s²), how many sightings that is based on,
+    since when it is heard, and since when and from which phase on there were only strays."""
+
+    anchor: Anchor
+    change: float = 0.0
+    seen: int = 1
+    since: float = 0.0
+    strayed: tuple[float, float] | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it is known how fast it runs."""
+        return self.seen >= FEW and self.anchor.at - self.since >= KNOWN
+
+
+def first_seen(at: float, phase: float, rate: float = 0.0) -> Estimate:
+    """A clock is heard for the first time, and may run at this rate."""
+    return Estimate(Anchor(at, phase, rate, 0.0), since=at)
+
+
+def jumped(estimate: Estimate, at: float, phase: float) -> Estimate:
+    """The clock is known to be somewhere else now. It runs as fast as before."""
+    anchor = replace(estimate.anchor, at=at, phase=phase, jumps=estimate.anchor.jumps + 1)
+    return replace(estimate, anchor=anchor, change=0.0, seen=min(estimate.seen, TRUSTED), strayed=None)
+
+
+def sighted(estimate: Estimate, at: float, phase: float) -> Estimate:
+    """The clock is heard to be at `phase` at a time on our clock. Anything that isn't later than before is ignored."""
+    anchor = estimate.anchor
+    passed = at - anchor.at
+    if passed <= 0:
+        return estimate
+    if estimate.seen == 1 and not anchor.rate:
+        rate = (phase - anchor.phase) / passed
+        return replace(estimate, anchor=Anchor(at, phase, rate, passed, anchor.jumps), seen=2) if rate > 0 else estimate
+    expected = anchor.phase_at(at) + estimate.change * passed * passed / 2
+    off = phase - expected
+    if abs(off) > STRAY * anchor.rate and estimate.is_known:
+        return _stray(estimate, at, phase)
+    alpha, beta, gamma = _gains(estimate.seen + 1, passed)
+    rate = anchor.rate + estimate.change * passed + beta * off / passed
+    if rate <= 0:
+        return _stray(estimate, at, phase)
+    period = anchor.period + (passed - anchor.period) / min(estimate.seen, TRUSTED)
+    change = estimate.change + gamma * off / passed**2
+    anchor = Anchor(at, expected + alpha * off, rate, period, anchor.jumps)
+    return Estimate(anchor, change, estimate.seen + 1, estimate.since)
+
+
+def bent(anchor: Anchor, late: float) -> float:
+    """How many of the other clock's units to make a second, in order to meet it, if ours is this many seconds late."""
+    return anchor.rate * (1 + min(max(late / SETTLE, -MOST_BENT), MOST_BENT))
+
+
+def _stray(estimate: Estimate, at: float, phase: float) -> Estimate:
+    """What was heard doesn't fit: ignore it, unless the clock has jumped."""
+    since, first = estimate.strayed or (at, phase)
+    if at - estimate.anchor.at < GAP and at - since < JUMPED:
+        return replace(estimate, strayed=(since, first))
+    then = jumped(estimate, at, phase)
+    if at - since >= JUMPED and phase > first:
+        then = replace(then, anchor=replace(then.anchor, rate=(phase - first) / (at - since)))
+    return then
+
+
+def _gains(seen: int, passed: float) -> tuple[float, float, float]:
+    """How much of what it is off by counts for its phase, its rate, and how that changes."""
+    left = math.exp(-FADING * passed)
+    growing, fading = 2 * (2 * seen - 1) / (seen * (seen + 1)), 1 - left**3
+    if growing > fading:
+        return growing, 6 / (seen * (seen + 1)), 0.0
+    return fading, 1.5 * (1 - left) ** 2 * (1 + left), (1 - left) ** 3

@@ -101,12 +101,13 @@ class Listeners:
     def look_around(self, score: Score, now: float, waits: bool) -> tuple[set[str], bool]:
         """Check the next few robots. Returns those that stand from now on, and whether all have been checked.
 
-        If playback `waits` until some are back, these are asked whether they hear us.
+        Those that have gone away are asked whether they hear us, if they stand, or if playback `waits` until they are
+        back.
         """
         robots = self._robots[self._looked_at : self._looked_at + LOOK_AT]
         standing = self.look(score, robots)
-        if waits:
-            self._sink.ask(self.away.intersection(robots))
+        if asked := (self.away if waits else self.away & self.standing).intersection(robots):
+            self._sink.ask(asked)
         self._looked_at += LOOK_AT
         done = self._looked_at >= len(self._robots)
         if done:

@@ -816,6 +816,19 @@ def test_a_robot_that_is_still_away_stands_in_the_next_scene_too() -> None:
     assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0, 2]
 
 
+def test_a_robot_that_stands_after_it_was_away_is_asked_whether_it_hears() -> None:
+    """Nothing else is sent to it, so it would never confirm that."""
+    stage = Guarded(Safety(rejoin="scene"))
+    stage.load("r s $ repeat 4 forward\n---\nr s $ repeat 4 left")
+    stage.run(1)
+    stage.sink.deaf = GONE
+    stage.run(1)
+    stage.sink.asked.clear()
+    stage.run(1)
+    assert stage.sink.asked
+    assert all(asked == {"r"} for asked in stage.sink.asked)
+
+
 def test_another_robot_goes_on_with_a_part_that_was_given_to_it() -> None:
     stage = Guarded(Safety())
     dance = numbered(score("r s $ repeat 8 (forward left)"))

@@ -179,6 +179,8 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     if formation:
         starts = dict(zip(free, formation.poses(len(free)), strict=True))
         robots = {name: replace(robot, start=robot.start or starts[name]) for name, robot in robots.items()}
+    if safety.rejoin == "return" and (why := _refuses_return(robots, world)):
+        reading.at_value(("ros", "rejoin"), f"`return` {why}", given=(WORLD, ("robots",)))
     senses = read_senses(reading, sections.get("senses", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
     if toml.diagnostics:  # what is left of it may mean something else
@@ -211,6 +213,17 @@ def absolute(path: Path) -> Path:
     parts = path.absolute().parts
     above = max((place for place, part in enumerate(parts, 1) if part == ".."), default=0)
     return Path(os.path.realpath(Path(*parts[:above])), *parts[above:]) if above else Path(*parts)
+
+
+def _refuses_return(robots: Mapping[str, Robot], world: World) -> str | None:
+    """Why robots can't drive back by themselves, and what to do; None if they can."""
+    if world.keep_apart is None:
+        return "has robots drive by themselves: add `keep_apart` under [world], so that they keep apart"
+    if unseen := [name for name, robot in robots.items() if not robot.odom or robot.odom_frame != "world"]:
+        return f'needs poses of `{unseen[0]}` in the world: add `odom` and `odom_frame = "world"`'
+    if fixed := [name for name, robot in robots.items() if not robot.profile.drives_anywhere]:
+        return f"needs robots that turn on the spot and drive forward, which `{fixed[0]}` can't"
+    return None
 
 
 def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:

@@ -219,8 +219,8 @@ _ROS = {
     ),
     "rejoin": Key(
         'what happens when a robot stops listening and comes back: it continues in the middle (`"continue"`), it stands'
-        ' until the next scene (`"scene"`) or the next play (`"next"`), or all robots pause until it is back'
-        ' (`"pause"`)',
+        ' until the next scene (`"scene"`) or the next play (`"next"`), it drives to where it should be first'
+        ' (`"return"`), or all robots pause until it is back (`"pause"`)',
         default='`"continue"`',
         choices=get_args(Rejoin),
     ),

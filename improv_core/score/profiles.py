@@ -73,6 +73,11 @@ class Profile:
         """Meters between its wheels."""
         return WHEEL_SEPARATION * self.radius
 
+    @property
+    def drives_anywhere(self) -> bool:
+        """Whether it can turn on the spot and drive forward, so that it gets to any place."""
+        return not self.turning_radius and {"forward", "turn"} <= {*self.motions}
+
     def told(self, twist: Twist) -> Twist:
         """What the real robot is told so that it moves like this: calibrated, and within its limits."""
         return self.limited(self.calibrated(twist))
@@ -91,6 +96,16 @@ class Profile:
     def __post_init__(self) -> None:
         for name in ("motions", "wheel_error"):
             object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
+
+
+SLOW_SHARE, SLOW, SLOW_TURN = 0.2, 0.1, 0.5
+"""The share of its limits with which a robot drives to a place, and m/s and rad/s if it has none."""
+
+
+def slow_speeds(profile: Profile) -> tuple[float, float]:
+    """How fast a robot drives and turns on the way to a place, in m/s and rad/s."""
+    linear, angular = profile.max_linear, profile.max_angular
+    return linear * SLOW_SHARE if linear else SLOW, angular * SLOW_SHARE if angular else SLOW_TURN
 
 
 def beside_robots(profile: Profile) -> Profile:

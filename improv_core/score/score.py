@@ -89,9 +89,9 @@ class Part:
         return self.begins + self.movement.duration
 
 
-Rejoin = Literal["continue", "scene", "next", "pause"]
+Rejoin = Literal["continue", "scene", "return", "next", "pause"]
 """When a robot listens again: it continues with the others, or stands still until the next scene or the next play, or
-all waited for it."""
+drives to where its part has it first, or all waited for it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,14 +15,10 @@ from improv_core.score.faults import FaultRules
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement, Velocity, near
-from improv_core.score.profiles import Profile
+from improv_core.score.profiles import Profile, slow_speeds
 from improv_core.score.score import Part, Score
 from improv_core.services.place_plan import Point, Way
 
-SHARE = 0.2
-"""The share of its limits with which a robot drives and turns."""
-SPEED, TURN = 0.1, 0.5
-"""m/s and rad/s of a robot without limits."""
 LEG = 0.5
 """Meters that a robot drives before it is measured again if it can't be pulled back to its way meanwhile."""
 BACKWARD = 0.3
@@ -56,7 +52,7 @@ def undrivable(part: Part) -> str | None:
     """Why a robot can't be driven to its place, and what to do; None if it can."""
     if not part.odom or part.odom_frame != "world":
         return 'its poses are not in the world: add `odom`, and `odom_frame = "world"`'
-    if part.profile.turning_radius or not {"forward", "turn"} <= {*part.profile.motions}:
+    if not part.profile.drives_anywhere:
         return "it can't turn on the spot and drive forward: move it by hand"
     return None
 
@@ -84,8 +80,8 @@ def _placing(
 def _movements(profile: Profile, pose: Pose, way: Way) -> Iterator[Movement]:
     """Turn toward each point and drive there, and turn to the heading. What is measured in between is in meters and
     seconds; a movement is in steps and quarter turns."""
-    linear = (profile.max_linear or SPEED / SHARE) * SHARE / profile.step
-    angular = (profile.max_angular or TURN / SHARE) * SHARE / profile.quarter_turn
+    speed, turning = slow_speeds(profile)
+    linear, angular = speed / profile.step, turning / profile.quarter_turn
     points = _shortened(pose, way.points, math.inf if refusal(profile) is None else LEG)
     x, y, heading = pose.x, pose.y, pose.heading
     for to_x, to_y in points:

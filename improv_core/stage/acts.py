@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from improv_core.score.motion import Twist
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 from improv_core.stage.events import Event, Load
@@ -139,6 +140,21 @@ class Resend:
 
 
 @dataclass(frozen=True, slots=True)
+class Guide:
+    """Tell a robot to move that drives back to its part."""
+
+    robot: str
+    twist: Twist
+
+
+@dataclass(frozen=True, slots=True)
+class GoOn:
+    """A robot that has driven back goes on with its part."""
+
+    robot: str
+
+
+@dataclass(frozen=True, slots=True)
 class Rest:
     """All robots have been told to stop: measure until they have come to rest."""
 
@@ -177,5 +193,5 @@ class Welcome:
 Act = (
     Tell | TellFaults | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop
     | SendUntil | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then
-    | Welcome
+    | Welcome | Guide | GoOn
 )  # fmt: skip

@@ -12,6 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
@@ -21,6 +22,8 @@ from improv_core.stage.acts import (
     Dismiss,
     Drop,
     ForgetEdges,
+    GoOn,
+    Guide,
     Look,
     LookSoon,
     Meet,
@@ -119,6 +122,14 @@ def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
     return replace(run, transport=replace(run.transport, tempo=run.tempo)), [Report()]
 
 
+def _returning(run: Run, event: events.Returning, facts: Facts) -> Decided:
+    acts: list[Act] = []
+    for robot, twist, line in event.steps:
+        acts += [Guide(robot, twist)] if twist is not None else [GoOn(robot), Resend([robot])]
+        acts += [warning_line(line)] if line else []
+    return run, acts
+
+
 def _silence(run: Run, event: events.Silence, facts: Facts) -> Decided:
     muted = frozenset(event.muted)
     stood = {robot: at for robot, at in run.stood.items() if robot in muted or facts.now < at + SEEN}
@@ -142,8 +153,14 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
     if run.next and run.next.at == math.inf:
         return _take_over(run, replace(run.next, at=due.at), facts)
     run = replace(run, mode="ended", transport=replace(run.transport, since=due.at, origin=beat))
+    returns = run.score.parts.keys() & facts.standing if run.score.safety.rejoin == "return" else ()
     # A bump in the last second is reported before the end.
-    return run, [Rest(), *([] if facts.real else [Look(run.score.parts)]), Report()]
+    return run, [
+        Rest(),
+        *(Guide(robot, STILL) for robot in returns),
+        *([] if facts.real else [Look(run.score.parts)]),
+        Report(),
+    ]
 
 
 def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
@@ -214,5 +231,6 @@ _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
     events.Faults: stopping.faults,
     events.Stand: stopping.stand,
     events.TooNear: stopping.too_near,
+    events.Returning: _returning,
     Due: _due,
 }

@@ -165,6 +165,14 @@ def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
     tracks.listeners.welcome()
 
 
+def _drive(act: acts.Guide, tracks: Tracks, now: float) -> None:
+    tracks.drive(act.robot, act.twist, now)
+
+
+def _go_on(act: acts.GoOn, tracks: Tracks, now: float) -> None:
+    tracks.listeners.standing.discard(act.robot)
+
+
 def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> None:
     tracks.queue.still(tracks.queue.movers(robots), performed)
 
@@ -194,4 +202,6 @@ _HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.LookLater: _look_later,
     acts.Then: _then,
     acts.Welcome: _welcome,
+    acts.Guide: _drive,
+    acts.GoOn: _go_on,
 }

@@ -14,6 +14,7 @@ from improv_core.stage.gate import Gate
 from improv_core.stage.messages import Takeover, When
 from improv_core.stage.nearness import Near
 from improv_core.stage.preflight import Standing
+from improv_core.stage.returns import HomeStep
 from improv_core.stage.sensing import Foreseen
 from improv_core.stage.watches import RobotNews
 
@@ -162,9 +163,16 @@ class TooNear:
     found: Sequence[Near]
 
 
+@dataclass(frozen=True, slots=True)
+class Returning:
+    """What robots do that drive back to their parts."""
+
+    steps: Sequence[HomeStep]
+
+
 Event = (
     Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
-    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Due
+    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Returning | Due
 )  # fmt: skip
 """`Due` is something that the agenda says is due: a scene, a takeover, or the end."""
 

@@ -165,5 +165,6 @@ _BACK: Mapping[Rejoin, Callable[[_Robots], str]] = {
     "continue": lambda robots: f", and {robots.pick('continues', 'continue')} in the middle of the program",
     "scene": lambda robots: f", and {robots.pick('stands', 'stand')} until the next scene",
     "next": lambda robots: f", and {robots.pick('stands', 'stand')} until the next play",
+    "return": lambda robots: "",  # other lines say how
     "pause": lambda robots: "",
 }

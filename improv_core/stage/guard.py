@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from improv_core.score.following import OLDEST
+from improv_core.score.motion import Pose
 from improv_core.stage.events import TooNear
 from improv_core.stage.nearness import Proximity
 from improv_core.stage.run import Run
@@ -37,6 +38,11 @@ class Guard:
         """The robots that must be seen and aren't at a time on the clock."""
         watched = run.score.parts if self._sink.real and run.score.safety.sight else ()
         return [robot for robot in watched if now >= self._proximity.fresh_until([robot])]
+
+    def poses(self, run: Run, now: float) -> dict[str, Pose]:
+        """Where the robots are that are guarded and seen at a time on the clock."""
+        seen = self._proximity.seen
+        return {robot: seen[robot].pose for robot in _guarded(run) if self._proximity.is_fresh(robot, now)}
 
     def look(self, run: Run, now: float) -> TooNear | None:
         """The robots that are too near to each other at a time on the clock, if there are any."""

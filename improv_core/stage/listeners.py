@@ -65,7 +65,8 @@ class Listeners:
         may come faster than all robots can be looked at."""
         self._robots = list(score.parts)
         self._heard = self._heard.difference(entering)
-        self.away, self.standing = self.away.difference(entering), set()
+        self.away = self.away.difference(entering)
+        self.standing = self.standing & score.parts.keys() if score.safety.rejoin == "return" else set()
         for robot in entering:
             self._met.setdefault(robot, now)
 
@@ -90,7 +91,7 @@ class Listeners:
 
     def forget(self) -> None:
         """Repeat all warnings from now on, since somebody has restarted everything."""
-        self._warned, self._news, self.gone = {}, {}, set()
+        self._warned, self._news, self.gone, self.standing = {}, {}, set(), set()
 
     def wait(self, now: float) -> None:
         """Look around after a whole period, or earlier if that is already planned, so that repeated calls don't put it
@@ -132,6 +133,11 @@ class Listeners:
         self._others = others
         return must_stand
 
+    @property
+    def back(self) -> set[str]:
+        """Robots that stand although they listen again."""
+        return self.standing - self.away
+
     def news(self) -> Iterator[str]:
         """The lines that have come up since the last call. Lines that differ only in their topic are one."""
         lines, self._news = list(self._news.items()), {}
@@ -154,7 +160,7 @@ class Listeners:
         elif robot in self._heard - self.away:
             self.away.add(robot)
             self.gone.add(robot)
-            if rejoin in ("scene", "next"):
+            if rejoin in ("scene", "return", "next"):
                 self.standing.add(robot)
                 return True
         return False

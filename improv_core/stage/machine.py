@@ -47,7 +47,7 @@ class Machine:
             return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at
         if due < math.inf:
-            at = min(self.run.transport.clock(due), self._tracks.guard.deadline(self.run))
+            at = min(self.run.transport.clock(due), self._tracks.guard.deadline(self.run), self._returns_due)
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return max(min(self._tracks.listeners.next_look, self._tracks.watches.next_look), now)
@@ -105,7 +105,14 @@ class Machine:
         tracks.unsettled = False
         if self._sink.real and (line := tracks.queue.repeats.news()):
             tracks.tell({"type": "warning", "message": line})
+        if now >= self._returns_due:
+            return events.Returning(tracks.steps(now))
         return self._look_around(now)
+
+    @property
+    def _returns_due(self) -> float:
+        """When to look at robots that drive back to their parts."""
+        return self._tracks.returns.due(self.run, self._tracks.listeners.standing)
 
     def _look_around(self, now: float) -> Event | None:
         """Check a few robots: for faults, and if that is due, whether they listen."""

@@ -117,6 +117,11 @@ class Odometry:
         track = self._tracks.get(robot)
         return track.correction(twist, at) if track else STILL
 
+    def is_doubtful(self, robot: str, at: float) -> bool:
+        """Whether the poses of a robot have jumped lately, so that they may be those of another one."""
+        track = self._tracks.get(robot)
+        return track is not None and at < track.jumped + DOUBTFUL
+
     def taken_at(self, raw: RawPose) -> float:
         """When a pose was measured: by its stamp if the clocks agree, as far as is known, and else when it came."""
         track = self._tracks.get(raw.robot)

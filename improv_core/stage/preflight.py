@@ -26,7 +26,7 @@ class Standing(NamedTuple):
 
 def misplaced(places: Mapping[str, Standing], limits: Preflight) -> dict[str, Standing]:
     """The robots that are farther from their places than they may be, or of which that is not known."""
-    return {robot: place for robot, place in places.items() if not _is_there(place, limits)}
+    return {robot: place for robot, place in places.items() if not is_there(place, limits)}
 
 
 def message(found: Mapping[str, Standing] | None, generation: int) -> Misplaced:
@@ -76,7 +76,8 @@ def shown(found: Mapping[str, Standing]) -> Sequence[str]:
     return [advice(robot, place) for robot, place in found.items()]
 
 
-def _is_there(place: Standing, limits: Preflight) -> bool:
+def is_there(place: Standing, limits: Preflight) -> bool:
+    """Whether a robot is near enough to its place."""
     ideal, pose = place
     if not pose:
         return False

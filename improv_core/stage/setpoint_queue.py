@@ -21,12 +21,18 @@ class SetpointQueue:
     """The next setpoint of each mover, which is a robot's base or one of its body parts, and the velocities they hold.
 
     `send` sends a mover a velocity at a performance time. `is_silent` is asked whether a robot must stand now although
-    its part moves it.
+    its part moves it; then `withhold` gets the velocity instead.
     """
 
-    def __init__(self, send: Callable[[Mover, Velocity, float], None], is_silent: Callable[[str], bool]) -> None:
+    def __init__(
+        self,
+        send: Callable[[Mover, Velocity, float], None],
+        is_silent: Callable[[str], bool],
+        withhold: Callable[[Mover, Velocity, float], None] = lambda mover, velocity, at: None,
+    ) -> None:
         self._send_now = send
         self._is_silent = is_silent
+        self._withhold = withhold
         self._queue: list[_Due] = []
         self._wanted: dict[Mover, Velocity] = {}  # each velocity, or what it would be if the robot were not silent
         self._zeros_left: dict[Mover, int] = {}  # for those of silent robots
@@ -181,12 +187,13 @@ class SetpointQueue:
 
     def _send(self, mover: Mover, velocity: Velocity, at: float) -> None:
         self._wanted[mover] = velocity
-        if self._is_silent(mover.robot):
-            left = self._zeros_left.get(mover, 0)
-            if not left:
-                return
-            self._zeros_left[mover], velocity = left - 1, STILL
-        self._send_now(mover, velocity, at)
+        if not self._is_silent(mover.robot):
+            self._send_now(mover, velocity, at)
+            return
+        if left := self._zeros_left.get(mover, 0):
+            self._zeros_left[mover] = left - 1
+            self._send_now(mover, STILL, at)
+        self._withhold(mover, velocity, at)
 
 
 class _Due(NamedTuple):

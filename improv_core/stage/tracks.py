@@ -25,7 +25,9 @@ from improv_core.stage.listeners import Listeners
 from improv_core.stage.messages import SIMULATED, Poses
 from improv_core.stage.odometry import Odometry
 from improv_core.stage.open_part import TooManyChangesError
+from improv_core.stage.preflight import Standing
 from improv_core.stage.reports import Told
+from improv_core.stage.returns import HomeStep, Returns, Sightings
 from improv_core.stage.run import EMPTY, Run
 from improv_core.stage.sensing import Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
@@ -49,7 +51,7 @@ class Tracks:
         """What has been decided. Only the player's loop replaces it."""
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
-        self.queue = SetpointQueue(self._send, self._is_silent)
+        self.queue = SetpointQueue(self._send, self._is_silent, self._withhold)
         self.sensing = Sensing()
         self.cast = Cast(self._value)
         self.limbs = Limbs()
@@ -57,6 +59,7 @@ class Tracks:
         self.odometry = Odometry()
         self.watches = Watches()
         self.guard = Guard(sink)
+        self.returns = Returns()
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self.advanced = 0.0
@@ -275,6 +278,28 @@ class Tracks:
     def _is_silent(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)
 
+    def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
+        """A robot stands although its part goes on: where it will go on itself, if it comes back, is where its part
+        has it then."""
+        returns = self.run.score.safety.rejoin == "return" and mover.robot in self.listeners.standing
+        if returns and not mover.part and isinstance(velocity, Twist):
+            self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
+
+    def drive(self, robot: str, twist: Twist, now: float) -> None:
+        """Tell a robot to move that drives back to its part."""
+        self.sink.send(robot, twist, self.run.transport.performed(now))
+        self.watches.tell(robot, twist, now)
+
+    def steps(self, now: float) -> list[HomeStep]:
+        """What robots do that drive back to their parts."""
+        run, over = self.run, self.cast.over
+        back = [robot for robot in run.score.parts if robot in self.listeners.back and not run.is_silent(robot, ())]
+        ideal = {robot: each.ideal for robot, each in self.odometry.places(now).items()}
+        doubtful = [robot for robot in back if self.odometry.is_doubtful(robot, now)]
+        ends = run.transport.clock(run.transport.end(run.ends(over)))
+        seen = Sightings(now, run.beat(now, over), self.guard.poses(run, now), ideal, doubtful, ends)
+        return self.returns.look(run, back, seen)
+
     # What is known and told
 
     def facts(self, now: float, event: Event | None = None) -> Facts:
@@ -289,11 +314,18 @@ class Tracks:
             frozenset(self.listeners.standing),
             self.sensing.held,
             poses,
-            self.odometry.places(now) if self.sink.real else {},
+            self._places(now),
             self.wall() if self.run.gate else 0.0,
             self.guard.unseen(self.run, now),
             self.watches.unreached if self.sink.real else (),
         )
+
+    def _places(self, now: float) -> dict[str, Standing]:
+        """Where robots whose poses are in the world should be and stand, except those that drive back by themselves."""
+        if not self.sink.real:
+            return {}
+        drives = self.listeners.standing if self.run.score.safety.rejoin == "return" else ()
+        return {robot: each for robot, each in self.odometry.places(now).items() if robot not in drives}
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""

@@ -543,6 +543,51 @@ def test_mistakes_in_the_stop_and_deadman_settings() -> None:
     """)
 
 
+def test_robots_drive_back_only_if_they_are_seen_and_keep_apart() -> None:
+    found = check("""
+        [ros]
+        rejoin = "return"
+        odom_frame = "world"
+        [world]
+        keep_apart = 0.3
+        [robots.a]
+        profile = "turtlebot4"
+        odom = "pose"
+    """)
+    assert found.safety.rejoin == "return"
+    check("""
+        [ros]
+        rejoin = "return"
+                 ^^^^^^^^ robots: `return` has robots drive by themselves: add `keep_apart` under [world], so that they keep apart
+    """)
+    check("""
+        [ros]
+        rejoin = "return"
+                 ^^^^^^^^ robots: `return` needs poses of `b` in the world: add `odom` and `odom_frame = "world"`
+        [world]
+        keep_apart = 0.3
+        [robots.a]
+        odom = "pose"
+        odom_frame = "world"
+        [robots.b]
+        odom = "odom"
+    """)
+    check("""
+        [ros]
+        rejoin = "return"
+                 ^^^^^^^^ robots: `return` needs robots that turn on the spot and drive forward, which `a` can't
+        odom_frame = "world"
+        [world]
+        keep_apart = 0.3
+        [profiles.car]
+        base = "turtlebot4"
+        turning_radius = 0.5
+        [robots.a]
+        profile = "car"
+        odom = "pose"
+    """)
+
+
 def test_without_a_namespace_names_begin_at_the_root() -> None:
     found = check("""
         [robots.a]

@@ -12,12 +12,12 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Pose
 from improv_core.score.path import pose_at
-from improv_core.score.profiles import DEFAULT, TURTLEBOT4, Profile
+from improv_core.score.profiles import DEFAULT, SLOW, SLOW_TURN, TURTLEBOT4, Profile
 from improv_core.score.score import Deadman, Part, Safety, Score, twist
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import walk
 from improv_core.services.place_plan import Way
-from improv_core.services.place_score import LEG, LOOK, SPEED, TURN, driving, looking, undrivable
+from improv_core.services.place_score import LEG, LOOK, driving, looking, undrivable
 
 WHEELS = replace(TURTLEBOT4, motions=("forward", "turn"))
 
@@ -60,7 +60,7 @@ def test_a_robot_drives_backward_to_a_point_close_behind_it() -> None:
     assert [moment.velocity.yaw for moment in walk(part.movement)] == [0]
 
 
-@pytest.mark.parametrize(("profile", "linear", "angular"), [(WHEELS, 0.306 / 5, 1.9 / 5), (DEFAULT, SPEED, TURN)])
+@pytest.mark.parametrize(("profile", "linear", "angular"), [(WHEELS, 0.306 / 5, 1.9 / 5), (DEFAULT, SLOW, SLOW_TURN)])
 def test_robots_are_slow(profile: Profile, linear: float, angular: float) -> None:
     score = driving(dance(profile), {"a": Pose(), "b": Pose(9)}, {"a": Way([(0.2, 0.3)], 0.0)})
     told = [twist(moment.velocity, profile, score.tempo) for moment in walk(score.parts["a"].movement)]

@@ -111,6 +111,7 @@ def test_what_follows_for_several(response: Response, follows: str) -> None:
         ("continue", ", and continue in the middle of the program"),
         ("scene", ", and stand until the next scene"),
         ("next", ", and stand until the next play"),
+        ("return", ""),
         ("pause", ""),
     ],
 )

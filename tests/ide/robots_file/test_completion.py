@@ -108,7 +108,7 @@ def test_a_value_replaces_its_quotes() -> None:
     [
         ("[robots.anna]\n|", "profile", 'profile = "$1"'),
         ("[robots.anna]\n|", "start", "start = ${1:{ x = 0, y = 0, heading = 0 \\}}"),
-        ("[ros]\n|", "rejoin", 'rejoin = ${1|"continue","scene","next","pause"|}'),
+        ("[ros]\n|", "rejoin", 'rejoin = ${1|"continue","scene","return","next","pause"|}'),
         ("[robots.anna]\npro| = 'husky'", "profile", ""),
         ("[|", "robots", "robots.${1:name}]"),
         ("[|", "world", "world]"),

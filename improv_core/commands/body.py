@@ -13,7 +13,7 @@ from improv_core.commands.echo import echo_text
 from improv_core.commands.exit_codes import CommandError
 from improv_core.plain import printable
 from improv_core.playback.interpreter import SETUP, InterpreterError, find_ros_python
-from improv_core.program.files import read_bytes
+from improv_core.program.files import STANDARD_INPUT, read_bytes
 from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
 from improv_core.robots.urdf_sections import sections
 from improv_core.stage.discovery import limited
@@ -45,7 +45,8 @@ def command(file: Path | None, topic: str | None, profile: str | None, parts: tu
     else:
         raise click.UsageError("name either a file or a --topic")
     try:
-        echo_text(sections(read_urdf(read), printable(source), profile, tips))
+        again = str(file) if file and file != STANDARD_INPUT else None
+        echo_text(sections(read_urdf(read), printable(source), profile, tips, again))
     except UrdfError as error:
         raise CommandError(f"{source}{f':{error.line}' if error.line else ''}: {error}") from None
 

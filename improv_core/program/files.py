@@ -42,7 +42,17 @@ def robots_near(folder: Path) -> Robots:
 
 def robots_in(path: Path) -> Robots:
     """The robots of an `improv.toml`. Raises ReadError."""
-    return read_robots(_read(path, LARGEST_ROBOTS_FILE), path)
+    return robots_from(_read(path, LARGEST_ROBOTS_FILE), path)
+
+
+def robots_from(text: str, path: Path | None) -> Robots:
+    """The robots in the text of an `improv.toml`, with what the URDFs say that it names. Never raises."""
+    robots = read_robots(text, path)
+    if not any(profile.body and profile.body.urdf for profile in robots.profiles.values()):
+        return robots
+    from improv_core.robots.skeletons import with_skeletons  # few need it: reading XML takes a while to import
+
+    return with_skeletons(robots, _bytes_or_problem)
 
 
 def robots_or_problem(folder: Path) -> Robots:
@@ -96,6 +106,13 @@ def _read_bytes(path: Path, most: int) -> bytes:
         if not opened:
             _refuse_others(os.fstat(file.fileno()))  # it may have been replaced
         return file.read(most)
+
+
+def _bytes_or_problem(path: Path, most: int) -> bytes | str:
+    try:
+        return read_bytes(path, most)
+    except ReadError as error:
+        return str(error).removeprefix(f"{path}: ")
 
 
 def _read(path: Path, most: int) -> str:

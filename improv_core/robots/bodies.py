@@ -36,7 +36,7 @@ _SLACK = 1e-9
 
 def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: Body | None) -> Body | None:
     """The body of a profile, in which what the file says replaces what `base` has. Errors are reported."""
-    if not table.keys() & {"body", "joints", "controllers", "joint_states", "home"}:
+    if not table.keys() & {"body", "joints", "controllers", "joint_states", "home", "urdf"}:
         return base
     base = base or Body()
     made = _Bodies(reading, keys)
@@ -58,6 +58,7 @@ def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: 
         tuple(controllers),
         states,
         cast(Home, home),
+        reading.text((*keys, "urdf"), table) or base.urdf,
     )
 
 

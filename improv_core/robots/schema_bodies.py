@@ -74,6 +74,12 @@ BODY = {
         default='`"wait"`',
         choices=get_args(Home),
     ),
+    "urdf": Key(
+        "a URDF of the robot, from which the page draws a figure that you can turn; the path begins in the folder of"
+        " this file",
+        default="none",
+        example='"robot.urdf"',
+    ),
     "body": Key("its body parts, by their words in programs", "object", named=table("a body part", _BODY_PART)),
     "joints": Key("the joints of its body parts, by name", "object", named=table("a joint", _JOINT)),
     "controllers": Key(

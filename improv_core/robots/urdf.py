@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
+from typing import overload
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
 from xml.sax.xmlreader import AttributesImpl, Locator
@@ -33,7 +34,8 @@ class UrdfJoint:
     """What connects two links: meters, radians, their rates per second.
 
     `place` and `turn` (roll, pitch, yaw) are where the joint is in its parent's frame. `lower`, `upper`, and `velocity`
-    are None where the file sets no limit. A joint that `follows` another has no motor.
+    are None where the file sets no limit. A joint that `follows` another has no motor: it is `ratio` times where that
+    is, plus `shift`.
     """
 
     name: str
@@ -48,6 +50,8 @@ class UrdfJoint:
     upper: float | None = None
     velocity: float | None = None
     follows: str | None = None
+    ratio: float = 1.0
+    shift: float = 0.0
 
     @property
     def driven(self) -> bool:
@@ -168,6 +172,7 @@ def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> UrdfJoint:
     velocity = _number(limit, "velocity", what, line, None)
     if velocity is not None and velocity < 0:
         raise UrdfError(line, f"{what} has the velocity limit {velocity:g}: it must not be negative")
+    mimic = elements.get("mimic", {})
     return UrdfJoint(
         name,
         kind,
@@ -180,7 +185,9 @@ def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> UrdfJoint:
         lower,
         upper,
         velocity,
-        _needed(elements["mimic"], "joint", f"{what} mimics a joint, which", line) if "mimic" in elements else None,
+        _needed(mimic, "joint", f"{what} mimics a joint, which", line) if "mimic" in elements else None,
+        _number(mimic, "multiplier", what, line, 1.0),
+        _number(mimic, "offset", what, line, 0.0),
     )
 
 
@@ -192,6 +199,10 @@ def _needed(given: Mapping[str, str], key: str, what: str, line: int) -> str:
     return text
 
 
+@overload
+def _number(given: Mapping[str, str], key: str, what: str, line: int, default: float) -> float: ...
+@overload
+def _number(given: Mapping[str, str], key: str, what: str, line: int, default: None) -> float | None: ...
 def _number(given: Mapping[str, str], key: str, what: str, line: int, default: float | None) -> float | None:
     return _numbers(given[key], 1, key, what, line)[0] if key in given else default
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector
+from improv_core.robots.urdf_bones import unit
 from improv_core.syntax.vocabulary import WORDS
 
 BEAT_DEGREES, BEAT_METERS = 30, 0.05
@@ -19,12 +20,18 @@ _ALONG = 0.9
 """The least cosine at which two directions count as the same, about 26 degrees apart."""
 
 
-def sections(urdf: Urdf, source: str, profile: str | None = None, tips: Mapping[str, str] | None = None) -> str:
+def sections(
+    urdf: Urdf,
+    source: str,
+    profile: str | None = None,
+    tips: Mapping[str, str] | None = None,
+    file: str | None = None,
+) -> str:
     """Sections for a profile with this body: parts, their directions, and the limits of their joints.
 
     Without `tips`, each chain of joints that ends in a leaf of the tree is a part. With it, a part is the joints that
     carry the link that is its tip, except those that carry the tip of another. `source`, in printable text, is where
-    the URDF is from. Raises UrdfError.
+    the URDF is from, and `file` its path, if it is in a file that can be read again. Raises UrdfError.
     """
     name = profile or _word(urdf.name) or "robot"
     parts = _named(urdf, tips) if tips else _leaves(urdf)
@@ -41,6 +48,11 @@ def sections(urdf: Urdf, source: str, profile: str | None = None, tips: Mapping[
         f"[{table}]",
         f"step = {STEP} # meters that its base drives in a beat: write yours",
         'joint_states = "joint_states"',
+        *(
+            [f"urdf = {_text(file)} # the page draws the robot from it; the path is from the folder of improv.toml"]
+            if file
+            else []
+        ),
     ]
     proposed: set[str] = set()
     for part in parts:
@@ -135,7 +147,7 @@ def _frames(urdf: Urdf) -> dict[str, _Frame]:
         rows = tuple(zip(*(_turned(turn, column) for column in zip(*_rotation(joint.turn), strict=True)), strict=True))
         turn = (rows[0], rows[1], rows[2])
         placed[joint.child] = (place, turn)
-        frames[joint.child] = _Frame(place, _unit(_turned(turn, joint.axis)))
+        frames[joint.child] = _Frame(place, unit(_turned(turn, joint.axis)))
     return frames
 
 
@@ -152,11 +164,6 @@ def _rotation(turn: Vector) -> _Matrix:
 def _turned(turn: _Matrix, vector: Vector) -> Vector:
     x, y, z = (sum(a * b for a, b in zip(row, vector, strict=True)) for row in turn)
     return x, y, z
-
-
-def _unit(vector: Vector) -> Vector:
-    length = math.hypot(*vector)
-    return (vector[0] / length, vector[1] / length, vector[2] / length) if length else vector
 
 
 def _directions(part: _Part, frames: Mapping[str, _Frame]) -> dict[_Direction, UrdfJoint]:
@@ -197,7 +204,7 @@ def _direction(joint: UrdfJoint, part: _Part, frames: Mapping[str, _Frame]) -> _
     x, y, z = (tip - own for tip, own in zip(frames[part.tip].place, place, strict=True))
     way = (ay * z - az * y, az * x - ax * z, ax * y - ay * x)
     if math.hypot(*way) > _ON_AXIS:
-        return _along(_unit(way))
+        return _along(unit(way))
     return _Direction("up", -_sign(ay)) if abs(ay) > _ALONG and joint.kind == "revolute" else None
 
 
@@ -232,7 +239,7 @@ def _limits(joint: UrdfJoint) -> Iterator[str]:
 
 def _number(value: float, turning: bool) -> str:
     """Degrees or meters, rounded so that one turn and its fractions read as people write them."""
-    return f"{round(math.degrees(value) if turning else value, 4):.10g}"
+    return f"{round(math.degrees(value) if turning else value, 4) + 0.0:.10g}"  # never -0
 
 
 def _left_out(joint: UrdfJoint, taken: Iterable[str]) -> str | None:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
 
+from improv_core.score import skeleton
 from improv_core.score.fits import checked
 from improv_core.score.movement import Asked
+from improv_core.score.skeleton import Bone
 
 Interface = Literal["trajectory", "position", "velocity"]
 Home = Literal["wait", "move"]
@@ -108,7 +110,7 @@ class Controller:
 @dataclass(frozen=True)
 class Body:
     """All that a robot has besides its base. `joint_states` is the topic on which a real one says where its joints
-    are."""
+    are. `urdf` is the path of a file, and `skeleton` what it says of how joints carry one another."""
 
     parts: Sequence[BodyPart] = ()
     groups: Sequence[BodyGroup] = ()
@@ -116,12 +118,14 @@ class Body:
     controllers: Sequence[Controller] = ()
     joint_states: str | None = None
     home: Home = "wait"
+    urdf: str | None = None
+    skeleton: Sequence[Bone] = ()
 
     def __hash__(self) -> int:
         return hash(self._names)  # profiles are keys, and there are few
 
     def __post_init__(self) -> None:
-        for name in ("parts", "groups", "joints", "controllers"):
+        for name in ("parts", "groups", "joints", "controllers", "skeleton"):
             object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
 
     @cached_property
@@ -169,7 +173,8 @@ def from_json(data: Mapping[str, Any] | None) -> Body | None:
     controllers = [checked(Controller, {**each, "joints": list(each["joints"])}) for each in data["controllers"]]
     if data["home"] not in get_args(Home):
         raise ValueError("nothing can be done about joints that aren't at their starts")
-    body = Body(parts, groups, joints, controllers, data["joint_states"], data["home"])
+    bones = skeleton.from_json(data["skeleton"])
+    body = Body(parts, groups, joints, controllers, data["joint_states"], data["home"], data["urdf"], bones)
     known = set(body.part)
     mentioned = {name for group in groups for name in group.parts} | {part.mirror for part in parts if part.mirror}
     moved = {drive.joint for part in parts for drive in part.drives} | {

@@ -9,7 +9,8 @@ from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Diagnostic
-from improv_core.robots.config import Robots, read_robots
+from improv_core.program.files import robots_from
+from improv_core.robots.config import Robots
 from improv_core.text import LineIndex
 from improv_ls import to_lsp
 from improv_ls.documents import Document, RobotsFile, path_of
@@ -39,7 +40,7 @@ def publish_robots(ls: Session, robots: Robots) -> None:
 
 def publish_robots_file(ls: Session, file: RobotsFile) -> None:
     """Send the diagnostics of a version of an open `improv.toml`."""
-    _send(ls, file, read_robots(file.lines.text).diagnostics)
+    _send(ls, file, robots_from(file.lines.text, path_of(file.uri)).diagnostics)
 
 
 def withdraw(ls: Session, document: Document) -> None:

@@ -9,11 +9,15 @@ import pytest
 from tests.commands.command_line import run
 from tests.robots.test_urdf import ARMS, DOLL
 
+URDF = 'urdf = "doll.urdf" # the page draws the robot from it; the path is from the folder of improv.toml\n'
+
 
 def test_the_sections_of_a_urdf_are_printed(tmp_path: Path) -> None:
     (tmp_path / "doll.urdf").write_text(DOLL)
     ended = run("body", "doll.urdf", folder=tmp_path)
-    assert (ended.returncode, ended.stdout[: len(ARMS)]) == (0, ARMS)
+    printed = ended.stdout.replace(URDF, "", 1)
+    assert (ended.returncode, printed[: len(ARMS)]) == (0, ARMS)
+    assert f'joint_states = "joint_states"\n{URDF}\n' in ended.stdout
 
 
 def test_parts_and_the_profile_can_be_named(tmp_path: Path) -> None:

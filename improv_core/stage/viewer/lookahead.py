@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from dataclasses import asdict, astuple
 from fractions import Fraction
 from itertools import islice, takewhile
-from typing import Any
+from typing import Any, cast
 
 from improv_core.score import senses
 from improv_core.score import world as worlds
@@ -17,7 +17,7 @@ from improv_core.score.projection import BASE
 from improv_core.score.replay import Replay
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.walk import Moment
-from improv_core.stage.viewer.messages import RobotWindow, ShownBodyPart, ShownJoint, ShownScore
+from improv_core.stage.viewer.messages import RobotWindow, ShownBodyPart, ShownBone, ShownJoint, ShownScore
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
@@ -55,6 +55,11 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "body": _body(part, score),
             }
             for name, part in score.parts.items()
+        },
+        "skeletons": {
+            part.profile.name: [cast(ShownBone, asdict(bone)) for bone in part.profile.body.skeleton]
+            for part in score.parts.values()
+            if part.profile.body and part.profile.body.skeleton
         },
     }
 

@@ -79,6 +79,21 @@ class ShownJoint(TypedDict):
     start: float
 
 
+class ShownBone(TypedDict):
+    """A joint in a skeleton, as in `improv_core/score/skeleton.py`: meters and radians."""
+
+    joint: str
+    carrier: int
+    place: Sequence[float]
+    turn: Sequence[float]
+    axis: Sequence[float]
+    way: Literal["turns", "slides", "stays"]
+    rest: float
+    follows: str | None
+    ratio: float
+    shift: float
+
+
 class ShownBodyPart(TypedDict):
     """A body part of a robot, and whether the score moves it."""
 
@@ -116,7 +131,8 @@ class ShownScore(TypedDict):
     """A score as pages show it.
 
     `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on. `scene_names` are those of all
-    scenes, "" for one without. `bar` is how many beats a bar has, if the program says it.
+    scenes, "" for one without. `bar` is how many beats a bar has, if the program says it. `skeletons` are those of
+    profiles.
     """
 
     type: Literal["score"]
@@ -132,6 +148,7 @@ class ShownScore(TypedDict):
     offsets: Mapping[str, int]
     words: Mapping[str, Sequence[float]]
     robots: Mapping[str, ShownRobot]
+    skeletons: Mapping[str, Sequence[ShownBone]]
     takes_start_poses: bool
     deadman: ShownDeadman | None
 

@@ -23,7 +23,7 @@ from improv_core.playback.start import Options, start_stage
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.robots.config import read_robots
+from improv_core.robots.config import Robots, read_robots
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS
 from improv_core.score.profiles import Profile
@@ -260,8 +260,8 @@ def watch(page: Page, show: Show) -> Page:
 def still(page: Page, viewer: Viewer, simulator: Simulator) -> Callable[..., Page]:
     """Opens the page of a program that is still at its first beat. There is no stage behind it."""
 
-    def open_page(program: str, robots: str = "") -> Page:
-        score = score_of(analyze(program, read_robots(robots)))
+    def open_page(program: str, robots: str | Robots = "") -> Page:
+        score = score_of(analyze(program, read_robots(robots) if isinstance(robots, str) else robots))
         simulator.prepare(score, restart=True)
         viewer.show(score, 1)
         viewer.publish(transport(1, "paused", None if score.beats == ENDLESS else float(score.beats)))

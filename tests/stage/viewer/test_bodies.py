@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 import pytest
@@ -11,6 +13,7 @@ from playwright.sync_api import Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.program.files import robots_from
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
@@ -19,6 +22,7 @@ from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.lookahead import about, window
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import lacking
+from tests.robots.test_skeletons import TOML, URDF
 from tests.stage.viewer.conftest import Keep, Show, transport, wait, watch
 from tests.stage.viewer.test_looks import AXE
 
@@ -122,6 +126,39 @@ def test_a_body_without_head_and_arms_has_gauges_only(still: Callable[..., Page]
     expect(page.locator("#bodies [data-body=bo] h2")).to_have_text("bo")
     expect(page.locator("#bodies svg")).to_have_count(0)
     expect(gauge(page, "mast")).to_have_attribute("title", "mast: 0.00 m (0.00 m to 0.50 m)")
+
+
+def test_a_robot_with_a_urdf_is_a_stick_figure_that_turns_by_dragging_and_by_keys(
+    page: Page, still: Callable[..., Page], simulator: Simulator, keep: Keep, tmp_path: Path
+) -> None:
+    (tmp_path / "r.urdf").write_text(URDF)
+    still("ada $ head left\n", robots_from(TOML, tmp_path / "improv.toml"))
+    figure = page.get_by_role("img", name="ada: drag it")
+
+    def seen() -> str | None:
+        return page.locator("#bodies .sticks .moving").get_attribute("d")
+
+    wait(page, "document.querySelector('#bodies .sticks .moving').getAttribute('d')")
+    looks = [seen()]
+    box = figure.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 50, box["y"] + 50)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 90, box["y"] + 60)
+    page.mouse.up()
+    looks.append(seen())
+    page.mouse.move(box["x"] + 20, box["y"] + 20)  # nothing is held any more
+    assert seen() == looks[-1]
+    for key in ("ArrowLeft", "ArrowUp"):
+        figure.press(key)
+        looks.append(seen())
+    assert len(set(looks)) == len(looks)
+    figure.dblclick()
+    assert seen() == looks[0]
+    simulator.send_joints("ada", {"lift": JointMotion(0.0, 0.1)}, 0.0)
+    simulator.advance(1.0)
+    wait(page, f"document.querySelector('#bodies .sticks .moving').getAttribute('d') !== {json.dumps(looks[0])}")
+    keep(page, "stick-figure.png")
 
 
 def test_without_bodies_there_is_no_room_for_them(still: Callable[..., Page]) -> None:

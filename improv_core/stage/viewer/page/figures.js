@@ -1,18 +1,22 @@
 // @ts-check
-// The bodies: for each robot with one a figure, from the front and from its right side, and gauges of its joints.
+// The bodies: for each robot with one a figure, and gauges of its joints. The figure is seen from the front and from its
+// right side, or it is a stick figure that turns, if the robot's joints are known from a URDF.
 
 import { figureOf, HEAD } from "./body.js"
 import { find } from "./elements.js"
 import { gauge } from "./gauge.js"
 import { BAR, view } from "./puppet.js"
+import { Turntable } from "./turntable.js"
 
 /** @import { Body, Joint, Positions } from "./body.js" */
 /** @import { Robot } from "./cast.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { ViewName } from "./puppet.js" */
+/** @import { Skeleton } from "./skeleton.js" */
+/** @import { Turned } from "./turntable.js" */
 /** @typedef {(robot: string, part: string, axis: Joint["axis"]) => number} Asked how fast a body part is asked to move */
 /** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint, drawn: string }} Row */
-/** @typedef {{ card: HTMLElement, body: Body, views: Map<ViewName, Shapes>, rows: Row[], drawn: string }} Card */
+/** @typedef {{ card: HTMLElement, body: Body, views: Map<ViewName, Shapes>, sticks: Turned | null, rows: Row[], drawn: string }} Card */
 /** @typedef {ReturnType<typeof shapes>} Shapes */
 
 const SVG = "http://www.w3.org/2000/svg"
@@ -27,6 +31,7 @@ export class Figures {
   /** @type {Map<string, Card>} */
   #cards = new Map()
   #turn = 0
+  #turntable = new Turntable()
   /** @type {Map<string, Positions>} */
   #real = new Map() // where joints of real robots are
 
@@ -39,11 +44,22 @@ export class Figures {
     const bodies = cast.map((robot) => ({ robot, body: score.robots[robot.name].body })).filter(({ body }) => body.length)
     const moving = (/** @type {Body} */ body) => Number(body.some(({ moves }) => moves))
     const shown = bodies.length > MOST ? bodies.toSorted((one, other) => moving(other.body) - moving(one.body)).slice(0, MOST) : bodies
-    this.#cards = new Map(shown.map(({ robot, body }) => [robot.name, card(robot, body)]))
+    this.#turntable.clear()
+    this.#cards = new Map(shown.map(({ robot, body }) => [robot.name, card(robot, body, this.#sticks(robot.name, score))]))
     find("bodies-list").replaceChildren(...[...this.#cards.values()].map(({ card }) => card))
     find("bodies").dataset.size = shown.length <= FEW ? "large" : shown.length <= SOME ? "medium" : "small"
     find("bodies-more").textContent = bodies.length > shown.length ? `and ${bodies.length - shown.length} more` : ""
     document.body.classList.toggle("with-bodies", shown.length > 0)
+  }
+
+  /**
+   * The stick figure of a robot, if its joints are known from a URDF.
+   * @param {string} name
+   * @param {Messages["score"]} score
+   */
+  #sticks(name, score) {
+    const skeleton = score.skeletons[score.robots[name].profile]
+    return skeleton ? this.#turntable.add(name, skeleton) : null
   }
 
   /** @param {Messages["joints"]} message */
@@ -77,6 +93,7 @@ export class Figures {
         continue
       }
       card.drawn = now
+      card.sticks?.draw({ ...starts(card.body), ...positions })
       const figure = card.views.size ? figureOf(card.body, positions) : null
       if (figure) for (const [view, shapes] of card.views) drawView(figure, view, shapes)
       gauges.forEach((each, index) => drawGauge(card.rows[index], each))
@@ -88,9 +105,10 @@ export class Figures {
 /**
  * @param {Robot} robot
  * @param {Body} body
+ * @param {Turned | null} sticks
  * @returns {Card}
  */
-function card({ name, color }, body) {
+function card({ name, color }, body, sticks) {
   const card = document.createElement("li")
   card.dataset.body = name
   card.style.setProperty("--robot", color)
@@ -98,7 +116,8 @@ function card({ name, color }, body) {
   title.textContent = title.title = name
   card.append(title)
   const views = new Map()
-  if (figureOf(body)) {
+  if (sticks) card.append(sticks.svg)
+  else if (figureOf(body)) {
     const picture = element("svg", { viewBox: `-0.64 ${-BAR - 0.03} ${SIDE + 0.5 + 0.64} ${BAR + 0.08}`, "aria-hidden": "true" })
     for (const [view, x] of /** @type {[ViewName, number][]} */ ([["front", 0], ["side", SIDE]])) {
       const made = shapes(view, body)
@@ -113,7 +132,16 @@ function card({ name, color }, body) {
   const groups = body.filter(({ moves }) => moves).map(({ name: part, joints }) => joints.map((joint) => row(part, joint)))
   list.append(...groups.map((rows) => group(rows)))
   if (groups.length) card.append(list)
-  return { card, body, views, rows: groups.flat(), drawn: "" }
+  return { card, body, views, sticks, rows: groups.flat(), drawn: "" }
+}
+
+/**
+ * Where the joints of a body begin.
+ * @param {Body} body
+ * @returns {Positions}
+ */
+function starts(body) {
+  return Object.fromEntries(body.flatMap(({ joints }) => joints.map(({ name, start }) => [name, start])))
 }
 
 /**

@@ -64,6 +64,19 @@ const joint = shape({
   start: number,
 })
 
+const bone = shape({
+  joint: text,
+  carrier: number,
+  place: numbers(3),
+  turn: numbers(3),
+  axis: numbers(3),
+  way: oneOf("turns", "slides", "stays"),
+  rest: number,
+  follows: nullOr(text),
+  ratio: number,
+  shift: number,
+})
+
 const MESSAGES = {
   time: shape({ wall: number }),
   robots: shape({ robots: mapOf(shape({ radius: number, joints: listOf(text) })) }),
@@ -118,6 +131,7 @@ const MESSAGES = {
         body: listOf(shape({ name: text, joints: listOf(joint), moves: flag })),
       }),
     ),
+    skeletons: mapOf(listOf(bone)),
     world: nullOr(
       shape({
         size: nullOr(numbers(2)),

@@ -1,0 +1,85 @@
+"""Adds to the robots of an `improv.toml` how their joints carry one another, so that the page can draw them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.robots.config import Robots
+from improv_core.robots.toml_reading import listed
+from improv_core.robots.toml_text import read_toml
+from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
+from improv_core.robots.urdf_bones import bones
+from improv_core.score.body import Body
+from improv_core.score.profiles import Profile
+from improv_core.score.skeleton import Bone
+
+
+def with_skeletons(robots: Robots, read: Callable[[Path, int], bytes | str]) -> Robots:
+    """The robots with the skeletons in the URDFs that their profiles name, from the folder of the `improv.toml` on.
+
+    `read` has the content of a file of at most so many bytes, or what is wrong with it. A URDF that can't be used, or
+    that contradicts what a profile says of its joints, is an error where it is named.
+    """
+    named = {name: each.body for name, each in robots.profiles.items() if each.body and each.body.urdf}
+    if not (named and robots.path):
+        return robots
+    skeletons: dict[str, tuple[Bone, ...]] = {}
+    wrong: dict[tuple[str, str], str] = {}  # a URDF and what is said of it, and the first profile that names it
+    for name, body in named.items():
+        assert body.urdf
+        source = read(robots.path.parent / body.urdf, LARGEST_URDF)
+        found = f": {source}" if isinstance(source, str) else _skeleton(source)
+        if isinstance(found, str):
+            wrong.setdefault((body.urdf, found), name)
+        else:
+            skeletons[body.urdf] = found
+            for problem in _contradictions(body, found):
+                wrong.setdefault((body.urdf, f" {problem}"), name)
+    positions = read_toml(robots.text).positions
+    said = (
+        Diagnostic("robots", positions.nearest(("profiles", name, "urdf")).value, f"`{urdf}`{problem}")
+        for (urdf, problem), name in wrong.items()
+    )
+
+    def drawn(profile: Profile) -> Profile:
+        skeleton = skeletons.get(profile.body.urdf, ()) if profile.body and profile.body.urdf else ()
+        return replace(profile, body=replace(profile.body, skeleton=skeleton)) if profile.body and skeleton else profile
+
+    return replace(
+        robots,
+        profiles={name: drawn(profile) for name, profile in robots.profiles.items()},
+        robots={name: replace(robot, profile=drawn(robot.profile)) for name, robot in robots.robots.items()},
+        diagnostics=tuple(sorted([*robots.diagnostics, *said], key=lambda each: each.span)),
+    )
+
+
+@lru_cache(maxsize=4)  # each key in an improv.toml asks for it
+def _skeleton(source: bytes) -> tuple[Bone, ...] | str:
+    """The skeleton in a URDF, or what is wrong with it."""
+    try:
+        return bones(read_urdf(source))
+    except UrdfError as error:
+        return f"{f', line {error.line}' if error.line else ''}: {error}"
+
+
+def _contradictions(body: Body, skeleton: Sequence[Bone]) -> Iterator[str]:
+    bones = {bone.joint: bone for bone in skeleton}
+    for joint in body.joints:
+        bone = bones.get(joint.name)
+        if not bone:
+            movable = [each.joint for each in skeleton if each.way != "stays"]
+            yield f"has no joint `{joint.name}`, but {listed(movable[:_MOST_LISTED])}" if movable else "moves nothing"
+        elif bone.way == "stays":
+            yield f"has `{joint.name}` as a joint that doesn't move: remove it from the body"
+        elif bone.follows:
+            yield f"has `{joint.name}` follow `{bone.follows}`: move that instead"
+        elif joint.slides != (bone.way == "slides"):
+            what, unit = ("slide", "meters") if bone.way == "slides" else ("turn", "degrees")
+            yield f"has `{joint.name}` {what}: say in {unit} how far it moves"
+
+
+_MOST_LISTED = 12

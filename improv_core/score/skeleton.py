@@ -1,0 +1,48 @@
+"""Skeletons: how the joints of a robot carry one another, so that it can be drawn. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from improv_core.score.fits import Long, checked
+
+BASE = -1
+"""What carries the first joints of a skeleton."""
+MOST_BONES = 1_000
+Vector = Annotated[Sequence[float], Long(3, 3)]
+Way = Literal["turns", "slides", "stays"]
+
+
+@dataclass(frozen=True, slots=True)
+class Bone:
+    """A joint as far as it is drawn, after the one that carries it: `carrier` is its number in the skeleton.
+
+    `place` (meters) and `turn` (roll, pitch, and yaw in radians, about fixed axes) are where it is in the frame of its
+    carrier, and `axis` is what it turns about or slides along, of length 1. Its position is `rest` unless something
+    else is known, in radians or meters; one that `follows` another joint is `ratio` times where that is, plus `shift`.
+    """
+
+    joint: str
+    carrier: int
+    place: Vector
+    turn: Vector
+    axis: Vector
+    way: Way
+    rest: float = 0.0
+    follows: str | None = None
+    ratio: float = 1.0
+    shift: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("place", "turn", "axis"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
+
+
+def from_json(data: Sequence[Mapping[str, Any]]) -> tuple[Bone, ...]:
+    """The skeleton that `asdict` wrote. Raises ValueError or TypeError on anything else."""
+    bones = tuple(checked(Bone, each) for each in data)
+    if len(bones) > MOST_BONES or any(not BASE <= bone.carrier < number for number, bone in enumerate(bones)):
+        raise ValueError("a skeleton is too large, or is no tree")
+    return bones

@@ -1,0 +1,90 @@
+// @ts-check
+// Stick figures that turn by dragging, or with the arrow keys. All of a page are seen from the same side.
+
+import { dragged, FROM_FRONT, StickFigure } from "./stick-figure.js"
+
+/** @import { Positions } from "./body.js" */
+/** @import { Skeleton } from "./skeleton.js" */
+/** @import { Sight } from "./stick-figure.js" */
+/** @typedef {{ svg: SVGSVGElement, draw: (positions: Positions) => void }} Turned */
+
+const SVG = "http://www.w3.org/2000/svg"
+const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }
+const PER_KEY = 12 // pixels that a key drags
+
+export class Turntable {
+  /** @type {Sight} */
+  #sight = FROM_FRONT
+  /** @type {(() => void)[]} */
+  #redraw = []
+
+  /** Other figures follow: forgets those that there are. They are seen from where these were. */
+  clear() {
+    this.#redraw = []
+  }
+
+  /**
+   * @param {string} name of the robot
+   * @param {Skeleton} skeleton
+   * @returns {Turned}
+   */
+  add(name, skeleton) {
+    const figure = new StickFigure(skeleton)
+    const svg = document.createElementNS(SVG, "svg")
+    const paths = /** @type {const} */ (["floor", "still", "moving", "joints"]).map((kind) => {
+      const path = document.createElementNS(SVG, "path")
+      path.setAttribute("class", kind)
+      svg.append(path)
+      return { kind, path }
+    })
+    svg.setAttribute("class", "sticks")
+    svg.setAttribute("viewBox", "-1.05 -1.05 2.1 2.1")
+    svg.setAttribute("role", "img")
+    svg.setAttribute("tabindex", "0")
+    svg.setAttribute("aria-label", `${name}: drag it or press arrow keys to turn it`)
+    /** @type {Positions} */
+    let latest = {}
+    const draw = () => {
+      const seen = figure.seen(latest, this.#sight)
+      for (const { kind, path } of paths) path.setAttribute("d", seen[kind])
+    }
+    this.#redraw.push(draw)
+    this.#listen(svg)
+    return { svg, draw: (positions) => ((latest = positions), draw()) }
+  }
+
+  /** @param {SVGSVGElement} svg */
+  #listen(svg) {
+    let from = { x: 0, y: 0 }
+    svg.addEventListener("pointerdown", ({ pointerId, clientX: x, clientY: y }) => {
+      svg.setPointerCapture(pointerId)
+      from = { x, y }
+    })
+    svg.addEventListener("pointermove", ({ pointerId, clientX: x, clientY: y }) => {
+      if (!svg.hasPointerCapture(pointerId)) return
+      this.#drag(x - from.x, y - from.y)
+      from = { x, y }
+    })
+    svg.addEventListener("dblclick", () => this.#look(FROM_FRONT))
+    svg.addEventListener("keydown", (event) => {
+      const way = event.key in KEYS && KEYS[/** @type {keyof typeof KEYS} */ (event.key)]
+      if (!way || event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) return
+      event.preventDefault()
+      this.#drag(PER_KEY * way[0], PER_KEY * way[1])
+    })
+  }
+
+  /**
+   * @param {number} right
+   * @param {number} down
+   */
+  #drag(right, down) {
+    this.#look(dragged(this.#sight, right, down))
+  }
+
+  /** @param {Sight} sight */
+  #look(sight) {
+    this.#sight = sight
+    for (const draw of this.#redraw) draw()
+  }
+}

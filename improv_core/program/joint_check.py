@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import islice
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.score.body import Joint
+from improv_core.score.body import Drive, Joint
 from improv_core.score.joints import JointMoment, Limb, joint_moments, limbs_of
 from improv_core.score.movement import Source
+from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.strokes import pictured
 from improv_core.slices import checkpoint
 from improv_core.text import Span
@@ -51,20 +52,30 @@ def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
                 if each.moment.start > LAST_BEAT or len(found) >= MOST_MARKED:
                     break
                 turns[each.moment.sources] += 1
-                for code, joint, message in _wrong(each, limb, turns[each.moment.sources]):
-                    source = each.moment.sources[0]
-                    span = source.span.shifted(analysis.offsets[indices[source.statement]])
-                    found.setdefault((code, joint, span), Diagnostic(code, span, message))
+                for code, drive, message in _wrong(each, limb, turns[each.moment.sources]):
+                    spans = [
+                        source.span.shifted(analysis.offsets[indices[source.statement]])
+                        for source in each.moment.sources
+                    ]
+                    span = _cause(spans, drive, analysis.text)
+                    found.setdefault((code, drive.joint, span), Diagnostic(code, span, message))
     return tuple(sorted(found.values(), key=lambda each: each.span))
 
 
-def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, str, str]]:
-    """What joints can't do in a moment: codes, joints, and messages."""
+def _cause(spans: Sequence[Span], drive: Drive, text: str) -> Span:
+    """Of the words that play at once, the first that moves a joint; if none is known to, such as a pose, the first."""
+    words = ((span, PRIMITIVES.get(text[span.start : span.end])) for span in spans)
+    return next((span for span, velocity in words if velocity and getattr(velocity, drive.direction)), spans[0])
+
+
+def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, Drive, str]]:
+    """What joints can't do in a moment: codes, what moves the joints, and messages."""
     if not each.moment.sources:
         return
     end = each.moment.start + each.moment.duration
     seconds = float(each.moment.duration * 60 / limb.tempo)
-    for name, velocity in each.velocities.items():
+    for drive in limb.part.drives:
+        name, velocity = drive.joint, each.velocities[drive.joint]
         joint = limb.body.joint[name]
         wanted = each.begin[name] + velocity * seconds
         reached = joint.within(wanted)
@@ -73,12 +84,12 @@ def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, str,
             goes = "slides" if joint.slides else "turns"
             message = f"at beat {_number(float(end))}{in_turn}, {name} would be at {_shown(wanted, joint)}"
             advice = "go less far"
-            yield "joint-limit", name, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
+            yield "joint-limit", drive, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
         if joint.max_velocity is not None and abs(velocity) > joint.max_velocity * (1 + _SLACK):
             limit = f"{_shown(joint.max_velocity, joint)}/s"
             fitting = _fitting(abs(velocity) / joint.max_velocity, limb.tempo)
             message = f"{_shown(abs(velocity), joint)}/s is over the limit of {name}, {limit}: {fitting}"
-            yield "too-fast", name, message
+            yield "too-fast", drive, message
 
 
 def _fitting(factor: float, tempo: Fraction) -> str:

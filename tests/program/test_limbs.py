@@ -86,6 +86,17 @@ def test_joints_are_followed_from_line_to_line() -> None:
     )
 
 
+def test_of_several_voices_the_one_that_moves_the_joint_is_marked() -> None:
+    check(
+        """
+        r1 $ head (slow 4 up || repeat 4 left)
+                                         ^^^^ joint-limit: at beat 4, in round 4, head_yaw would be at 120°; {most}
+        """.replace("{most}", "it turns to 90° at most: go less far"),
+        robots=PUPPET,
+        in_room=True,
+    )
+
+
 def test_a_pose_that_is_too_far_for_one_beat_is_too_fast() -> None:
     check(
         """

@@ -5,12 +5,12 @@ import { along, framesOf, plus } from "./skeleton.js"
 
 /** @import { Place, Positions } from "./body.js" */
 /** @import { Frame, Skeleton } from "./skeleton.js" */
-/** @typedef {{ turn: number, tilt: number }} Sight from how far left of its front, and from how far above, in radians */
+/** @typedef {{ turn: number, tilt: number }} Sight from how far to the left of its front, and from how far above, in radians */
 /** @typedef {{ middle: Place, radius: number }} Room that is shown: all of it fits from everywhere */
 /** @typedef {{ floor: string, still: string, moving: string, joints: string }} Paths */
 
 /** @type {Readonly<Sight>} */
-export const FROM_FRONT = { turn: 0.6, tilt: 0.35 }
+export const FROM_RIGHT = { turn: -0.95, tilt: 0.35 } // and a little from the front: many arms point forward
 const LOWEST = -0.3 // tilts,
 const HIGHEST = Math.PI / 2
 const GROWING = 1.15 // a figure that needs more room gets some to spare, so that this is rare

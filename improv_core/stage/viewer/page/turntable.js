@@ -1,7 +1,7 @@
 // @ts-check
 // Stick figures that turn by dragging, or with the arrow keys. All of a page are seen from the same side.
 
-import { dragged, FROM_FRONT, StickFigure } from "./stick-figure.js"
+import { dragged, FROM_RIGHT, StickFigure } from "./stick-figure.js"
 
 /** @import { Positions } from "./body.js" */
 /** @import { Skeleton } from "./skeleton.js" */
@@ -14,7 +14,7 @@ const PER_KEY = 12 // pixels that a key drags
 
 export class Turntable {
   /** @type {Sight} */
-  #sight = FROM_FRONT
+  #sight = FROM_RIGHT
   /** @type {(() => void)[]} */
   #redraw = []
 
@@ -65,7 +65,7 @@ export class Turntable {
       this.#drag(x - from.x, y - from.y)
       from = { x, y }
     })
-    svg.addEventListener("dblclick", () => this.#look(FROM_FRONT))
+    svg.addEventListener("dblclick", () => this.#look(FROM_RIGHT))
     svg.addEventListener("keydown", (event) => {
       const way = event.key in KEYS && KEYS[/** @type {keyof typeof KEYS} */ (event.key)]
       if (!way || event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) return

@@ -4,7 +4,7 @@ import assert from "node:assert/strict"
 import test from "node:test"
 
 import { framesOf } from "../../../../improv_core/stage/viewer/page/skeleton.js"
-import { dragged, FROM_FRONT, StickFigure } from "../../../../improv_core/stage/viewer/page/stick-figure.js"
+import { dragged, FROM_RIGHT, StickFigure } from "../../../../improv_core/stage/viewer/page/stick-figure.js"
 
 const QUARTER = Math.PI / 2
 const bone = (joint, carrier, more = {}) => ({
@@ -55,12 +55,12 @@ test("from the front, a robot's left is on our right, and its front looks at us"
 })
 
 test("what no joint moves is drawn apart, and a last joint has a hand that shows how it turns", () => {
-  const { still, moving, joints } = new StickFigure(ARM).seen({}, FROM_FRONT)
+  const { still, moving, joints } = new StickFigure(ARM).seen({}, FROM_RIGHT)
   assert.deepEqual([still, moving, joints].map((path) => path.split("M").length - 1), [0, 3, 2])
   const wrist = new StickFigure([bone("pole", -1, { place: [0, 0, 1], way: "stays" }), bone("wrist", 0, { place: [0, 0, 0.2] })])
-  const before = wrist.seen({}, FROM_FRONT)
+  const before = wrist.seen({}, FROM_RIGHT)
   assert.deepEqual([before.still, before.moving].map((path) => path.split("M").length - 1), [1, 2])
-  assert.notEqual(wrist.seen({ wrist: 1 }, FROM_FRONT).moving, before.moving)
+  assert.notEqual(wrist.seen({ wrist: 1 }, FROM_RIGHT).moving, before.moving)
 })
 
 test("all of a figure fits from everywhere, wherever its joints are", () => {
@@ -76,7 +76,7 @@ test("all of a figure fits from everywhere, wherever its joints are", () => {
 })
 
 test("dragging to the right turns what is in front to the right, and a figure is never seen from far below", () => {
-  assert.ok(dragged(FROM_FRONT, 10, 0).turn < FROM_FRONT.turn)
-  assert.equal(dragged(FROM_FRONT, 0, 10_000).tilt, QUARTER)
-  assert.equal(dragged(FROM_FRONT, 0, -10_000).tilt, -0.3)
+  assert.ok(dragged(FROM_RIGHT, 10, 0).turn < FROM_RIGHT.turn)
+  assert.equal(dragged(FROM_RIGHT, 0, 10_000).tilt, QUARTER)
+  assert.equal(dragged(FROM_RIGHT, 0, -10_000).tilt, -0.3)
 })

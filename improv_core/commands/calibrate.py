@@ -108,9 +108,11 @@ class _Conversation:
     def __init__(self, performing: TerminalSession, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
         self._performing = performing
         self._answers = TypedAnswers(performing.screen.say)
-        alone = replace(robots.robots[robot], follow=False)  # it would hide what is to be measured
+        # Following would hide what is to be measured, and where in the world it stands makes no difference.
+        alone = replace(robots.robots[robot], follow=False, odom_frame="own")
         self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
+        self._counts_wheels = robots.robots[robot].odom_frame == "own"  # unless a person says that it doesn't
         self._tempo = tempo
         self._asks = tape or (performing.playback.show.is_real and not robots.robots[robot].odom)
 
@@ -219,7 +221,7 @@ class _Conversation:
         if self._robot not in self._performing.measured:
             raise _NothingMeasuredError(f"{poses} didn't arrive: check their publisher, or use `--tape`")
         first, last = self._performing.measured[self._robot]
-        if first["source"] == CONTINUOUS:
+        if first["source"] == CONTINUOUS and self._counts_wheels:
             self._asks = True
             raise _NothingMeasuredError(
                 f"{poses} are {CONTINUOUS}: a base's own odometry counts how far its wheels turn, and is blind to their"

@@ -21,6 +21,7 @@ max_angular = 4
 [robots.anna]
 profile = "base"
 odom = "{topic}"
+odom_frame = "{frame}"
 """
 
 
@@ -28,29 +29,41 @@ COMMAND = [*IMPROV, "calibrate", "anna", "--backend", "ros", "--tempo", "120", "
 
 
 POSES = "the poses of anna on /anna/"
+MEASURED = "Press Enter: anna turns left on the spot, twice"
 ASKED = [
     (
         "true_pose",
+        "world",
         [f"{POSES}true_pose didn't arrive: check their publisher, or use `--tape`"],
-        "Press Enter: anna turns left on the spot, twice",
+        MEASURED,
     ),
     (
         "odom",
+        "own",
         [
             f"{POSES}odom didn't arrive: check their publisher, or use `--tape`",
             f"{POSES}odom are nav_msgs/Odometry: a base's own odometry counts",
         ],
         "Put anna on its mark",
     ),
+    (
+        "odom",
+        "world",
+        [f"{POSES}odom didn't arrive: check their publisher, or use `--tape`"],
+        MEASURED,
+    ),
 ]
 
 
-@pytest.mark.parametrize(("topic", "expected", "last"), ASKED)
+@pytest.mark.parametrize(("topic", "frame", "expected", "last"), ASKED)
 def test_a_robot_that_comes_late_is_measured_unless_it_only_counts_turns_of_wheels(
-    topic: str, expected: list[str], last: str, script: Script, ros_env: dict[str, str], tmp_path: Path
+    topic: str, frame: str, expected: list[str], last: str, script: Script, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """tests/commands/test_calibrate.py and tests/services/test_calibration.py ask what becomes of what is measured."""
-    toml = ROBOTS.format(topic=topic)
+    """It doesn't matter where it stands, whatever the frame of its poses is.
+
+    tests/commands/test_calibrate.py and tests/services/test_calibration.py ask what becomes of what is measured.
+    """
+    toml = ROBOTS.format(topic=topic, frame=frame)
     (tmp_path / "improv.toml").write_text(toml)
     pipe = subprocess.PIPE
     soon = with_limits(stage__listeners__PATIENCE=0.5, stage__sinks__ros_reader__FIND_LIMIT=0.5)
@@ -72,7 +85,7 @@ def test_a_robot_that_comes_late_is_measured_unless_it_only_counts_turns_of_whee
         for line in process.stdout:
             said.append(line)
             if "didn't arrive" in line and not is_there:
-                script(BASE, "anna", "--noise", "0", "--loss", "0")
+                script(BASE, "anna", "--noise", "0", "--loss", "0", "--start", "1", "0", "0")
                 is_there = True
             if last in line:
                 process.stdin.close()

@@ -41,6 +41,7 @@ ROWS: Mapping[str, Sequence[str]] = {
         "child",
         "score",
     ],
+    "remote": ["stage", "playback.hosts", "playback.interpreter", "child", "plain", "score"],
     "services": ["playback", *MESSAGES, "ide", "program", *BELOW_PROGRAM],
     "site": ["services", "playback", "stage", "program", *BELOW_PROGRAM],
     "classroom": ["child", "site", "services", "playback", "stage", "program", *BELOW_PROGRAM],
@@ -61,7 +62,7 @@ ROWS: Mapping[str, Sequence[str]] = {
 }
 """What each folder or module may import besides itself; of a package of ours, everything in it."""
 
-BARE = ("child", "score", "stage", "playback")
+BARE = ("child", "score", "stage", "playback", "remote")
 """What run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],

@@ -1,0 +1,108 @@
+"""The machines on which a person lets Improv start stages through ssh. Standard library only.
+
+A program's `improv.toml` names the host of a robot, and may be a stranger's. So no host is contacted with a person's
+keys until that person has allowed it once, in a file outside all projects.
+"""
+
+from __future__ import annotations
+
+import getpass
+import os
+import re
+import secrets
+import socket
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+_FORM = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}@)?([A-Za-z0-9_](?:[A-Za-z0-9_.-]{0,252}))(?::([0-9]{1,5}))?")
+_SESSION = secrets.token_hex(4)
+_LINK = Path(__file__).resolve().parent.parent / "remote"
+
+
+class HostError(Exception):
+    """A host can't be used. The message is one line that says what to do."""
+
+
+def checked(host: str) -> str:
+    """The host, if it has the form `name`, `user@name`, or `user@name:port`. Raises HostError.
+
+    Nothing else reaches ssh: no option, and no character that any shell would understand.
+    """
+    found = _FORM.fullmatch(host)
+    if not found or (found[2] and not 0 < int(found[2]) < 65_536):
+        raise HostError(f"`{host}` is not a host: write `name`, `user@name`, or `user@name:port`")
+    return host
+
+
+def approved_file() -> Path:
+    """Where the hosts are listed that a person has allowed."""
+    config = os.environ.get("XDG_CONFIG_HOME", "")
+    folder = Path(config) if Path(config).is_absolute() else Path.home() / ".config"
+    return folder / "improv" / "hosts"
+
+
+def approved() -> list[str]:
+    """The hosts that a person has allowed, in the order of the file. Raises HostError if that can't be read."""
+    try:
+        lines = approved_file().read_text(encoding="utf-8", errors="replace").splitlines()
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise HostError(f"{approved_file()} can't be read: {error.strerror}") from None
+    return list(dict.fromkeys(line for line in map(str.strip, lines) if line and not line.startswith("#")))
+
+
+def is_approved(host: str) -> bool:
+    """Whether a person has allowed exactly this host. Raises HostError."""
+    return host in approved()
+
+
+def approve(host: str) -> None:
+    """Remember that a person has allowed a host. Raises HostError."""
+    if not is_approved(checked(host)):
+        _write([*approved(), host])
+
+
+def withdraw(host: str) -> bool:
+    """Forget that; whether it was remembered. Raises HostError."""
+    hosts = approved()
+    if host not in hosts:
+        return False
+    _write([each for each in hosts if each != host])
+    return True
+
+
+def refusal(host: str) -> str:
+    """What people are told if a program needs a host that nobody has allowed."""
+    return f"{host}: nobody has allowed Improv to use it. If you trust it, run `improv hosts allow {host}`"
+
+
+def link_command(
+    host: str, stage: Sequence[str] = (), *, domain: int | None = None, rmw: str | None = None
+) -> list[str]:
+    """The command that plays on a host as if a stage ran here. `stage` are the options of the stage there."""
+    domains = [] if domain is None else ["--domain", str(domain)]
+    middleware = ["--rmw", rmw] if rmw else []
+    return [sys.executable, str(_LINK), "near", checked(host), *domains, *middleware, "--from", who(), *stage]
+
+
+def who() -> str:
+    """Who plays, for a host that two want to play on: `user@machine`, and after a slash what no other process has."""
+    user = "somebody"
+    with suppress(KeyError, OSError, ImportError):
+        user = getpass.getuser()
+    return f"{user}@{socket.gethostname() or 'somewhere'}/{os.getpid()}-{_SESSION}"
+
+
+def _write(hosts: Sequence[str]) -> None:
+    path = approved_file()
+    new = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="utf-8") as file:
+            file.writelines(f"{host}\n" for host in hosts)
+        new.replace(path)
+    except OSError as error:
+        raise HostError(f"{path} can't be written: {error.strerror}") from None

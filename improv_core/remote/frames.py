@@ -1,0 +1,152 @@
+"""What travels through ssh between both ends of a link: one line each, whose first letter says what it is.
+
+| letter | to the far end | to the near end |
+|---|---|---|
+| `s` | a line for the channel of stops | |
+| `l` | the next line for standard input is a score | |
+| `m`, `M` | a chunk of a line for standard input, its last chunk | `m`: a line that the stage says |
+| `c` | a number: what time is it there? | the number, and the times (`TimeThere`) |
+| `a` | | so many more bytes have reached the stage |
+| `h` | | the far end has begun |
+| `e` | | a line for people: why the link ends |
+
+So a stop never waits behind a long message: at most `WINDOW` bytes of those are on their way.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+CHUNK = 4_096
+"""The most bytes of a long line that are sent at a time."""
+WINDOW = 32_768
+"""Bytes of long lines that may be on their way: more would wait in ssh, where no stop can overtake them."""
+LONGEST_DOWN = 1_000_000
+"""The most bytes of a line that the far end reads. Ours are shorter than `CHUNK`."""
+LONGEST_UP = 16_000_000
+"""The most bytes of a line that the near end reads: what a stage says about a thousand robots fits many times."""
+DOWN, UP = b"slmMc", b"mcahe"
+"""The letters that are known at the far end, and at the near end."""
+
+
+class FrameError(Exception):
+    """What has come can't be from the other end of a link. The message is a plain line without a dot."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkFrame:
+    """What has come: its letter, and the rest of the line."""
+
+    letter: str
+    rest: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class TimeThere:
+    """What the far end answers to the question with this number, in nanoseconds: by its monotonic clock, when that
+    `arrived` and when it was `answered`; by its Unix time, the latter (`wall`); and how long that machine has been
+    `asleep`."""
+
+    number: int
+    arrived: int
+    answered: int
+    wall: int
+    asleep: int
+
+    def frame(self) -> bytes:
+        return b"c%d %d %d %d %d\n" % (self.number, self.arrived, self.answered, self.wall, self.asleep)
+
+
+def time_in(rest: bytes) -> TimeThere:
+    """Raises FrameError."""
+    try:
+        number, arrived, answered, wall, asleep = map(number_in, rest.split(b" "))
+    except ValueError:
+        raise FrameError("it answers with something else than times") from None
+    return TimeThere(number, arrived, answered, wall, asleep)
+
+
+_MOST_DIGITS = 20
+
+
+def number_in(rest: bytes) -> int:
+    """A number in a frame. Raises FrameError."""
+    if not rest.isdigit() or len(rest) > _MOST_DIGITS:
+        raise FrameError("it sends something else than a number")
+    return int(rest)
+
+
+class Incoming:
+    """Takes bytes as they come, and gives the frames that are complete."""
+
+    def __init__(self, letters: bytes, longest: int) -> None:
+        self._letters = letters
+        self._longest = longest
+        self._begun: list[bytes] = []  # of a frame
+        self._length = 0
+
+    def take(self, data: bytes) -> list[LinkFrame]:
+        """Raises FrameError. Then nothing more can be understood."""
+        frames = []
+        *ends, rest = data.split(b"\n")
+        for end in ends:
+            self._check(end)
+            line = b"".join((*self._begun, end))
+            self._begun, self._length = [], 0
+            if not line:
+                raise FrameError("it sends an empty line")
+            frames.append(LinkFrame(line[:1].decode("latin-1"), line[1:]))
+        if rest:
+            self._check(rest)
+            self._begun.append(rest)
+            self._length += len(rest)
+        return frames
+
+    def _check(self, more: bytes) -> None:
+        if not self._length and more and more[0] not in self._letters:
+            raise FrameError("it sends something else than a stage does")
+        if self._length + len(more) > self._longest:
+            raise FrameError(f"it sends a line of more than {self._longest // 1_000_000} MB")
+
+
+class Outgoing:
+    """The frames that wait to be sent to the far end, in the order in which they go: what is urgent, then chunks of
+    lines, as many as fit into the window."""
+
+    def __init__(self) -> None:
+        self._urgent: deque[bytes] = deque()
+        self._lines: deque[tuple[bytes, bool]] = deque()  # and whether each is a score
+        self._at = 0  # how much of the first line was sent
+        self._unread = 0  # bytes of lines that the stage has yet to get
+
+    def put_first(self, frame: bytes) -> None:
+        """Send this before all chunks of lines."""
+        self._urgent.append(frame)
+
+    def put(self, line: bytes, *, is_score: bool = False) -> None:
+        """Send a line, without its end, for standard input."""
+        self._lines.append((line, is_score))
+
+    def acknowledge(self, count: int) -> None:
+        """So many more bytes have reached the stage."""
+        self._unread = max(self._unread - count, 0)
+
+    def next(self) -> bytes | None:
+        """The frame to send now; None if nothing waits, or nothing may be sent."""
+        if self._urgent:
+            return self._urgent.popleft()
+        if not self._lines or self._unread >= WINDOW:
+            return None
+        line, is_score = self._lines[0]
+        if is_score and not self._at:
+            self._lines[0] = line, False
+            return b"l\n"
+        chunk = line[self._at : self._at + CHUNK]
+        self._at += len(chunk)
+        self._unread += len(chunk) + 1
+        if self._at < len(line):
+            return b"m%b\n" % chunk
+        self._lines.popleft()
+        self._at = 0
+        return b"M%b\n" % chunk

@@ -1,0 +1,157 @@
+"""What exchanges say about another clock, behind links whose delays the tests throw."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from statistics import quantiles
+
+import pytest
+
+from improv_core.remote.link_clock import (
+    SLEW,
+    STEP,
+    Clocks,
+    Estimated,
+    Exchange,
+    Exchanges,
+    estimate,
+    is_known,
+    noted,
+    steered,
+)
+
+SHORTEST, LONGEST, LOST, AGAIN = 0.002, 0.1, 0.02, 0.2
+RATE = 20
+Delay = Callable[[random.Random], float]
+
+
+def evenly(dice: random.Random) -> float:
+    return dice.uniform(SHORTEST, LONGEST)
+
+
+def mostly_short(dice: random.Random) -> float:
+    return min(SHORTEST + dice.expovariate(3 / LONGEST), LONGEST)
+
+
+class Pair:
+    """Two clocks and the link between them: what is lost comes later, and nothing overtakes, as in TCP."""
+
+    def __init__(self, seed: int, delay: Delay, drift: float | None = None) -> None:
+        self.dice = random.Random(seed)
+        self.delay = delay
+        self.offset = self.dice.uniform(-1e5, 1e5)
+        self.drift = self.dice.uniform(-100e-6, 100e-6) if drift is None else drift
+
+    def there(self, here: float) -> float:
+        return here + self.offset + self.drift * here
+
+    def exchanges(self, seconds: float) -> Iterator[Exchange]:
+        down = up = 0.0
+        for number in range(int(seconds * RATE)):
+            sent = number / RATE
+            down = max(sent + self._takes(), down)
+            up = max(down + self._takes(), up)
+            yield Exchange(sent, self.there(down), self.there(down), up)
+
+    def known(self, seconds: float) -> Exchanges:
+        """What is remembered after so many seconds."""
+        exchanges = Exchanges()
+        for each in self.exchanges(seconds):
+            if each.heard <= seconds:
+                exchanges = noted(exchanges, each)
+        return exchanges
+
+    def _takes(self) -> float:
+        return self.delay(self.dice) + (AGAIN if self.dice.random() < LOST else 0.0)
+
+
+def errors(seconds: float, delay: Delay, drift: float | None = None, links: int = 40) -> tuple[float, float]:
+    """How far off the offset is after so many seconds, in milliseconds: the median, and the most in 19 of 20 links."""
+    off = []
+    for seed in range(links):
+        pair = Pair(seed, delay, drift)
+        found = estimate(pair.known(seconds), seconds)
+        assert found
+        off.append(1000 * abs(found.offset - (pair.there(seconds) - seconds)))
+    cuts = quantiles(off, n=20)
+    return cuts[9], cuts[18]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "delay", "median", "most"),
+    [
+        (3, mostly_short, 0.5, 2.0),
+        (30, mostly_short, 0.5, 1.0),
+        (60, mostly_short, 0.2, 0.5),
+        (3, evenly, 1.0, 6.0),
+        (30, evenly, 0.7, 2.0),
+        (60, evenly, 0.5, 1.2),
+    ],
+)
+def test_the_other_clock_is_known_to_a_hundredth_of_the_longest_delay(
+    seconds: float, delay: Delay, median: float, most: float
+) -> None:
+    found = errors(seconds, delay)
+    assert found[0] < median
+    assert found[1] < most
+
+
+@pytest.mark.parametrize("drift", [-100e-6, 100e-6])
+def test_a_clock_that_drifts_much_is_known_after_a_minute(drift: float) -> None:
+    assert errors(60, mostly_short, drift)[1] < 0.7
+
+
+def test_an_estimate_says_how_far_off_it_may_be() -> None:
+    within = 0
+    for seed in range(40):
+        pair = Pair(seed, mostly_short)
+        found = estimate(pair.known(5), 5.0)
+        assert found
+        within += abs(found.offset - (pair.there(5.0) - 5.0)) <= found.error
+    assert within >= 36
+
+
+def test_a_link_without_jitter_is_known_at_once_and_another_after_three_seconds() -> None:
+    quick = Pair(1, lambda dice: 0.0002)
+    exchanges = quick.known(1.1)
+    found = estimate(exchanges, 1.1)
+    assert found
+    assert is_known(exchanges, found)
+    slow = Pair(1, evenly)
+    for seconds, known in ((1.5, False), (3.1, True)):
+        exchanges = slow.known(seconds)
+        found = estimate(exchanges, seconds)
+        assert found
+        assert is_known(exchanges, found) == known
+
+
+def test_nothing_is_known_from_a_few_exchanges() -> None:
+    assert estimate(Pair(1, evenly).known(0.5), 0.5) is None
+
+
+def test_what_is_too_old_is_forgotten() -> None:
+    exchanges = Pair(1, evenly).known(200)
+    assert len(exchanges.down) < 65
+    assert len(exchanges.up) < 65
+
+
+def test_a_reading_never_goes_back_and_has_no_gap() -> None:
+    clocks = steered(None, Estimated(0.0, 100.0, 0.0, 0.001, 0.01))
+    dice = random.Random(1)
+    before = clocks.there(0.0)
+    for tick in range(1, 500):
+        now = tick / 10
+        after = clocks.there(now)
+        assert after > before
+        assert clocks.here(after) == pytest.approx(now, abs=1e-9)
+        before = after
+        found = Estimated(now, 100.0 + dice.uniform(-0.01, 0.01), dice.uniform(-1e-4, 1e-4), 0.001, 0.01)
+        clocks = steered(clocks, found)
+        assert clocks.there(now) == pytest.approx(after, abs=1e-9)
+
+
+@pytest.mark.parametrize(("off", "after_a_second"), [(SLEW / 2, SLEW / 2), (-SLEW * 2, -SLEW), (STEP * 2, STEP * 2)])
+def test_a_difference_is_made_up_slowly_unless_it_is_large(off: float, after_a_second: float) -> None:
+    clocks = steered(Clocks(0.0, 5.0), Estimated(10.0, 5.0 + off, 0.0, 0.0, 0.0))
+    assert clocks.there(11.0) - 11.0 - 5.0 == pytest.approx(after_a_second)

@@ -1,23 +1,19 @@
 """Where the keys and values of a TOML text are, also if half of it is still to be typed. Never raises.
 
-tree-sitter's grammar reads the text, one statement at a time: if it recovers from an error, it may join what follows to
-what is unfinished.
+One statement is read at a time: if tree-sitter's grammar recovers from an error, it may join what follows to what is
+unfinished.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
 
 import tomllib
 
+from improv_core.robots.toml_atoms import Atom, atoms
 from improv_core.text import Span
-
-if TYPE_CHECKING:
-    from tree_sitter import Node, Parser
 
 Keys = tuple[str | int, ...]
 """The keys that lead to a value. For an item of an array, the last one is its index."""
@@ -122,48 +118,6 @@ _DEEPEST = 100
 """The most brackets inside one another that are followed. The time to follow them grows with the square of it."""
 
 
-class _Atom(NamedTuple):
-    """A key, a value, or a sign. `kind` is "key", "value", or the sign itself."""
-
-    kind: str
-    span: Span
-    text: str
-
-
-_KINDS = {"bare_key": "key", "quoted_key": "key"} | dict.fromkeys(
-    ("string", "integer", "float", "boolean", "offset_date_time", "local_date_time", "local_date", "local_time"),
-    "value",
-)
-_SIGNS = frozenset(["[", "]", "[[", "]]", "{", "}", "=", ",", "."])
-
-
-@lru_cache(maxsize=4096)
-def _atoms(text: str) -> Sequence[_Atom]:
-    """What a text consists of. Cached by text: after a key is typed, only the statement around it is new."""
-    # What is not ASCII stands only in strings and comments, so one `?` for each character keeps the offsets.
-    tree = _parser().parse(text.encode("ascii", "replace"))
-    atoms = []
-    waiting: list[Node] = [tree.root_node]
-    while waiting:
-        node = waiting.pop()
-        kind = _KINDS.get(node.type, node.type)
-        if node.type in _KINDS or node.type in _SIGNS:
-            span = Span(node.start_byte, node.end_byte)
-            if span.start < span.end:  # otherwise the parser would have liked it to be there
-                atoms.append(_Atom(kind, span, text[slice(*span)]))
-        else:
-            waiting += reversed(node.children)
-    return tuple(atoms)
-
-
-@lru_cache(maxsize=1)
-def _parser() -> Parser:
-    import tree_sitter
-    import tree_sitter_toml
-
-    return tree_sitter.Parser(tree_sitter.Language(tree_sitter_toml.language()))
-
-
 @dataclass(slots=True)
 class _Walk:
     """Follows the atoms of a text from left to right, whatever they are."""
@@ -176,7 +130,7 @@ class _Walk:
     def statement(self, start: int, text: str) -> None:
         self.open.clear()
         self._go("key", self.table)
-        for atom in _atoms(text):
+        for atom in atoms(text):
             span = Span(start + atom.span.start, start + atom.span.end)
             if self.found.expects == "header":
                 self._header(atom, span)
@@ -190,7 +144,7 @@ class _Walk:
     def _go(self, expects: str, keys: Keys) -> None:
         self.found.expects, self.found.keys = expects, keys
 
-    def _header(self, atom: _Atom, span: Span) -> None:
+    def _header(self, atom: Atom, span: Span) -> None:
         if atom.kind == "key":
             self._name((*self.found.keys, _name(atom.text)), span)
             self.table = self.found.keys
@@ -212,7 +166,7 @@ class _Walk:
         self.found.entries.setdefault(self.table, KeyAndValue(span, span))
         self._go("header", self.table)
 
-    def _key(self, atom: _Atom, span: Span) -> None:
+    def _key(self, atom: Atom, span: Span) -> None:
         inside = self.open[-1] if self.open else None
         if atom.kind == "key":
             self._name((*self.found.keys, _name(atom.text)), span)
@@ -230,7 +184,7 @@ class _Walk:
             self.found.headers.append((span, ()))
             self._go("header", ())
 
-    def _value(self, atom: _Atom, span: Span) -> None:
+    def _value(self, atom: Atom, span: Span) -> None:
         keys = self.found.keys
         if atom.kind in ("[", "[[", "{"):
             for start in range(*span):  # `[[` opens two arrays

@@ -88,8 +88,8 @@ LIBRARIES = {
     "defusedxml": ["robots/urdf.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
-    "tree_sitter": ["robots/toml_positions.py"],
-    "tree_sitter_toml": ["robots/toml_positions.py"],
+    "tree_sitter": ["robots/toml_atoms.py"],
+    "tree_sitter_toml": ["robots/toml_atoms.py"],
 }
 MESSAGES_OF_ROS = {
     "builtin_interfaces",

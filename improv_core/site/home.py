@@ -16,7 +16,7 @@ from improv_core.playback.start import Options, SinkName
 from improv_core.playback.stops import Stops
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
-from improv_core.robots.config import read_robots
+from improv_core.robots.config import FILE_NAME, Robots, read_robots
 from improv_core.services.page_editor import PageEditor
 from improv_core.site.passing import Passing
 from improv_core.site.stage_here import Hear, StageHere
@@ -56,20 +56,20 @@ class Home:
             self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
         )
         self._playback = Playback(Options(backend="sim"), self._listen, self._stops, self._start, self._edit)
-        self._editor = PageEditor(read_robots(""))
+        self._editor = PageEditor(_robots(""))
         self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
-        self._text, self._revision = "", 0
+        self._text, self._revision, self._beat = "", 0, 0.0
         self._state: State = "stopped"
         self._checking: asyncio.TimerHandle | None = None
 
-    async def serve(self, text: str, toml: str, revision: int, ready: Callable[[], None]) -> None:
+    async def serve(self, text: str, toml: str, revision: int, beat: float, ready: Callable[[], None]) -> None:
         """Be the page's home, forever, beginning with this program and its `improv.toml`, as saved last.
 
-        Once it is `ready`, the page may ask for something.
+        If it is first played as it is, it begins at this beat. Once it is `ready`, the page may ask for something.
         """
-        self._text, self._revision = text, revision
-        self._editor.robots = read_robots(toml)
+        self._text, self._revision, self._beat = text, revision, beat
+        self._editor.robots = _robots(toml)
         self._outbox = self._pages.join()
         await self._playback.open()
         self._playback.present(PROGRAM.name, "")
@@ -100,6 +100,11 @@ class Home:
             self._throttle.take({"type": "editing", "page": self._outbox.number, "ask": request})
         else:
             self._throttle.take(request)
+
+    def use(self, toml: str) -> None:
+        """Have the program use another `improv.toml`: from the next time on that it is played."""
+        self._editor.robots = _robots(toml)
+        self._show()
 
     def paths(self) -> str | None:
         """The paths of what plays, as SVG; None if there are none."""
@@ -187,14 +192,17 @@ class Home:
 
     async def _write(self, ask: Write, asked: int) -> None:
         """Play what is on the page. The page keeps the text itself."""
-        self._text = ask["text"]
+        beat = self._beat if ask["text"] == self._text else 0.0
+        self._text, self._beat = ask["text"], 0.0
         self._revision += 1
+        self._show()  # the page finds out whether its browser keeps it
         self._answer({"type": "written", "number": ask["number"], "revision": str(self._revision), "problem": ""})
-        self._show()
         analysis = self._editor.analysis(self._text)
         self._playback.present(PROGRAM.name, "", mistakes(PROGRAM, analysis))
         if analysis.ok:
-            await self._playback.play(PlayScore(score_of(analysis), PROGRAM.name, asked))
+            begun = await self._playback.play(PlayScore(score_of(analysis), PROGRAM.name, asked))
+            if begun and beat:
+                self._playback.ask({"type": "seek", "beat": beat})
 
     def _show(self) -> None:
         """Tell the page what its program is."""
@@ -205,6 +213,10 @@ class Home:
     def _answer(self, answer: EditorAnswer | None) -> None:
         if answer:
             self._playback.ask({"type": "answer", "page": self._outbox.number, "answer": answer})
+
+
+def _robots(toml: str) -> Robots:
+    return read_robots(toml, Path(FILE_NAME))
 
 
 class _AtOnce:

@@ -8,7 +8,8 @@ const { version, files } = /** @type {{ version: string, files: string[] }} */ (
 const NAME = `improv ${scope.registration.scope} `
 const own = NAME + version
 
-scope.addEventListener("install", (event) => event.waitUntil(keepAll().then(() => scope.skipWaiting())))
+scope.addEventListener("install", (event) => event.waitUntil(keepAll()))
+scope.addEventListener("message", (event) => event.data === "take over" && scope.skipWaiting()) // of a page that is ready
 scope.addEventListener("activate", (event) => event.waitUntil(forgetOthers().then(() => scope.clients.claim())))
 scope.addEventListener("fetch", (event) => {
   if (event.request.method === "GET") event.respondWith(answer(event.request))

@@ -30,8 +30,9 @@ const say = (said) => postMessage(said)
 
 /**
  * @typedef {object} Home
- * @property {(text: string, toml: string, revision: number, ready: () => void) => Promise<void>} serve
+ * @property {(text: string, toml: string, revision: number, beat: number, ready: () => void) => Promise<void>} serve
  * @property {(request: string) => void} hear
+ * @property {(toml: string) => void} use
  * @property {() => string | undefined} paths
  * @property {(text: string) => string} code
  */
@@ -41,10 +42,11 @@ let home
 onmessage = async ({ data }) => {
   if (data.program) await begin(data.program)
   else if (data.request) home?.hear(data.request)
+  else if (data.toml !== undefined) home?.use(data.toml)
   else if (data.draw) say({ drawn: (data.draw.code ? home?.code(data.draw.code) : home?.paths()) ?? null })
 }
 
-/** @param {import("../stage/viewer/page/kept.js").Program} program */
+/** @param {import("../stage/viewer/page/kept.js").Program & { beat: number }} program */
 async function begin(program) {
   try {
     const [python, improv] = await Promise.all([
@@ -56,7 +58,7 @@ async function begin(program) {
     const { Home } = python.pyimport("improv_core.site.home")
     const own = /** @type {Home} */ (Home((/** @type {string} */ text) => say({ message: text }), (/** @type {number} */ number) => say({ obeyed: number })))
     home = own
-    await own.serve(program.text, program.toml, Number(program.revision), () => say({ ready: true }))
+    await own.serve(program.text, program.toml, Number(program.revision), program.beat, () => say({ ready: true }))
   } catch (problem) {
     say({ problem: `Improv can't run here: ${String(problem).trim().split("\n").at(-1)}` })
   }

@@ -19,7 +19,7 @@ from playwright.sync_api import Page, sync_playwright
 from improv_core.site.website import build
 from tests.benchmarks.tables import print_row
 from tests.needs import need
-from tests.site.test_website import PYODIDE_HERE
+from tests.site.conftest import PYODIDE_HERE
 from tests.stage.viewer.conftest import FLAGS, wait
 
 RATE = 10_000_000 / 8

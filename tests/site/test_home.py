@@ -47,12 +47,12 @@ class At:
         self._new.set()
 
 
-def check(scene: Callable[[At], Coroutine[Any, Any, None]], text: str = "", toml: str = "") -> None:
+def check(scene: Callable[[At], Coroutine[Any, Any, None]], text: str = "", toml: str = "", beat: float = 0.0) -> None:
     """Run a scene with a page at home."""
 
     async def run() -> None:
         at, ready = At(), asyncio.Event()
-        serving = asyncio.create_task(at.home.serve(text, toml, 7, ready.set))
+        serving = asyncio.create_task(at.home.serve(text, toml, 7, beat, ready.set))
         await asyncio.wait_for(ready.wait(), LIMIT)
         await scene(at)
         serving.cancel()
@@ -138,6 +138,42 @@ def test_robots_are_those_of_its_improv_toml() -> None:
         assert poses["poses"][0][0] == 0.5
 
     check(scene, toml='[robots.ada]\nprofile = "quadrotor"\nstart = {}\n')
+
+
+def test_a_mistake_in_improv_toml_has_its_line_and_can_be_mended() -> None:
+    async def scene(at: At) -> None:
+        at.ask("analyze", number=1, text="ada $ forward")
+        found = await at.wait("analyzed", lambda each: each["number"] == 1)
+        assert [(each["file"], each["line"]) for each in found["problems"]] == [("improv.toml", 2)]
+        at.save("ada $ forward")
+        (problem,) = (await at.wait("program", lambda each: each["count"] == 1))["problems"]
+        assert (problem["file"], problem["line"]) == ("improv.toml", 2)
+        at.home.use('[robots.ada]\nprofile = "quadrotor"\n')
+        at.ask("analyze", number=2, text="ada $ forward")
+        assert (await at.wait("analyzed", lambda each: each["number"] == 2))["count"] == 0
+        at.save("ada $ forward", 2)
+        await at.wait("transport", lambda each: each["state"] == "playing")
+
+    check(scene, toml='[robots.ada]\nprofile = "nothing"\n')
+
+
+def test_what_a_link_has_brought_begins_at_its_beat_once() -> None:
+    async def scene(at: At) -> None:
+        at.save("ada $ repeat 8 left")
+        began = await at.wait("transport", lambda each: each["state"] == "playing" and each["beat"] >= 5)
+        at.save("ada $ repeat 8 left", 2)
+        await at.wait("transport", lambda each: each["generation"] > began["generation"] and each["beat"] < 1)
+
+    check(scene, "ada $ repeat 8 left", beat=5.5)
+
+
+def test_another_program_than_that_of_the_link_begins_at_its_beginning() -> None:
+    async def scene(at: At) -> None:
+        at.save("ada $ repeat 8 right")
+        began = await at.wait("transport", lambda each: each["state"] == "playing")
+        assert began["beat"] < 1
+
+    check(scene, "ada $ repeat 8 left", beat=5.5)
 
 
 def test_a_qr_code_holds_a_link() -> None:

@@ -2,35 +2,18 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
 import io
 import json
 import re
-import threading
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.site.website import MARK, PYODIDE, SiteError, build
-from tests.needs import lacking
+from improv_core.site.website import MARK, SiteError, build
+from tests.site.conftest import served
 from tests.stage.viewer.conftest import LIMIT, Keep, wait
-
-PYODIDE_HERE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
-
-
-@pytest.fixture
-def pyodide(tmp_path: Path) -> Path:
-    """A folder that looks like the npm package."""
-    folder = tmp_path / "pyodide"
-    folder.mkdir()
-    for name in PYODIDE:
-        (folder / name).write_text(name)
-    return folder
 
 
 def content(site: Path) -> dict[str, bytes]:
@@ -80,31 +63,6 @@ def test_an_earlier_build_is_replaced_and_other_folders_stay(pyodide: Path, tmp_
     assert (other / "thesis.txt").exists()
     with pytest.raises(SiteError, match="run `npm install pyodide` here, or name the folder with --pyodide"):
         build(tmp_path / "new", tmp_path)
-
-
-class _Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, format: str, *arguments: object) -> None:
-        """Say nothing."""
-
-
-@contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """Where a plain web server serves a folder."""
-    handler = functools.partial(_Quiet, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()
-
-
-@pytest.fixture
-def address(tmp_path: Path) -> Iterator[str]:
-    """Where the website is served, in a folder of a plain web server."""
-    if not PYODIDE_HERE.exists():
-        lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
-    build(tmp_path / "classes" / "improv", PYODIDE_HERE)
-    with served(tmp_path) as root:
-        yield f"{root}classes/improv/"
 
 
 @pytest.mark.slow("opens a browser")

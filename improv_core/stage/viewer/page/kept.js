@@ -7,42 +7,46 @@ const KEY = "improv.program"
 const DRAFT = "improv.draft.before a link"
 const FIRST = "ada $ repeat 4 (forward left)\n"
 
+const NO_ROOM = "this browser has no room for another dance: save yours as a file, with Share, and open the link again"
+
 /** @typedef {{ text: string, revision: string, toml: string }} Program how it was saved last, and its improv.toml */
 
 export const path = "dance.improv"
 
 /**
- * The program to begin with, and a line if the address holds one that can't be opened. What a link brings takes the
- * place of what was kept, which the page then offers.
- * @returns {Promise<{ program: Program, problem: string }>}
+ * The program to begin with, the beat at which it begins first, and a line if the address holds one that can't be
+ * opened. What a link brings takes the place of what was kept, which the page then offers.
+ * @returns {Promise<{ program: Program, beat: number, problem: string }>}
  */
 export async function openProgram() {
   const kept = find()
   const work = await workIn(location.hash)
-  if (work === null) return { program: kept ?? { text: FIRST, revision: "0", toml: "" }, problem: "" }
+  if (work === null) return { program: kept ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
   history.replaceState(null, "", location.pathname + location.search)
-  if (typeof work === "string") return { program: kept ?? { text: "", revision: "0", toml: "" }, problem: work }
+  const stay = (/** @type {string} */ problem) => ({ program: kept ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
+  if (typeof work === "string") return stay(work)
   const revision = String(Number(kept?.revision ?? 0) + 1)
   const program = { text: work.text, revision, toml: work.toml }
   if (kept && kept.text !== work.text) {
     const before = { path, text: kept.text, revision: kept.revision, others: [], time: Date.now() }
-    store(DRAFT, before)
+    if (!store(DRAFT, before)) return stay(NO_ROOM)
   }
   keep(program)
-  return { program, problem: "" }
+  return { program, beat: work.beat, problem: "" }
 }
 
-/** Keeps what was saved. @param {Program} saved */
+/** Keeps what was saved. Returns whether this browser had room for it. @param {Program} saved */
 export function keep(saved) {
-  store(KEY, saved)
+  return store(KEY, saved)
 }
 
 /** @param {string} key @param {unknown} value */
 function store(key, value) {
   try {
     localStorage.setItem(key, JSON.stringify(value))
+    return true
   } catch {
-    // the draft says that this browser keeps no text
+    return false
   }
 }
 

@@ -1,6 +1,6 @@
 // @ts-check
-// The keyboard. Space stops the robots wherever the focus is, unless a program is written there, and so does Escape
-// unless it closes something. Other keys work only where a person has put the focus on the stage or a control, so that
+// The keyboard. Space stops the robots wherever the focus is, unless text is written there, and so does Escape unless it
+// closes something. Other keys work only where a person has put the focus on the stage or a control, so that
 // a text that is typed into the wrong window starts nothing.
 
 const CONTROLS = "#stage, #bar, #tools, #presenting, #senses, #timeline, .card"
@@ -22,7 +22,7 @@ export function listen({ stop, keys, shifted, lettersWork, say }) {
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing || event.defaultPrevented) return
     const target = event.target instanceof Element ? event.target : document.body
-    if (event.code === "Space" && target.closest("textarea")) return
+    if (event.code === "Space" && target.closest("textarea, input[type=text]")) return
     if (event.code === "Space" || event.key === "Escape") {
       event.preventDefault() // otherwise Space would also press the focused button
       if (!event.repeat) stop(event)

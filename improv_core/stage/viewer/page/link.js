@@ -7,9 +7,10 @@ const KEY = "dance="
 const MOST = 200_000 // bytes of what a link holds: longer programs are files
 const LONGEST = 8_000 // characters of a link that all mail and chat programs take
 // Characters that don't show, or that show others in another order: nobody could read what such a link plays.
-const HIDDEN = /[\u0000-\u0008\u000B-\u001F\u007F-\u009F\u200B-\u200F\u2028-\u202E\u2060-\u2069\uFEFF]/
+const HIDDEN = /[\u0000-\u0008\u000B-\u001F\u007F-\u009F\u200B\u200E\u200F\u2028-\u202E\u2060-\u2069\uFEFF]/
 
 export const TOO_LONG = `this dance is too long for a link (${LONGEST.toLocaleString("en")} characters): save it as a file`
+export const UNFIT = "this dance can't be a link: it is too long, or has characters that don't show; save it as a file"
 export const BROKEN = "this link is broken, perhaps because its end is missing: ask for it again"
 export const STRANGE = "this link holds something that isn't a dance: it was not opened"
 export const LATER = "this link was made by a later version of Improv: open it on a newer page"

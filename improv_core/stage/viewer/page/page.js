@@ -52,7 +52,7 @@ const editor = new Editor(send, {
   place: (starts) => startPoses.place(starts),
   say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
 })
-offerHelp(editor.saving)
+offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places, poses) => (editor.open ? editor.light(places) : score.light(places, poses)) },

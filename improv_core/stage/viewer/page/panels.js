@@ -137,6 +137,8 @@ export class Panels {
       touch()
     }
     const stop = (/** @type {KeyboardEvent} */ event) => {
+      const over = document.querySelector("dialog:modal")
+      if (event.key === "Escape" && over instanceof HTMLDialogElement) return over.close()
       if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
       if (event.key !== "Escape") return
       for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)

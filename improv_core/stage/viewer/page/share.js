@@ -2,9 +2,9 @@
 // Passes a program on: as a link, as a QR code, or as a file. Only on a website, which anybody can open.
 
 import { find, findA } from "./elements.js"
-import { TOO_LONG, fragmentOf, isTooLong } from "./link.js"
-import { download } from "./save.js"
-import { drawCode, getToml } from "./worker-home.js"
+import { chooseFile, saveText, textOf } from "./files.js"
+import { TOO_LONG, UNFIT, fragmentOf, isTooLong, workIn } from "./link.js"
+import { drawCode, getToml, setToml } from "./worker-home.js"
 
 /** @import { Saving } from "./saving.js" */
 
@@ -13,47 +13,63 @@ const MOST_IN_CODE = 2_900 // characters: a QR code of this size can still be re
 export class Share {
   #dialog = findA("sharing", HTMLDialogElement)
   #link = findA("link", HTMLInputElement)
+  #toml = findA("toml", HTMLTextAreaElement)
   #saving
+  #getBeat
 
-  /** @param {Saving} saving has the text on the page */
-  constructor(saving) {
+  /**
+   * @param {Saving} saving has the text on the page
+   * @param {() => number} getBeat where the dance stands, if somebody has paused it: whoever opens the link begins there
+   */
+  constructor(saving, getBeat) {
     this.#saving = saving
+    this.#getBeat = getBeat
     find("share").hidden = false
     find("share").addEventListener("click", () => this.#open())
     find("copy-link").addEventListener("click", () => this.#copy())
-    find("save-file").addEventListener("click", () => {
-      download("dance.improv", new Blob([saving.text], { type: "text/plain;charset=utf-8" }))
-    })
-    const file = findA("open-file", HTMLInputElement)
-    find("choose-file").addEventListener("click", () => file.click())
-    file.addEventListener("change", async () => {
-      const chosen = file.files?.[0]
-      file.value = ""
-      if (!chosen) return
-      const text = await textOf(chosen)
-      if (text === null) this.#say(`${chosen.name} is no text of at most 100,000 characters: choose an .improv file`)
-      else {
-        saving.replace(text)
-        this.#dialog.close()
-      }
+    find("save-file").addEventListener("click", async () => this.#say(await saveText("dance.improv", saving.text)))
+    find("choose-file").addEventListener("click", () => this.#openFile())
+    find("use-toml").addEventListener("click", async () => {
+      const kept = setToml(this.#toml.value)
+      await this.#show()
+      this.#say(kept ? "This holds from the next time on that you play." : "This browser has no room to keep it.")
     })
   }
 
   async #open() {
-    this.#say("")
-    const { origin, pathname } = location
-    const work = { text: this.#saving.text, toml: getToml(), beat: 0 }
-    const link = `${origin}${pathname}${await fragmentOf(work)}`
-    const tooLong = isTooLong(link)
-    find("linked").hidden = tooLong
-    this.#link.value = tooLong ? "" : link
-    if (tooLong) this.#say(TOO_LONG)
-    else find("link-length").textContent = `${link.length.toLocaleString("en")} characters; all of the dance is in it`
+    this.#toml.value = getToml()
+    findA("toml-part", HTMLDetailsElement).open = this.#toml.value !== ""
     this.#dialog.showModal()
+    await this.#show()
+  }
+
+  /** Shows the link. */
+  async #show() {
+    const { origin, pathname } = location
+    const work = { text: this.#saving.text, toml: getToml(), beat: this.#getBeat() }
+    const fragment = await fragmentOf(work)
+    const link = `${origin}${pathname}${fragment}`
+    const problem = isTooLong(link) ? TOO_LONG : typeof (await workIn(fragment)) === "string" ? UNFIT : ""
+    find("linked").hidden = problem !== ""
+    this.#link.value = problem ? "" : link
+    this.#say(problem)
+    const begins = work.beat ? `; it begins at beat ${Math.floor(work.beat) + 1}, where it is paused` : ""
+    find("link-length").textContent = `${link.length.toLocaleString("en")} characters; all of the dance is in it${begins}`
     const code = findA("code", HTMLImageElement)
-    const drawn = link.length <= MOST_IN_CODE ? await drawCode(link) : null
+    const drawn = !problem && link.length <= MOST_IN_CODE ? await drawCode(link) : null
     code.hidden = !drawn
     if (drawn) code.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(drawn)}`
+  }
+
+  async #openFile() {
+    const chosen = await chooseFile()
+    if (!chosen) return
+    const text = await textOf(chosen)
+    if (text === null) this.#say(`${chosen.name} is no text of at most 100,000 characters: choose an .improv file`)
+    else {
+      this.#dialog.close()
+      this.#saving.replace(text)
+    }
   }
 
   async #copy() {
@@ -69,16 +85,5 @@ export class Share {
   /** @param {string} line */
   #say(line) {
     find("sharing-line").textContent = line
-  }
-}
-
-/** The text in a file; null if it is too long or no text. @param {File} file */
-async function textOf(file) {
-  if (file.size > 400_000) return null
-  try {
-    const text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer()).replaceAll("\r\n", "\n")
-    return text.length <= 100_000 ? text : null
-  } catch {
-    return null
   }
 }

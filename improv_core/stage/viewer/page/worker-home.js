@@ -12,6 +12,8 @@ import { read } from "./messages.js"
 const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
 const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
 const HUNG = 8000 // milliseconds after which a worker that doesn't stop is ended
+const NO_ROOM = "not saved: this browser has no room for it, so save it as a file, with Share"
+const NEWER = "A newer version of this website is here. Reload the page to use it: your text stays."
 
 /** @type {Worker | undefined} */
 let worker
@@ -19,6 +21,7 @@ let worker
 const waiting = [] // for what the worker draws
 /** @type {Program} */
 let program
+let beat = 0 // at which the program begins when it is first played as it was opened
 
 /**
  * Keeps a worker. `onStop` gets whether a stop has been waiting for a while to be obeyed, and `onLoad` a line about what
@@ -36,24 +39,29 @@ export function connect(onMessage, onChange, onStop, onLoad) {
   let timers = /** @type {number[]} */ ([])
   let ready = false
   let problem = ""
+  let isKept = true
 
   function begin() {
     ready = false
     worker = new Worker(new URL(address, import.meta.url), { type: "module" })
     worker.onmessage = (event) => take(event.data)
     worker.onerror = () => onLoad("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
-    worker.postMessage({ program })
+    worker.postMessage({ program: { ...program, beat } })
   }
 
   /** @param {FromWorker} said */
   function take(said) {
     if ("message" in said) {
       const message = read(said.message)
-      if (message?.type === "source") keep((program = { ...program, text: message.text, revision: message.revision }))
-      if (message) onMessage(message)
+      if (message?.type === "source") {
+        program = { ...program, text: message.text, revision: message.revision }
+        isKept = keep(program)
+        if (!isKept) return // for the page, the text stays unsaved
+      }
+      if (message) onMessage(message.type === "written" && !isKept ? { ...message, problem: NO_ROOM } : message)
     } else if ("ready" in said) {
       ready = true
-      keepSite()
+      keepSite(onLoad)
       onChange("open")
       if (problem) onLoad(problem)
     } else if ("loaded" in said) onLoad(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)
@@ -86,6 +94,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
 
   openProgram().then((opened) => {
     program = opened.program
+    beat = opened.beat
     onMessage({ type: "source", path, text: program.text, revision: program.revision })
     problem = opened.problem
     begin()
@@ -97,9 +106,24 @@ export function connect(onMessage, onChange, onStop, onLoad) {
   }
 }
 
-/** Has the browser keep the website, so that it needs no network next time, where browsers allow that. */
-function keepSite() {
-  navigator.serviceWorker?.register(new URL("service-worker.js", import.meta.url)).catch(() => undefined)
+/**
+ * Has the browser keep the website, so that it needs no network next time, where browsers allow that. A newer version
+ * takes the place of the kept one from here on: not before, because parts of both would be loaded. `say` gets a line then.
+ * @param {(line: string) => void} say
+ */
+async function keepSite(say) {
+  const { serviceWorker } = navigator
+  if (serviceWorker?.controller) serviceWorker.addEventListener("controllerchange", () => say(NEWER), { once: true })
+  try {
+    const site = await serviceWorker?.register(new URL("service-worker.js", import.meta.url))
+    const takeOver = () => site?.waiting?.postMessage("take over")
+    const watch = () => site?.installing?.addEventListener("statechange", takeOver)
+    takeOver()
+    watch()
+    site?.addEventListener("updatefound", watch)
+  } catch {
+    // it needs the network next time
+  }
 }
 
 /** Promises the paths as SVG; null if there are none. */
@@ -110,6 +134,13 @@ export const drawCode = (text) => draw({ code: text })
 
 /** The improv.toml of the program. */
 export const getToml = () => program.toml
+
+/** Has the program use another improv.toml. Returns whether this browser had room for it. @param {string} toml */
+export function setToml(toml) {
+  program = { ...program, toml }
+  worker?.postMessage({ toml })
+  return keep(program)
+}
 
 /** @param {{ paths: true } | { code: string }} what @returns {Promise<string | null>} */
 function draw(what) {

@@ -11,12 +11,15 @@ import { WordRow } from "./word-row.js"
 
 /** @import { Saving } from "./saving.js" */
 
-/** @param {Saving} saving */
-export function offerHelp(saving) {
+/**
+ * @param {Saving} saving
+ * @param {() => number} getBeat where the dance stands, if somebody has paused it
+ */
+export function offerHelp(saving, getBeat) {
   new WordRow(findA("text", HTMLTextAreaElement))
   if (isWebsite) {
     new Examples(saving)
-    new Share(saving)
+    new Share(saving, getBeat)
   } else offerStarters(saving)
   if (isClass) new Class(saving)
 }

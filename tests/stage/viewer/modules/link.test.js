@@ -13,6 +13,7 @@ test("a link holds the program, its improv.toml, and the beat", async () => {
   for (const work of [
     { text: "ada $ forward\n", toml: "", beat: 0 },
     { text: "fünf = (left) # 🐢\nada $ fünf\n", toml: "[world]\nsize = [4, 4]\n", beat: 7.5 },
+    { text: "ada $ left # \u0645\u06cc\u200c\u0631\u0642\u0635\u062f 👩‍👧\n", toml: "", beat: 0 }, // what joins letters and pictures shows
     { text: "", toml: "", beat: 0 },
   ]) {
     const fragment = await fragmentOf(work)

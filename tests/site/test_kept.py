@@ -1,0 +1,121 @@
+"""What a website's page keeps, brings along, and passes on: programs, their improv.toml, links, files, new versions."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from base64 import urlsafe_b64encode
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.site.website import build
+from tests.needs import lacking
+from tests.site.conftest import PYODIDE_HERE, served
+from tests.stage.viewer.conftest import Keep, wait
+
+OPENED = 'document.body.dataset.connection === "open"'
+FULL = """() => {
+  for (let size = 2 ** 21; size >= 1; size = size >> 1)
+    try { for (let i = 0; ; i++) localStorage.setItem(`full ${size} ${i}`, "x".repeat(size)) }
+    catch { /* the next size */ }
+}"""
+FILES = """
+  const folder = navigator.storage.getDirectory()
+  const dance = async () => (await folder).getFileHandle("dance.improv", { create: true })
+  window.showSaveFilePicker = dance
+  window.showOpenFilePicker = async () => [await dance()]
+"""
+"""Nobody can click in a system's file dialog here: these files are real ones of the browser."""
+
+
+def fragment(**held: object) -> str:
+    """What a link ends with that holds this."""
+    packed = zlib.compressobj(wbits=-15)
+    data = packed.compress(json.dumps({"v": 1, **held}).encode()) + packed.flush()
+    return f"#dance={urlsafe_b64encode(data).decode().rstrip('=')}"
+
+
+@pytest.mark.slow("starts Python in a browser, twice")
+def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_was_paused(
+    address: str, page: Page, keep: Keep
+) -> None:
+    page.add_init_script(FILES)
+    toml = '[robots.ada]\nprofile = "quadrator"\n'
+    page.goto(f"{address}{fragment(text='ada $ repeat 40 left', toml=toml)}")
+    wait(page, OPENED)
+    expect(page.locator("#mistakes")).to_contain_text("improv.toml, line 2")
+    share, dialog = page.get_by_role("button", name="Share"), page.locator("#sharing")
+    share.click()
+    expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml)
+    keep(page, "site-share-toml.png")
+    page.get_by_label("improv.toml", exact=True).fill(toml.replace("quadrator", "quadrotor"))
+    page.get_by_role("button", name="Use this").click()
+    expect(page.locator("#sharing-line")).to_have_text("This holds from the next time on that you play.")
+    page.keyboard.press("Escape")
+    expect(dialog).to_be_hidden()
+    expect(page.locator("#mistakes")).to_be_hidden()
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, 'improv.transport.state === "playing"')
+    page.locator("#playline").press("ArrowRight")
+    page.get_by_role("button", name="Pause").click()
+    wait(page, 'improv.transport.state === "paused" && improv.transport.beat >= 1')
+    share.click()
+    expect(page.locator("#link-length")).to_contain_text("it begins at beat ")
+    link = page.locator("#link").input_value()
+    page.get_by_role("button", name="Save as a file").click()
+    expect(page.locator("#sharing-line")).to_have_text("Saved as dance.improv.")
+    page.keyboard.press("Escape")
+    page.locator("#text").fill("bo $ left")
+    share.click()
+    page.get_by_role("button", name="Open a file").click()
+    expect(page.locator("#text")).to_have_value("ada $ repeat 40 left")
+
+    page.goto("about:blank")
+    page.goto(link)
+    wait(page, OPENED)
+    assert page.evaluate("improv.transport.generation") == 0
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, 'improv.transport.state === "playing" && improv.transport.beat >= 1')
+    share.click()
+    expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml.replace("quadrator", "quadrotor"))
+
+
+@pytest.mark.slow("starts Python in a browser, twice")
+def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Page) -> None:
+    page.goto(address)
+    wait(page, OPENED)
+    page.locator("#text").fill("cy $ forward")
+    page.keyboard.press("Control+Enter")
+    expect(page.locator("#file-state")).to_have_text("saved")
+    page.evaluate(FULL)
+    page.locator("#text").fill("cy $ forward backward # longer")
+    page.keyboard.press("Control+Enter")
+    expect(page.locator("#file-state")).to_contain_text("not saved: this browser has no room for it")
+    expect(page.locator("#state")).to_have_text("playing")
+    page.locator("#text").fill("cy $ forward")  # as it was kept: nothing asks whether to leave the page
+    page.goto("about:blank")
+    page.goto(f"{address}{fragment(text='dee $ left')}")
+    wait(page, OPENED)
+    expect(page.locator("#notice")).to_contain_text("this browser has no room for another dance")
+    expect(page.locator("#text")).to_have_value("cy $ forward")
+    page.evaluate("localStorage.clear()")
+
+
+@pytest.mark.slow("starts Python in a browser, twice")
+def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(tmp_path: Path, page: Page) -> None:
+    if not PYODIDE_HERE.exists():
+        lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
+    build(tmp_path / "site", PYODIDE_HERE)
+    with served(tmp_path / "site") as root:
+        page.goto(root)
+        wait(page, OPENED)
+        page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
+        wait(page, "navigator.serviceWorker.controller")
+        page.locator("#text").fill("cy $ forward")
+        worker = tmp_path / "site" / "service-worker.js"
+        worker.write_text(worker.read_text().replace('{"version": "', '{"version": "newer '))
+        page.reload()
+        expect(page.locator("#notice")).to_contain_text("A newer version of this website is here.")
+        expect(page.locator("#text")).to_have_value("cy $ forward")

@@ -143,8 +143,9 @@ class _Desk:
             self._look()
 
     def _held(self) -> Sequence[bytes]:
-        """What the file and its `improv.toml` hold, or why they can't be read."""
-        return [_content(path) for path in (self._path, find_robots_file(self._path.parent)) if path]
+        """What the file, its `improv.toml`, and the URDFs that it names hold, or why they can't be read."""
+        files = [self._path, find_robots_file(self._path.parent), *self._robots.urdfs]
+        return [_content(path) for path in files if path]
 
     def _look(self) -> None:
         """Show pages what the file and its `improv.toml` hold now, if that is new."""

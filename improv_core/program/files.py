@@ -48,7 +48,7 @@ def robots_in(path: Path) -> Robots:
 def robots_from(text: str, path: Path | None) -> Robots:
     """The robots in the text of an `improv.toml`, with what the URDFs say that it names. Never raises."""
     robots = read_robots(text, path)
-    if not any(profile.body and profile.body.urdf for profile in robots.profiles.values()):
+    if not robots.urdfs:
         return robots
     from improv_core.robots.skeletons import with_skeletons  # few need it: reading XML takes a while to import
 

@@ -131,7 +131,10 @@ class _Bodies:
         joint = reading.text((*keys, "joint"), table)
         unit = "meters" if "meters" in table else "degrees"
         amount = reading.number((*keys, unit), table[unit])
-        if not joint or amount is None:
+        if joint is not None and not (joint and joint.isprintable()):
+            reading.at_value((*keys, "joint"), f"write the name of a joint: `{_VALUE}`")
+            return None
+        if joint is None or amount is None:
             return None
         if not amount:
             reading.at_value((*keys, unit), f"write `{unit}` as a number other than 0")
@@ -277,6 +280,8 @@ class _Bodies:
                     reading.at_value(
                         (*keys, name, "joints", place), f"write one of the joints: {listed(joints)}", given=(PROFILES,)
                     )
+                elif joint in found[:place]:
+                    reading.at_value((*keys, name, "joints", place), f"`{joint}` is here twice: remove one")
                 elif taken.setdefault(joint, name) != name:
                     reading.at_value(
                         (*keys, name, "joints", place), f"`{taken[joint]}` already moves `{joint}`: remove one"

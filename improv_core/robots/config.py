@@ -131,6 +131,12 @@ class Robots:
         return frozenset(name for each in self.profiles.values() if each.body for name in each.body.words)
 
     @property
+    def urdfs(self) -> Sequence[Path]:
+        """The files that profiles name as the URDFs of their robots."""
+        names = dict.fromkeys(each.body.urdf for each in self.profiles.values() if each.body and each.body.urdf)
+        return [self.path.parent / name for name in names] if self.path else []
+
+    @property
     def sense_names(self) -> tuple[str, ...]:
         """The names of all senses: the built-in ones and the declared ones."""
         return tuple(dict.fromkeys([*BUILT_IN_SENSES, *self.senses]))

@@ -25,7 +25,7 @@ def with_skeletons(robots: Robots, read: Callable[[Path, int], bytes | str]) -> 
     that contradicts what a profile says of its joints, is an error where it is named.
     """
     named = {name: each.body for name, each in robots.profiles.items() if each.body and each.body.urdf}
-    if not (named and robots.path):
+    if not robots.path:
         return robots
     skeletons: dict[str, tuple[Bone, ...]] = {}
     wrong: dict[tuple[str, str], str] = {}  # a URDF and what is said of it, and the first profile that names it

@@ -22,6 +22,8 @@ ARMS = (
     [
         (HEAD + 'up = { joint = "j", degrees = 3 }', '"j"', "`left` of `h` already moves `j`: give each direction"),
         (HEAD + '[profiles.a.body.k]\nup = { joint = "j", degrees = 3 }', '"j"', "`left` of `h` already moves `j`"),
+        (HEAD.replace('"j"', '""'), '""', "write the name of a joint"),
+        (HEAD.replace('"j"', '"a\\u001b[31m"'), '"a', "write the name of a joint"),
         (HEAD.replace("30", "nan"), "nan", "write `degrees` in degrees, from -720 to 720"),
         (HEAD.replace("30", "1e300"), "1e300", "write `degrees` in degrees, from -720 to 720"),
         (HEAD.replace("30", "0"), "0", "write `degrees` as a number other than 0"),
@@ -78,6 +80,7 @@ ARMS = (
             '"j"',
             "`c` already moves `j`: remove one",
         ),
+        (HEAD + '[profiles.a.controllers.c]\njoints = ["j", "j"]', '"j"', "`j` is here twice: remove one"),
         (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ninterface = "effort"', '"effort"', "is not valid here"),
         (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ntopic = "a b"', '"a b"', "use the letters a to z"),
         (ARMS + '[profiles.a.controllers.c]\njoints = ["lj"]', "controllers", "no controller moves `rj`"),

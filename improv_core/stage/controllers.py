@@ -15,13 +15,15 @@ from improv_core.score.body import Body, Controller, Interface, Joint
 from improv_core.score.joints import JointMotion, moved_parts
 from improv_core.score.profiles import is_simulated
 from improv_core.score.score import Part
-from improv_core.stage.joint_places import adrift
+from improv_core.stage.joint_places import FAR_SLIDE, FAR_TURN, adrift
 from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
 
 CRUISE = 0.2
 """Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
 HORIZON = 0.3
 """Seconds after which a trajectory has come to rest if nothing follows."""
+LAG = 0.5
+"""Seconds by which joints that move may be behind what they are told."""
 HOMING = 5
 """How many times as slow as they can joints move to their starts."""
 TICK = 0.001
@@ -156,6 +158,24 @@ def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at
     passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
     pairs = zip(channel.joints, before.motions, strict=True)
     return Course(tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs), at)
+
+
+def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[str, tuple[float, float]]) -> Course:
+    """The course of joints some of which something may have held back, such as a person or a protective stop: these
+    continue from where they are. They would jump as soon as they are let go.
+
+    `measured` is where joints were, and how many seconds ago. Joints that stand may hang a little.
+    """
+    if not channel.needs_positions:
+        return course
+    motions = []
+    for joint, last, motion in zip(channel.joints, before.motions, course.motions, strict=True):
+        speed = max(abs(last.velocity), abs(motion.velocity))
+        position, ago = measured.get(joint.name, (motion.position, 0.0))
+        far = (FAR_SLIDE if joint.slides else FAR_TURN) + speed * (LAG + ago)
+        is_held = speed and abs(position - motion.position) > far
+        motions.append(motion._replace(position=position) if is_held else motion)
+    return turned(channel, Course(tuple(motions), course.since), {}, course.since)
 
 
 def way_home(channel: Channel, course: Course) -> Channel | None:

@@ -260,11 +260,14 @@ def anew() -> str:
 
 
 def make() -> Ros:
-    return Ros(None, "standby" in sys.argv[1:], heard.put, lambda request: None)
+    lines.clear()
+    return Ros(None, "standby" in sys.argv[1:], heard.put, lambda request: None, tell=lines.append)
 
 
 signal.signal(signal.SIGTERM, end)
 heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+lines: list[str] = []
+"""For people."""
 sink, is_there = make(), True
 answer([True, sink.description])
 methods: dict[str, Callable[..., Any]] = {
@@ -296,6 +299,7 @@ methods: dict[str, Callable[..., Any]] = {
     "until_paid": until_paid,
     "offered": offered,
     "until_offered": until_offered,
+    "lines": lambda: lines,
 }
 for line in sys.stdin:
     method, arguments, named = json.loads(line)

@@ -64,6 +64,17 @@ def test_a_stop_holds_joints_where_they_are_by_then(sink: Sink, head: Listener) 
     assert points(head.wait(lambda message: not moves(message))) == [[0, [-0.27, 0.26], [0, 0]]]
 
 
+def test_a_joint_that_is_held_back_does_not_jump_later(sink: Sink, head: Listener, publish: Publish) -> None:
+    """It stays where it is while it should have turned by several radians, as in a protective stop."""
+    sink("send_joints", 0.0, yaw=1.0)
+    for seconds in range(1, 20):
+        states(publish, yaw=0.01, pitch=-0.02)
+        sink("send_joints", float(seconds), yaw=2.0)
+    sink("send_joints", 20.0, yaw=1.0)
+    head.wait(lambda message: moves(message) and points(message)[0] == [0, [-0.02, 0.01], [0, 2]])
+    assert sink("lines") == ["yaw of ada is held back: it continues from where it is, not as the program says"]
+
+
 def test_a_controller_that_leaves_improv_toml_is_told_to_stand(sink: Sink, head: Listener, listen: Listen) -> None:
     """A save takes over while joints move."""
     numbers = listen("/ada/other_controller/commands", type=NUMBERS)

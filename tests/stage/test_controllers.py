@@ -21,6 +21,7 @@ from improv_core.stage.controllers import (
     channels_of,
     homeward,
     joint_states_of,
+    let_go,
     message_of,
     needs_base,
     present,
@@ -247,6 +248,33 @@ def test_where_joints_are_before_they_are_told_something(
 ) -> None:
     flags = {"begins": "begins" in how, "anew": "anew" in how, "rests": "moved" not in how}
     assert present(HEAD, before, measured, **flags) == after
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "measured", "after"),
+    [
+        (course((0, 1), (0, 0)), course((0.5, 1), (0, 0)), {"yaw": (0, 0)}, None),  # it follows a moment later
+        (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 1), (0, 0))),
+        (course((0, 1), (0, 0)), course((1.9, 0), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 0), (0, 0))),  # a stop
+        (course((0, 0), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 1), (0, 0))),
+        (course((0, -1), (0, 0)), course((0, 1), (0, 0)), {"yaw": (0.3, 0)}, None),  # it has yet to turn round
+        (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 1.5)}, None),  # that was long ago
+        (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"pitch": (0.2, 0)}, None),  # what stands may hang
+        (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {}, None),
+        (course((0, 1), (0, 0)), course((0, 1), (0, 0)), {"yaw": (2, 0)}, course((2, 0), (0, 0))),  # at its limit
+    ],
+)
+def test_a_joint_that_something_held_back_continues_from_where_it_is(
+    before: Course, now: Course, measured: dict[str, tuple[float, float]], after: Course | None
+) -> None:
+    """Otherwise it would jump as soon as it is let go. `measured` is where joints were, and how many seconds ago."""
+    assert let_go(HEAD, before, now, measured) == (after or now)
+
+
+def test_a_velocity_controller_has_no_place_to_jump_to() -> None:
+    channel = Channel((YAW, PITCH), "velocity", "/ada/head")
+    now = course((2, 1), (0, 0))
+    assert let_go(channel, now, now, {"yaw": (0, 0)}) == now
 
 
 def test_velocities_can_be_told_to_joints_that_nobody_measures() -> None:

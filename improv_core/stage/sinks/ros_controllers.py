@@ -15,6 +15,7 @@ from improv_core.stage.controllers import (
     channels_of,
     homeward,
     joint_states_of,
+    let_go,
     message_of,
     present,
     stopped,
@@ -75,6 +76,7 @@ class RosControllers:
         self._waits_since = 0.0
         self._told = ""
         self._tell_at = 0.0
+        self._held_tell_at = 0.0
 
     def meet(self, part: Part) -> None:
         """Create publishers for a robot that is about to be prepared."""
@@ -173,7 +175,7 @@ class RosControllers:
         if before is None:
             return
         arm.anew = arm.anew and not begins
-        arm.course = course = turned(arm.channel, before, joints, at)
+        arm.course = course = self._let_go(robot, arm, before, turned(arm.channel, before, joints, at))
         if (
             course.moves
             and course.velocities == before.velocities
@@ -192,6 +194,17 @@ class RosControllers:
         elif needs_zeros:
             self._standby.stands(topic.name)
             self._owed.stands(robot, topic, "", message)
+
+    def _let_go(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
+        now = self._now()
+        where = {joint: (position, max(now - at, 0.0)) for joint, (position, at) in self._recent(robot).items()}
+        free = let_go(arm.channel, before, course, where)
+        pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
+        held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
+        if held and now >= self._held_tell_at:
+            self._held_tell_at = now + AGAIN
+            self._tell(f"{held[0]} of {robot} is held back: it continues from where it is, not as the program says")
+        return free
 
     def _bring_home(self, robot: str, arm: _Arm) -> None:
         """Have joints move on to their starts. They try that once: something may be in their way."""
@@ -249,10 +262,15 @@ class RosControllers:
 
     def _fresh(self, robot: str) -> dict[str, float]:
         """Where the joints of a robot are, as far as that is known now."""
+        return {joint: position for joint, (position, _) in self._recent(robot).items()}
+
+    def _recent(self, robot: str) -> dict[str, tuple[float, float]]:
+        """The same, and when that was, in monotonic seconds."""
         since, body = self._now() - FRESH, self._robots[robot].part.profile.body
-        found = {joint: position for joint, (position, at) in self._measured(robot).items() if at >= since}
         return {
-            name: position + body.joint[name].offset for name, position in found.items() if body and name in body.joint
+            name: (position + body.joint[name].offset, at)
+            for name, (position, at) in self._measured(robot).items()
+            if at >= since and body and name in body.joint
         }
 
     def _off(self, robot: str) -> Iterator[JointOff]:

@@ -225,6 +225,8 @@ def _refuses_return(robots: Mapping[str, Robot], world: World) -> str | None:
     """Why robots can't drive back by themselves, and what to do; None if they can."""
     if world.keep_apart is None:
         return "has robots drive by themselves: add `keep_apart` under [world], so that they keep apart"
+    if not robots:
+        return "needs poses of robots in the world: list the robots under [robots]"
     if unseen := [name for name, robot in robots.items() if not robot.odom or robot.odom_frame != "world"]:
         return f'needs poses of `{unseen[0]}` in the world: add `odom` and `odom_frame = "world"`'
     if fixed := [name for name, robot in robots.items() if not robot.profile.drives_anywhere]:

@@ -43,7 +43,7 @@ def as_lines(found: Sequence[SeenNews], beat: str, responses: Callable[[Fault], 
 def may_still_move(robots: Sequence[str]) -> str:
     """The line about robots that were told to stop while they were out of reach."""
     are = "it is out of reach, so look at it" if len(robots) == 1 else "they are out of reach, so look at them"
-    return f"{_names(robots)} may still be moving: {are}"
+    return f"{in_one_phrase(robots)} may still be moving: {are}"
 
 
 def in_words(worst: Worst) -> str:
@@ -75,7 +75,7 @@ def _kind(found: SeenNews) -> tuple[object, ...]:
 def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
     """One line about all robots of which the same is new."""
     first, fault = found[0], found[0].news.fault
-    robots = _Robots([each.part for each in found], _names([each.part.robot for each in found]))
+    robots = _Robots([each.part for each in found], in_one_phrase([each.part.robot for each in found]))
     worst = Worst(*(max(values) for values in zip(*(each.news.worst for each in found), strict=True)))
     stand = f"; {robots.pick('it stands until you unmute it', 'they stand until you unmute them')}"
     if isinstance(first.news, FaultBegan):
@@ -97,8 +97,8 @@ def _swapped(pair: Sequence[str], worst: Worst) -> str:
     return f"{names} seem to be swapped, their poses jumped by {in_words(worst)}: check what tells them apart"
 
 
-def _names(robots: Sequence[str]) -> str:
-    """`ada`, `ada and bo`, `ada, bo, and cy`, `ada, bo, cy, and 27 more`."""
+def in_one_phrase(robots: Sequence[str]) -> str:
+    """Names of robots: `ada`, `ada and bo`, `ada, bo, and cy`, `ada, bo, cy, and 27 more`."""
     if len(robots) <= 2:
         return " and ".join(robots)
     *others, last = robots if len(robots) <= NAMED else [*robots[:NAMED], f"{len(robots) - NAMED:,} more"]

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose
 from improv_core.stage.events import TooNear
+from improv_core.stage.fault_lines import in_one_phrase
 from improv_core.stage.nearness import Proximity
 from improv_core.stage.run import Run
 from improv_core.stage.sinks import RawPose, Sink
@@ -63,11 +64,11 @@ class Guard:
         guarded = _guarded(run)
         if never := run.score.parts.keys() - guarded.keys() - self._told:
             self._told |= never
-            who = ", ".join(sorted(never))
+            who = ", ".join(sorted(never))  # all: nothing else shows them
             yield f'`keep_apart` doesn\'t guard {who}: that needs poses with `odom_frame = "world"`'
         lost = {robot for robot in guarded if not self._proximity.is_fresh(robot, now)}
         if new := lost - self._lost:
-            yield f"`keep_apart` doesn't guard {', '.join(sorted(new))} now: no pose came for {OLDEST} s"
+            yield f"`keep_apart` doesn't guard {in_one_phrase(sorted(new))} now: no pose came for {OLDEST} s"
         self._lost = lost
 
     def delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
@@ -82,11 +83,11 @@ class Guard:
         if new := late - self._delayed:
             seconds = max(ages[robot] for robot in new)
             yield (
-                f"poses of {', '.join(sorted(new))} come {seconds:.1f} s after they were measured: those older than "
-                f"{OLDEST} s correct no path and keep nobody apart; check the network, or the clock that stamps them"
+                f"poses of {in_one_phrase(sorted(new))} come {seconds:.1f} s after they were measured: those older "
+                f"than {OLDEST} s correct no path and keep nobody apart; check the network, or the clock that stamps them"
             )
         if over := (self._delayed - late) & ages.keys():
-            yield f"poses of {', '.join(sorted(over))} come in time again"
+            yield f"poses of {in_one_phrase(sorted(over))} come in time again"
         self._delayed = (self._delayed | late) - over
 
 

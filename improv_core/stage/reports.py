@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from improv_core.score.body import Body
 from improv_core.score.motion import Pose
@@ -153,10 +153,21 @@ def faults(run: Run, over: Duration, news: Sequence[RobotNews], now: float, wall
         }
 
 
-def vitals(run: Run, posed: Mapping[str, float], batteries: Mapping[str, float]) -> Told:
-    """How the real robots of a score are."""
+def vitals(
+    run: Run,
+    posed: Mapping[str, float],
+    batteries: Mapping[str, float],
+    standing: Collection[str],
+    returning: Collection[str],
+) -> Told:
+    """How the real robots of a score are. `standing` are those that were away, of which some are `returning`."""
     robots: dict[str, VitalsRobot] = {
-        robot: {"odom": bool(part.odom), "posed": posed.get(robot), "battery": batteries.get(robot)}
+        robot: {
+            "odom": bool(part.odom),
+            "posed": posed.get(robot),
+            "battery": batteries.get(robot),
+            "instead": "drives back" if robot in returning else "stands" if robot in standing else "",
+        }
         for robot, part in run.score.parts.items()
     }
     return {"type": "vitals", "generation": run.generation, "robots": robots}

@@ -54,6 +54,11 @@ class Returns:
         self._scene: tuple[object, int] = (None, 0)
         self._looked = -math.inf
 
+    @property
+    def driving(self) -> Collection[str]:
+        """The robots that are on their way."""
+        return self._goals.keys()
+
     def due(self, run: Run, standing: Collection[str]) -> float:
         """The time on the clock at which to look; infinite if nobody drives back. `standing` are robots that were
         away."""

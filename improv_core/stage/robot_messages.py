@@ -73,11 +73,13 @@ class WhyStill(TypedDict):
 
 class VitalsRobot(TypedDict):
     """How a real robot is: whether it has a topic of poses (`odom`), when the latest pose came (`posed`, in seconds
-    since beat 0), and how full its battery is, from 0 to 1; null if that isn't known."""
+    since beat 0), and how full its battery is, from 0 to 1; null if that isn't known. `instead` is what a robot does
+    that was away and doesn't play its part; "" for others."""
 
     odom: bool
     posed: float | None
     battery: float | None
+    instead: Literal["", "stands", "drives back"]
 
 
 class Vitals(TypedDict):

@@ -379,7 +379,8 @@ class Tracks:
         if now >= self._vitals_due:
             self._vitals_due = now + VITALS_PERIOD
             posed = {robot: self.run.transport.performed(at) for robot, at in self.watches.posed.items()}
-            self.tell(reports.vitals(self.run, posed, noticed.batteries))
+            away = self.listeners.standing, self.returns.driving
+            self.tell(reports.vitals(self.run, posed, noticed.batteries, *away))
         return list(self.watches.look_around(self.run.score, self.listeners.gone, noticed, now))
 
     def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:

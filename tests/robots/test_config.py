@@ -563,6 +563,13 @@ def test_robots_drive_back_only_if_they_are_seen_and_keep_apart() -> None:
     check("""
         [ros]
         rejoin = "return"
+                 ^^^^^^^^ robots: `return` needs poses of robots in the world: list the robots under [robots]
+        [world]
+        keep_apart = 0.3
+    """)
+    check("""
+        [ros]
+        rejoin = "return"
                  ^^^^^^^^ robots: `return` needs poses of `b` in the world: add `odom` and `odom_frame = "world"`
         [world]
         keep_apart = 0.3

@@ -188,7 +188,7 @@ def test_robots_that_are_not_guarded_are_named_once() -> None:
 
 def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -> None:
     stage = playing()
-    lost = "`keep_apart` doesn't guard a, b now: no pose came for 0.2 s"
+    lost = "`keep_apart` doesn't guard a and b now: no pose came for 0.2 s"
     stage.run(1)
     before = unguarded(stage).count(lost)
     stage.run(1)

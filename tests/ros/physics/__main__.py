@@ -95,7 +95,8 @@ class Running:
             bridge = Bridge([options.apart], self._inbox, self._apart)
             self._bridges[options.apart] = stack.enter_context(bridge)
         for _ in set(self._bridges.values()):
-            assert self._inbox.get() == {"type": "ready"}, "a bridge has ended"
+            while (said := self._inbox.get()) != {"type": "ready"}:  # somebody may send a velocity already
+                assert said is not None, "a bridge has ended"
         threading.Thread(target=_read_faults, args=(self._inbox,), daemon=True).start()
         self._now = self._zero = time.monotonic()
         self._begins: float | None = None

@@ -58,6 +58,29 @@ def test_the_wall_opens_by_a_key_and_its_first_robots_are_in_trouble(page: Page,
     expect(page.locator("#wall")).to_be_hidden()
 
 
+def test_a_robot_that_was_away_and_does_not_play_its_part_is_told_apart(page: Page, show: Show) -> None:
+    see(page, show, 2)
+    known = vitals(2, 1.0)
+    tell(show, {**known, "robots": {**known["robots"], "tb2": {**known["robots"]["tb2"], "instead": "drives back"}}})
+    open_wall(page)
+    state = page.locator("#wall tr[data-robot=tb2]")
+    expect(state.locator(".state")).to_have_text("drives back")
+    expect(state).to_have_attribute("data-kind", "still")
+    expect(page.locator("#wall tr[data-robot=tb1] .state")).to_have_text("playing")
+
+
+def test_a_robot_that_is_seen_again_while_all_stand_is_no_longer_called_lost(page: Page, show: Show) -> None:
+    see(page, show, 12)
+    page.get_by_role("button", name="Stop").click()
+    wait(page, "improv.transport.state === 'stopped'")
+    silent = next(faults(12))
+    off = page.locator("li[data-robot=tb3] .off")
+    tell(show, silent)
+    expect(off).to_have_text(re.compile("^silent"))
+    tell(show, {**silent, "over": True})
+    expect(off).to_have_text("")
+
+
 def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Show) -> None:
     """Whether its poses are measured or not: it is not drawn as if it went on along its path."""
     see(page, show, 12)

@@ -32,7 +32,12 @@ def vitals(count: int, posed: float, battery: float | None = 0.8) -> Vitals:
         "type": "vitals",
         "generation": 1,
         "robots": {
-            name: {"odom": number % 7 != 6, "posed": None if number % 7 == 6 else posed, "battery": battery}
+            name: {
+                "odom": number % 7 != 6,
+                "posed": None if number % 7 == 6 else posed,
+                "battery": battery,
+                "instead": "",
+            }
             for number, name in enumerate(robots(count))
         },
     }

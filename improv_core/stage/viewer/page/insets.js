@@ -28,8 +28,10 @@ export function insets(presenting) {
     const { height, bottom: end } = line.getBoundingClientRect()
     if (height) top = Math.max(top, end - hall.top + 8) // no robot and no name must be under it
   }
-  if (senses.width && isBeside(senses)) left = Math.max(left, senses.right - hall.left)
-  else if (senses.width) top = Math.max(top, senses.bottom - hall.top)
+  for (const list of [senses, box("misplaced")]) {
+    if (list.width && isBeside(list)) left = Math.max(left, list.right - hall.left)
+    else if (list.width) top = Math.max(top, list.bottom - hall.top)
+  }
   if (card && isBeside(card)) left = Math.max(left, card.right - hall.left)
   else if (card) bottom += hall.bottom - card.top
   return { insets: { top, bottom, left }, strip: { foot, width: hall.width - left - tools.offsetWidth - 40 } }

@@ -99,7 +99,7 @@ function take(message) {
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "meetings") takeMeetings(message)
-  else if (message.type === "misplaced") misplaced.take(message)
+  else if (message.type === "misplaced") takeMisplaced(message)
   else if (message.type === "armed") takeArmed(message)
   else if (message.type === "sensed") takeSensed(message)
   else if (message.type === "joints") figures.takeReal(message)
@@ -117,6 +117,12 @@ function take(message) {
 function takeFault(message) {
   wall.takeFault(message)
   if (message.line) notices.announce(message.line)
+}
+
+/** @param {Messages["misplaced"]} message */
+function takeMisplaced(message) {
+  misplaced.take(message)
+  resize()
 }
 
 /** @param {Messages["why_still"]} message */

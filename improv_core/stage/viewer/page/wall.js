@@ -33,6 +33,7 @@ export class Wall {
   /** @type {Map<string, HTMLTableRowElement>} */
   #rows = new Map()
   #looked = -Infinity
+  #hadLost = false
   #clock
   #measured
   #resize
@@ -83,15 +84,15 @@ export class Wall {
 
   /** All robots that are real, those in trouble first. @returns {Brick[]} */
   get bricks() {
-    const found = Object.entries(this.#vitals).map(([name, { odom, battery }]) => {
+    const found = Object.entries(this.#vitals).map(([name, { odom, battery, instead }]) => {
       const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
       const low = battery !== null && battery < LOW
       const wrong = [...faults.map((fault) => WORDS[fault]), ...(low ? ["battery low"] : [])]
       const silent = this.#clock.isSilent(name)
       const { state } = this.#clock.transport
-      const does = silent ? "muted" : state
+      const does = silent ? "muted" : instead && this.#clock.playing ? instead : state
       /** @type {Brick["kind"]} */
-      const kind = wrong.length ? "fault" : silent || !this.#clock.playing ? "still" : "well"
+      const kind = wrong.length ? "fault" : silent || instead || !this.#clock.playing ? "still" : "well"
       const age = this.#age(name)
       const off = this.#measured.off(name)
       const brick = {
@@ -120,7 +121,8 @@ export class Wall {
   }
 
   /**
-   * Shows it, if that is due. Whether robots are lost, so that the time since then is to be shown anew.
+   * Shows it, if that is due. Whether robots are lost, or were just now, so that what is said of them is to be shown
+   * anew.
    * @param {number} now milliseconds
    */
   show(now) {
@@ -135,7 +137,9 @@ export class Wall {
       button.classList.toggle("trouble", trouble)
       this.#resize() // it must not cover robots
     }
-    const lost = bricks.some(({ name }) => this.lost(name))
+    const isLost = bricks.some(({ name }) => this.lost(name))
+    const lost = isLost || this.#hadLost
+    this.#hadLost = isLost
     if (!find("wall").hasAttribute("open")) return lost
     write(find("wall-summary"), summary)
     for (const [name, row] of this.#rows) {

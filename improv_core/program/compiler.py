@@ -58,6 +58,7 @@ def score_of(analysis: Analysis) -> Score:
             odom_frame=robot.odom_frame,
             battery=robot.battery,
             namespace=cast.namespace_of(name),
+            host=robot.host,
         )
     score = Score(
         analysis.tempo,

@@ -14,6 +14,7 @@ from typing import Any, cast, get_args
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import read_body, with_offsets
 from improv_core.robots.formation import Formation, read_formation
+from improv_core.robots.hosts import host_of, read_hosts
 from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
@@ -25,7 +26,7 @@ from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
-from improv_core.score.score import BASE_FRAME, Deadman, OdomFrame, Preflight, Rejoin, Safety
+from improv_core.score.score import BASE_FRAME, Deadman, Host, OdomFrame, Preflight, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -43,7 +44,7 @@ class Robot:
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
     `odom_frame` is the frame of these. `battery` is the topic that says how full its battery is. `frame` is the frame
     of its velocities. With `follow`, it is pulled back to its ideal path. `namespace` is the prefix of its
-    topics, if the file says it.
+    topics, if the file says it. `host` is the machine whose stage moves it, if that is another one.
     """
 
     profile: Profile
@@ -57,6 +58,7 @@ class Robot:
     odom_frame: OdomFrame = "own"
     battery: str | None = None
     namespace: str | None = None
+    host: Host | None = None
 
     @property
     def has_profile(self) -> bool:
@@ -177,7 +179,8 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     publish = reading.flag(("ros", "publish"), ros)
     odom_frame = cast(OdomFrame, reading.one_of(("ros", "odom_frame"), ros) or "own")
     world = read_world(reading, sections.get("world", {}))
-    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world, odom_frame)
+    hosts = read_hosts(reading, sections.get("hosts", {}))
+    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world, odom_frame, hosts)
     free = {name: robot.profile for name, robot in robots.items() if not robot.start}
     formation = None
     if isinstance(toml.readable.get("formation"), dict):
@@ -262,10 +265,13 @@ class _RobotsReading(TomlReading):
         namespace: str,
         world: World,
         odom_frame: OdomFrame,
+        hosts: Mapping[str, Host],
     ) -> dict[str, Robot]:
         made = {}
         for name, value in tables.items():
-            robot = self.robot(name, self.table(("robots", name), value), profiles, namespace, odom_frame)
+            table = self.table(("robots", name), value)
+            robot = self.robot(name, table, profiles, namespace, odom_frame)
+            robot = replace(robot, host=host_of(self, name, table, hosts))
             if not _NAME.fullmatch(name):
                 message = f"`{name}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
                 self.at_key(("robots", name), message)

@@ -102,6 +102,14 @@ _ROBOT = {
         example='"battery_state"',
     ),
     "joints": OFFSETS,
+    "host": Key(
+        "the machine whose own stage moves it, as ssh calls it; `improv hosts allow` has to approve it once",
+        default="this machine",
+        example='"pi@anna.local"',
+    ),
+    "link_patience": _number(
+        "how long it dances on when its host hears nothing from this machine", "seconds", 0.5, 10, "0.5"
+    ),
     "follow": Key(
         "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
         "boolean",
@@ -361,6 +369,14 @@ _FORMATION = {
         choices=FACING,
     ),
 }
+_HOST = {
+    "domain": Key("ROS_DOMAIN_ID there", "integer", default="as it is set there", least=0, most=232, example="7"),
+    "rmw": Key(
+        "RMW_IMPLEMENTATION there",
+        default="as it is set there",
+        choices=("rmw_cyclonedds_cpp", "rmw_fastrtps_cpp", "rmw_zenoh_cpp"),
+    ),
+}
 SCHEMA = _table(
     "an `improv.toml`",
     {
@@ -368,6 +384,9 @@ SCHEMA = _table(
         "profiles": Key("your own kinds of robots, by name", "object", named=_table("a kind of robot", _PROFILE)),
         "formation": _table("where robots without a `start` start", _FORMATION, required=("shape",)),
         "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
+        "hosts": Key(
+            "machines that have a stage of their own, as ssh calls them", "object", named=_table("a machine", _HOST)
+        ),
         "on": _table("what follows from the faults of real robots", _ON),
         "world": _table("the simulator's walls and obstacles", _WORLD),
         "preflight": _table("how far from their places robots may stand when they begin", _PREFLIGHT),

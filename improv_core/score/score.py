@@ -28,15 +28,27 @@ UNNUMBERED = 0
 
 
 @dataclass(frozen=True, slots=True)
+class Host:
+    """Another machine, whose stage moves a robot: what ssh calls it, and ROS's domain and middleware there (None: as
+    they are set there). After `patience` seconds without a word from us, that stage stops its robots."""
+
+    name: str
+    domain: int | None = None
+    rmw: str | None = None
+    patience: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
 class Part:
     """One robot's part: its scenes, its profile, its start pose, and its topic.
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame
     that they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic that says how full its
-    battery is. `namespace` is that of the robot's own topics. With `use_sim_time`, its messages are stamped with the
-    time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read. `editions` has a
-    number for each scene: two parts of a robot with the same number move it alike.
+    battery is. `namespace` is that of the robot's own topics. `host` is where its stage runs; None stands for here. It
+    is `elsewhere` if the stage that plays it is not the one that moves the robot. With `use_sim_time`, its messages are
+    stamped with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read.
+    `editions` has a number for each scene: two parts of a robot with the same number move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -63,6 +75,8 @@ class Part:
     odom_frame: OdomFrame = "own"
     battery: str | None = None
     namespace: str = ""
+    host: Host | None = None
+    elsewhere: bool = False
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -169,6 +183,15 @@ class Score:
     def moving(self) -> Score:
         """Without the parts whose robots only stand there: nothing of them is to be sent."""
         return replace(self, parts={name: part for name, part in self.parts.items() if not part.stands})
+
+    def on(self, host: str) -> Score:
+        """As the stage of a host plays it ("": the one here): others move the robots elsewhere and know where they are,
+        but when scenes begin depends on all."""
+        there = {name: part for name, part in self.parts.items() if (part.host.name if part.host else "") != host}
+        lost = {
+            name: replace(each, elsewhere=True, odom=None, battery=None, reset=None) for name, each in there.items()
+        }
+        return replace(self, parts={**self.parts, **lost})
 
     @cached_property
     def scenes(self) -> int:

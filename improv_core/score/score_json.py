@@ -34,7 +34,7 @@ from improv_core.score.movement import (
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
-from improv_core.score.score import Deadman, OdomFrame, Part, Preflight, Rejoin, Safety, Score
+from improv_core.score.score import Deadman, Host, OdomFrame, Part, Preflight, Rejoin, Safety, Score
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
@@ -76,7 +76,7 @@ class _Written(NamedTuple):
             self.scenes == other.scenes
             and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow, one.odom_frame)
             == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow, two.odom_frame)
-            and (one.battery, one.namespace) == (two.battery, two.namespace)
+            and (one.battery, one.namespace, one.host) == (two.battery, two.namespace, two.host)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -144,6 +144,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "odom_frame": part.odom_frame,
         "battery": part.battery,
         "namespace": part.namespace,
+        "host": asdict(part.host) if part.host else None,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -162,6 +163,7 @@ class _PartJson(TypedDict):
     odom_frame: OdomFrame
     battery: str | None
     namespace: str
+    host: Mapping[str, Any] | None
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -252,6 +254,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         odom_frame=data["odom_frame"],
         battery=data["battery"],
         namespace=data["namespace"],
+        host=checked(Host, data["host"]) if data["host"] else None,
     )
 
 

@@ -99,7 +99,7 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
 def _begin(run: Run, facts: Facts) -> Decided:
     """Beat 0 is now."""
     late = gate.lateness(run.gate, facts.wall)
-    run = replace(run, transport=replace(run.transport, zero=facts.now))
+    run = replace(run, transport=replace(run.transport, zero=gate.beat_zero(run.gate, facts.now)))
     run, acts = play_from(run, 0, 0.0, facts, facts.places)
     told = [warning_line(late)] if late and run.mode == "playing" else []
     return run, [StartMeasuring(), *acts, LookSoon(run.score.parts), *told]
@@ -109,7 +109,7 @@ def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
     if run.mode == "waiting" and run.gate:
         if not run.gate.ready:
             return run, [warning_line(NOT_READY)]
-        return replace(run, gate=replace(run.gate, begins=-math.inf)), [Listen()]
+        return replace(run, gate=replace(run.gate, begins=-math.inf, opened=facts.now)), [Listen()]
     if run.mode != "paused":
         return run, []
     places = {} if event.anyway else facts.places

@@ -88,7 +88,8 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     elif run.mode == "paused":
         at = performed
     else:
-        at = run.switch_time(load.when, performed, load.beats_per_bar, facts.over)
+        soonest = run.transport.performed(max(facts.now, load.not_before))
+        at = run.switch_time(load.when, soonest, load.beats_per_bar, facts.over)
     swap = Swap(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
     if run.mode == "paused":
         return _take_over(run, swap, facts)

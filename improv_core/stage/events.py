@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -32,6 +33,7 @@ class Load:
     stops: int | None = None
     anyway: bool = False
     gate: Gate | None = None
+    not_before: float = -math.inf
 
 
 @dataclass(frozen=True, slots=True)

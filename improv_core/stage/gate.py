@@ -14,10 +14,11 @@ LATE = 0.01
 @dataclass(frozen=True, slots=True)
 class Gate:
     """Beat 0 waits for a person, or until the wall clock says `begins`, in Unix time. It is `ready` once it waits for
-    nothing else."""
+    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0."""
 
     begins: float = math.inf
     ready: bool = False
+    opened: float | None = None
 
     def is_open(self, wall: float) -> bool:
         return wall >= self.begins
@@ -26,6 +27,11 @@ class Gate:
 def made_of(arming: Arming | None) -> Gate | None:
     """The gate that somebody has asked for."""
     return None if arming is None else Gate(arming.get("begins", math.inf))
+
+
+def beat_zero(gate: Gate | None, now: float) -> float:
+    """When beat 0 is, in monotonic seconds: as its gate was opened, unless robots were still looked at for long."""
+    return gate.opened if gate and gate.opened is not None and now - gate.opened < LATE else now
 
 
 def is_ready(gate: Gate | None) -> bool:

@@ -37,7 +37,7 @@ class Guard:
 
     def unseen(self, run: Run, now: float) -> list[str]:
         """The robots that must be seen and aren't at a time on the clock."""
-        watched = run.score.parts if self._sink.real and run.score.safety.sight else ()
+        watched = _ours(run) if self._sink.real and run.score.safety.sight else ()
         return [robot for robot in watched if now >= self._proximity.fresh_until([robot])]
 
     def poses(self, run: Run, now: float) -> dict[str, Pose]:
@@ -55,17 +55,19 @@ class Guard:
     def deadline(self, run: Run) -> float:
         """The time on the clock at which a robot that must be seen isn't; infinite if none must be."""
         must_be_seen = self._sink.real and run.mode == "playing" and run.score.safety.sight
-        return self._proximity.fresh_until(run.score.parts.keys()) if must_be_seen else math.inf
+        return self._proximity.fresh_until(_ours(run)) if must_be_seen else math.inf
 
     def news(self, run: Run, now: float) -> Iterator[str]:
         """Lines about robots that aren't guarded, each once."""
         if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing":
             return
         guarded = _guarded(run)
-        if never := run.score.parts.keys() - guarded.keys() - self._told:
-            self._told |= never
-            who = ", ".join(sorted(never))  # all: nothing else shows them
-            yield f'`keep_apart` doesn\'t guard {who}: that needs poses with `odom_frame = "world"`'
+        never = run.score.parts.keys() - guarded.keys() - self._told
+        self._told |= never
+        if far := sorted(robot for robot in never if run.score.parts[robot].elsewhere):
+            yield f"`keep_apart` doesn't see {', '.join(far)}, which stages elsewhere move: keep people near them"
+        if unknown := sorted(never.difference(far)):
+            yield f'`keep_apart` doesn\'t guard {", ".join(unknown)}: that needs poses with `odom_frame = "world"`'
         lost = {robot for robot in guarded if not self._proximity.is_fresh(robot, now)}
         if new := lost - self._lost:
             yield f"`keep_apart` doesn't guard {in_one_phrase(sorted(new))} now: no pose came for {OLDEST} s"
@@ -89,6 +91,11 @@ class Guard:
         if over := (self._delayed - late) & ages.keys():
             yield f"poses of {in_one_phrase(sorted(over))} come in time again"
         self._delayed = (self._delayed | late) - over
+
+
+def _ours(run: Run) -> list[str]:
+    """The robots that this stage moves."""
+    return [robot for robot, part in run.score.parts.items() if not part.elsewhere]
 
 
 def _guarded(run: Run) -> Mapping[str, float]:

@@ -1,14 +1,16 @@
-"""What arrived on standard input, in order. The robots of a new score are met a few at a time, so that stops and
-the score that plays don't wait for a thousand of them."""
+"""What arrived on standard input, in order, each at its time. The robots of a new score are met a few at a time, so
+that stops and the score that plays don't wait for a thousand of them."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 
 from improv_core.score.score import Score
 from improv_core.stage.arrivals import Ordered, Play, after_of, kind_of
 from improv_core.stage.commands import VOID
+from improv_core.stage.messages import MOST_AHEAD
 from improv_core.stage.overtaking import Overtaking
 
 SLICE = 0.005
@@ -25,11 +27,19 @@ class InOrder:
         self._meeting: tuple[Play, Iterator[None]] | None = None
         self.overtaking = Overtaking()
         """What stops have overtaken: that is dropped."""
+        self.held_until = -math.inf
+        """Nothing is to be done before this time: a pause that came first takes effect then."""
 
     @property
     def is_busy(self) -> bool:
         """Whether robots of a score have not been met yet. If so, call `next` again soon."""
         return self._meeting is not None
+
+    @property
+    def due(self) -> float:
+        """The time for which the next one waits; infinite if there is none, or if it waits for something else."""
+        at = max(self.held_until, _time_of(self._waiting[0], self._clock())) if self._waiting else -math.inf
+        return at if at > self._clock() else math.inf
 
     def add(self, arrival: Ordered) -> None:
         self._waiting.append(arrival)
@@ -47,9 +57,12 @@ class InOrder:
             if not self._meeting:
                 if self._awaits(self._waiting[0]):
                     return None
-                arrival = self._waiting.popleft()
-                if self._is_void(arrival):
+                if self._is_void(self._waiting[0]):
+                    self._waiting.popleft()
                     continue
+                if self.due < math.inf:
+                    return None
+                arrival = self._waiting.popleft()
                 if not isinstance(arrival, Play):
                     return arrival
                 self._meeting = arrival, self._meet(arrival.score)
@@ -68,3 +81,11 @@ class InOrder:
 
     def _is_void(self, arrival: Ordered) -> bool:
         return self.overtaking.voids(kind_of(arrival), after_of(arrival))
+
+
+def _time_of(arrival: Ordered, now: float) -> float:
+    """When it takes effect, if that is still to come. A score that takes over is prepared before."""
+    if not isinstance(arrival, dict):
+        return -math.inf
+    at = arrival.get("at")
+    return at if isinstance(at, float) and at <= now + MOST_AHEAD else -math.inf

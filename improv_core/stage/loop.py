@@ -16,13 +16,14 @@ from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
 from improv_core.stage.asleep import NOTICED
-from improv_core.stage.commands import Stop, is_stop
+from improv_core.stage.commands import Pause, Stop, is_stop
 from improv_core.stage.gate import made_of
 from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
 from improv_core.stage.messages import (
     DEADMAN_LIMIT,
     END_LIMIT,
+    MOST_AHEAD,
     SILENCE_LIMIT,
     Decided,
     FromStage,
@@ -141,6 +142,8 @@ class Loop:
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._may_move = False  # whether real robots move, or may do so without being asked
         self._in_order = InOrder(opened.sink.meet, clock.now)
+        self._is_far = False  # whether its parent is on another machine
+        self._pausing: tuple[float, Pause] | None = None  # a pause that takes effect later
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
         self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
         self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
@@ -151,7 +154,8 @@ class Loop:
         keys = min(self._keys.values(), default=math.inf)
         owed = self._opened.owed.due if self._opened.owed else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
-        return min(silent, self._held_until, keys, owed, math.inf if deadline is None else deadline)
+        timed = min(self._pausing[0] if self._pausing else math.inf, self._in_order.due)
+        return min(silent, self._held_until, keys, owed, timed, math.inf if deadline is None else deadline)
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
@@ -162,12 +166,13 @@ class Loop:
     def advance(self, now: float) -> None:
         """Do everything that is due."""
         if self._may_move and self._parent.is_silent(now):
-            stalled = f"Improv was suspended or hung for {SILENCE_LIMIT} s"
-            self._halt(f"{stalled}, so all robots were stopped: save to play again", now)
+            self._desert(now)
         if now >= self._held_until:
             self.hold(None, now)
         for key in [key for key, until in self._keys.items() if now >= until]:
             self.hold_key(key, False, now)
+        if self._pausing and now >= self._pausing[0]:
+            self._pause(*self._pausing)
         due = self.player.deadline(now) if self._in_order.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
@@ -188,7 +193,12 @@ class Loop:
                 self._halt(arrival.message, now)
         elif isinstance(arrival, First):
             self._in_order.overtaking = self._in_order.overtaking.hear(arrival.message["type"], arrival.number)
-            self._obey(arrival.message, now)
+            if arrival.message["type"] == "pause":
+                self._pause_in_time(arrival.message, now)
+            else:
+                if arrival.message["type"] == "stop":
+                    self._forget_pause()
+                self._obey(arrival.message, now)
             self._do_next()  # what came by standard input may have waited for it
         elif isinstance(arrival, dict) and is_stop(arrival):
             self._in_order.stop()
@@ -196,7 +206,8 @@ class Loop:
         else:
             if isinstance(arrival, Play) and self._opened.sink.real:
                 # Nobody waits for the listeners of robots that only stand there, and they are sent nothing.
-                arrival = replace(arrival, score=arrival.score.moving())
+                here, score = arrival.load.get("here"), arrival.score.moving()
+                arrival = replace(arrival, score=score if here is None else score.on(here))
             self._in_order.add(arrival)
             self._do_next()
 
@@ -229,6 +240,33 @@ class Loop:
             with suppress(Exception):
                 player.advance(clock.now())
 
+    def _pause_in_time(self, pause: Pause, now: float) -> None:
+        """Pause at its time, which may be to come. What comes by standard input waits for that."""
+        at = pause.get("at", now)
+        if now < at <= now + MOST_AHEAD and self.player.state == "playing":
+            self._pausing = at, pause
+            self._in_order.held_until = at
+        else:
+            self._obey(pause, now)
+
+    def _pause(self, at: float, pause: Pause) -> None:
+        self._forget_pause()
+        self._obey(pause, max(at, self.player.reached))
+
+    def _forget_pause(self) -> None:
+        self._pausing = None
+        self._in_order.held_until = -math.inf
+
+    def _desert(self, now: float) -> None:
+        """Stop all robots because the parent is silent."""
+        if not self._is_far:
+            line = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+            self._halt(line, now)
+            return
+        self._tell({"type": "deserted", "seconds": self._parent.patience})
+        self.player.stop(now)
+        self._in_order.overtaking = self._in_order.overtaking.lose()
+
     def _halt(self, line: str, now: float) -> None:
         """Stop all robots, and say why. Nothing that the parent has sent until now may move them."""
         self.player.stop(now)
@@ -252,16 +290,19 @@ class Loop:
         if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - NOTICED:
             self._halt("the machine was asleep since somebody asked for this program: save to play it", now)
             return
-        if "entry" in load:  # real robots lead
+        if "entry" in load and not self._opened.sink.real:  # real robots lead
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
             score = replace(score, parts=parts)
+        self._is_far = "patience" in load
+        self._parent.patience = load.get("patience", SILENCE_LIMIT)
         if self._opened.sink.real:
-            score = (
-                score.moving()
-            )  # nobody waits for the listeners of robots that only stand there, or sends them zeros
+            score = score.moving()  # nobody waits for listeners of robots that only stand there, or sends them zeros
+        if "here" in load:
+            score = score.on(load["here"])
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)
+        not_before = load.get("at", now) if load["when"] != "restart" else now
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
         senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
         rest = (
@@ -271,6 +312,7 @@ class Loop:
             load.get("stops"),
             load.get("anyway", False),
             made_of(load.get("arming")),
+            min(not_before, now + MOST_AHEAD),
         )
         self.player.load(score, load["generation"], load["when"], at, *rest)
 

@@ -14,7 +14,8 @@ from typing import Any, Literal, TypedDict, cast
 
 from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
-from improv_core.stage.fields import Moment, PoseJson
+from improv_core.stage.fields import Moment, Patience, PoseJson
+from improv_core.stage.link_messages import Deserted
 from improv_core.stage.robot_messages import (
     FaultMessage,
     Instant,
@@ -32,7 +33,10 @@ VERSION = 2
 FOLDER = Path(__file__).resolve().parent
 """What Python is started with to run a stage."""
 SILENCE_LIMIT = 0.5
-"""Seconds without a ping after which a stage with real robots considers its parent hung, and stops the robots."""
+"""Seconds without a ping after which a stage with real robots considers its parent hung, and stops the robots, unless
+it is told to be more patient."""
+MOST_AHEAD = 2.0
+"""Seconds by which a request may come before the time at which it takes effect. A later time counts as now."""
 HANG_LIMIT = 0.9
 """Seconds without an answer after which a stage that moves real robots counts as hung. With the ping period, that is
 noticed within 1 s. Less would stop healthy stages on a busy machine."""
@@ -158,7 +162,9 @@ class Load(_Load, _Timed, total=False):
     With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
     `pressed` that the parent knew of when somebody asked for this score, and `asleep` how many seconds the machine had
     slept by then. With `anyway`, it doesn't matter where robots stand. With `arming`, a score that restarts waits once
-    everything is ready.
+    everything is ready. `here` is the host whose robots this stage moves, if there are several stages; then it stops
+    them after `patience` seconds without a word from its parent. One that takes over does so `at` that time or later,
+    which may be in the future.
     """
 
     anyway: bool
@@ -166,6 +172,8 @@ class Load(_Load, _Timed, total=False):
     asleep: float
     beats_per_bar: int
     entry: Takeover
+    here: str
+    patience: Patience
     senses: Sequence[Sensed]
     stops: int
 
@@ -349,6 +357,7 @@ FromStage = (
     | Pressed
     | WarningLine
     | ErrorLine
+    | Deserted
     | Pong
     | Lacks
     | Stopped

@@ -23,6 +23,8 @@ class Parent:
     """
 
     def __init__(self) -> None:
+        self.patience = SILENCE_LIMIT
+        """By the loop: seconds without a ping after which it counts as hung."""
         self._silent_at = math.inf  # by a reader: when it counts as hung unless it speaks; never before its first ping
         self._doubted = math.inf  # by the loop: which of these times has been passed
         self._since = math.inf  # by the loop: when it found that
@@ -31,7 +33,7 @@ class Parent:
     def speaks(self, now: float, *, pings: bool = False) -> None:
         """One of its messages has been read. Its first ping promises more of them."""
         if pings or self._silent_at < math.inf:
-            self._silent_at = now + SILENCE_LIMIT
+            self._silent_at = now + self.patience
 
     def reading(self, now: float) -> None:
         """A long message has arrived, and what comes after it waits until that has been read."""

@@ -5,6 +5,7 @@ It never reads a clock; callers pass the time in. `now` is the clock's time in s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace
 
@@ -76,6 +77,7 @@ class Player(Machine):
         stops: int | None = None,
         anyway: bool = False,
         gate: Gate | None = None,
+        not_before: float = -math.inf,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
@@ -85,9 +87,10 @@ class Player(Machine):
         paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
         and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
         one was pressed since somebody asked for it, with `stops` presses before.
-        After a restart, a `gate` holds beat 0 back.
+        After a restart, a `gate` holds beat 0 back. A score takes over `not_before` this time on the clock.
         """
-        load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops, anyway, gate)
+        bar = max(beats_per_bar, 1)
+        load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before)
         self._take(load, now)
 
     def stop(self, now: float) -> None:

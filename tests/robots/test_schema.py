@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[2]
 SCHEMA_FILE = ROOT / "docs" / "improv.schema.json"
 TABLES: dict[str, Keys] = {
     "A robot": ("robots", "anna"),
+    "A machine of its own": ("hosts", "pi"),
     "A profile": ("profiles", "rover"),
     "A formation": ("formation",),
     "The simulator's world": ("world",),

@@ -95,6 +95,7 @@ class Ros:
         self._may_bring = False  # whether beat 0 waits for nothing but joints
         self._met: set[str] = set()  # topics of which no robot has been prepared
         self._cast: list[str] = []
+        self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
         self._uses_sim_time = False
         self._standby.wait()
@@ -119,7 +120,7 @@ class Ros:
 
     def meet(self, score: Score) -> Iterator[None]:
         """Create publishers for new topics, so that listeners are found before the score begins."""
-        for part in score.parts.values():
+        for part in _here(score).values():
             if part.topic not in self._topics:
                 self._advertise_new(part, at_once=True)
                 self._met.add(part.topic)
@@ -134,7 +135,8 @@ class Ros:
         """
         self._standby.renew()
         self._listening.take(score.safety)
-        parts = score.parts
+        parts = _here(score)
+        self._elsewhere = score.parts.keys() - parts.keys()
         self._publishing.health.keep(parts.keys())
         if restart:
             self._publishing.health.zero = None  # performance time starts over
@@ -176,7 +178,7 @@ class Ros:
         return any([self._controllers.waits(), not self._may_bring])
 
     def bring_home(self, robots: Collection[str]) -> None:
-        self._controllers.bring_home(robots if self._may_bring else ())
+        self._controllers.bring_home(self._ours(robots) if self._may_bring else ())
 
     def _awaits_standby(self) -> bool:
         """Whether the standby has yet to start, or to find a listener that we have found; it gets a few seconds."""
@@ -187,13 +189,15 @@ class Ros:
         return not self._standby.is_ready(topics | self._controllers.topics(self._cast))
 
     def ask(self, robots: Collection[str]) -> None:
+        robots = self._ours(robots)
         for known in map(self._robots.__getitem__, robots):
             known.topic.ask(ZERO, self._clock, known.frame)
         self._controllers.ask(robots)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         found = {}
-        for robot in self._cast if robots is None else robots:
+        asked = self._ours(robots)
+        for robot in asked:
             known, topic = self._robots[robot], self._topic(robot)
             problem = topic.missing(known.moves_since is not None) if known.needs_base else None
             if problem is None:
@@ -204,11 +208,11 @@ class Ros:
                 found[robot] = (
                     f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
                 )
-        self._publishing.health.asked(self._cast if robots is None else robots, found)
+        self._publishing.health.asked(asked, found)
         return found
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        asked = self._cast if robots is None else robots
+        asked = self._ours(robots)
         found = {robot: line for robot, line in self._resets.warnings().items() if robot in asked}
         if self._standby.problem:
             found[self._standby.problem] = self._standby.problem
@@ -243,6 +247,8 @@ class Ros:
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        if robot in self._elsewhere:
+            return
         known, stands = self._robots[robot], twist == STILL
         if known.is_simulated:
             return
@@ -261,6 +267,8 @@ class Ros:
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        if robot in self._elsewhere:
+            return
         self._controllers.send(robot, joints, at)
         if (late := self._publishing.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
@@ -366,6 +374,10 @@ class Ros:
     def _send_zero(self, topic: RosTopic, message: bytes, frame: bytes) -> None:
         topic.publish(message, self._clock, frame)
 
+    def _ours(self, robots: Collection[str] | None) -> Collection[str]:
+        """Those of these robots that this stage moves (None: of the latest `prepare`)."""
+        return self._cast if robots is None else [robot for robot in robots if robot not in self._elsewhere]
+
     def _topic(self, robot: str) -> RosTopic:
         return self._robots[robot].topic
 
@@ -375,6 +387,11 @@ class Ros:
 
             self._uses_sim_time = wanted
             self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
+
+
+def _here(score: Score) -> dict[str, Part]:
+    """The parts whose robots this stage moves."""
+    return {robot: part for robot, part in score.parts.items() if not part.elsewhere}
 
 
 def _read_from_topics(parts: Mapping[str, Part]) -> dict[RobotSense, SenseTopic]:

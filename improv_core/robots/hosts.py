@@ -1,0 +1,51 @@
+"""Reads from an `improv.toml` which robots have a stage on a machine of their own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from improv_core.robots.toml_reading import TomlReading
+from improv_core.score.score import Host
+
+_HOST = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]*@)?[A-Za-z0-9][A-Za-z0-9_.-]*")
+_LONGEST_HOST = 255
+_PLAIN = "use a name as in ~/.ssh/config or `user@machine`: letters, digits, `_`, `.`, and `-`"
+
+
+def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Host]:
+    """What `[hosts.NAME]` says about other machines, by their names."""
+    made = {}
+    for name, value in tables.items():
+        keys = ("hosts", name)
+        table = reading.table(keys, value)
+        if not _is_plain(name):
+            reading.at_key(keys, f"`{name}` can't be a host: {_PLAIN}")
+            continue
+        domain = reading.integer((*keys, "domain"), table["domain"]) if "domain" in table else None
+        made[name] = Host(name, domain, reading.one_of((*keys, "rmw"), table))
+    return made
+
+
+def host_of(reading: TomlReading, robot: str, table: Mapping[str, Any], hosts: Mapping[str, Host]) -> Host | None:
+    """The machine whose stage moves a robot; None if that is this one."""
+    keys = ("robots", robot)
+    name = reading.text((*keys, "host"), table)
+    if name is None:
+        if "link_patience" in table:
+            reading.at_key(
+                (*keys, "link_patience"), "`link_patience` is about a robot with a `host`: add it", given=(keys,)
+            )
+        return None
+    if not _is_plain(name):
+        reading.at_value((*keys, "host"), _PLAIN)
+        return None
+    host = hosts.get(name, Host(name))
+    patience = reading.numbers(keys, table).get("link_patience", host.patience)
+    return replace(host, patience=patience)
+
+
+def _is_plain(name: str) -> bool:
+    return len(name) <= _LONGEST_HOST and _HOST.fullmatch(name) is not None

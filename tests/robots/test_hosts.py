@@ -1,0 +1,55 @@
+"""Which machine moves a robot, as `improv.toml` says it."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.score.score import Host
+from tests.robots.test_config import check
+
+
+def test_a_robot_is_moved_by_the_stage_of_its_host() -> None:
+    found = check("""
+        [robots.anna]
+        host = "pi@anna.local"
+        link_patience = 3
+        [robots.bob]
+        host = "bob"
+        [robots.carla]
+        [hosts."pi@anna.local"]
+        domain = 7
+        rmw = "rmw_fastrtps_cpp"
+    """)
+    hosts = {name: robot.host for name, robot in found.robots.items()}
+    assert hosts == {"anna": Host("pi@anna.local", 7, "rmw_fastrtps_cpp", 3.0), "bob": Host("bob"), "carla": None}
+
+
+def test_what_a_host_can_say() -> None:
+    check("""
+        [robots.anna]
+        host = 3
+               ^ robots: write `host` as text, in quotes
+        [robots.bob]
+        link_patience = 3
+        ^^^^^^^^^^^^^ robots: `link_patience` is about a robot with a `host`: add it
+        [robots.carla]
+        host = "carla"
+        link_patience = 60
+                        ^^ robots: write `link_patience` in seconds, from 0.5 to 10
+        [hosts.carla]
+        domain = 300
+                 ^^^ robots: write `domain` as a whole number from 0 to 232
+    """)
+
+
+@pytest.mark.parametrize(
+    "host", ["-oProxyCommand=id", "a;b", "a b", "$(id)", "pi@-x", "a/b", "x\\n", "ä", "", "a" * 256]
+)
+def test_what_ssh_or_a_shell_could_misunderstand_is_no_host(host: str) -> None:
+    mark = "^" * (len(host) + 2)
+    found = check(f"""
+        [robots.anna]
+        host = "{host}"
+               {mark} robots: use a name as in ~/.ssh/config or `user@machine`: letters, digits, `_`, `.`, and `-`
+    """)
+    assert found.robots["anna"].host is None

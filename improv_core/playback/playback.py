@@ -23,6 +23,7 @@ from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE
 from improv_core.playback.stops import KNOWN, Stops
+from improv_core.score.score import Host
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.stage.commands import Editing
 from improv_core.stage.messages import Load, Problem, Ready, ToStage
@@ -86,6 +87,7 @@ class Playback:
         self._ends = 0  # how often everything had to end
         self._replacing: set[asyncio.Task[None]] = set()
         self._still = asyncio.Event()
+        self._hosts: frozenset[Host] = frozenset()  # those whose stages have been started
         self._token = secrets.token_urlsafe()
         self._port = options.port
 
@@ -105,13 +107,14 @@ class Playback:
         shown, count = problems[:MOST_MISTAKES], len(problems)
         self.ask({"type": "program", "name": name, "folder": folder, "problems": shown, "count": count})
 
-    async def open(self) -> None:
-        """Start the stages unless they are running. Raises StageError."""
+    async def open(self, hosts: frozenset[Host] = frozenset()) -> None:
+        """Start the stages, also those of these hosts, unless they are running. Raises StageError."""
         self._loop = asyncio.get_running_loop()
         async with self._opening:
-            if self.show.is_open:
+            if self.show.is_open and hosts <= self._hosts:
                 return
             await self._close()
+            self._hosts = hosts
             backend = self.options.backend
             sinks: list[SinkName] = ["ros"] if backend != "sim" else []
             if backend != "ros":
@@ -141,7 +144,7 @@ class Playback:
         ends = self._ends
         self._beginning.append(play.name)
         try:
-            await self.open()
+            await self.open(frozenset() if play.simulated or self.options.backend == "sim" else play.score.hosts)
         finally:
             self._beginning.remove(play.name)
         if self._ends != ends:
@@ -264,7 +267,7 @@ class Playback:
 
     async def _start_stage(self, name: SinkName) -> bool:
         """Whether there is such a stage."""
-        options = replace(self.options, port=self._port)
+        options = replace(self.options, port=self._port, hosts=sorted(self._hosts, key=lambda host: host.name))
         stage = await self._start(name, options, self._token, partial(self._hear, name), self.stops)
         if not stage:
             return False

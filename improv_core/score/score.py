@@ -23,6 +23,8 @@ BASE_FRAME = "base_link"
 """The frame of a robot's velocities by default, as in REP 105."""
 OdomFrame = Literal["own", "world"]
 """The frame that poses are in: one of the source's own, or the world of the score, which all robots share."""
+LINK_PATIENCE = 0.5
+"""Seconds without a word from us after which a stage on another machine stops its robots, by default."""
 UNNUMBERED = 0
 """The edition of a part that has not been compared with others."""
 
@@ -35,7 +37,7 @@ class Host:
     name: str
     domain: int | None = None
     rmw: str | None = None
-    patience: float = 0.5
+    patience: float = LINK_PATIENCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +185,11 @@ class Score:
     def moving(self) -> Score:
         """Without the parts whose robots only stand there: nothing of them is to be sent."""
         return replace(self, parts={name: part for name, part in self.parts.items() if not part.stands})
+
+    @cached_property
+    def hosts(self) -> frozenset[Host]:
+        """The other machines whose stages move robots, whatever the patience of each."""
+        return frozenset(replace(part.host, patience=LINK_PATIENCE) for part in self.parts.values() if part.host)
 
     def on(self, host: str) -> Score:
         """As the stage of a host plays it ("": the one here): others move the robots elsewhere and know where they are,

@@ -10,3 +10,15 @@ class Deserted(TypedDict):
 
     type: Literal["deserted"]
     seconds: float
+
+
+class Link(TypedDict):
+    """How well a host is reached: its clock is ahead of ours by `offset` seconds, known to `error` seconds; a message
+    and its answer take `round_trip` seconds, and a message nearly always arrives within `lag` seconds."""
+
+    type: Literal["link"]
+    host: str
+    offset: float
+    error: float
+    round_trip: float
+    lag: float

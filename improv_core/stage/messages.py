@@ -15,7 +15,7 @@ from typing import Any, Literal, TypedDict, cast
 from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.fields import Moment, Patience, PoseJson
-from improv_core.stage.link_messages import Deserted
+from improv_core.stage.link_messages import Deserted, Link
 from improv_core.stage.robot_messages import (
     FaultMessage,
     Instant,
@@ -358,6 +358,7 @@ FromStage = (
     | WarningLine
     | ErrorLine
     | Deserted
+    | Link
     | Pong
     | Lacks
     | Stopped

@@ -1,0 +1,174 @@
+"""All that is known about stages on several machines that play as one. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from improv_core.stage.messages import (
+    MOST_AHEAD,
+    SILENCE_LIMIT,
+    Arming,
+    Load,
+    MisplacedRobot,
+    Pressed,
+    State,
+    Takeover,
+    ToStage,
+    TransportMessage,
+)
+
+HERE = ""
+"""The host of this machine."""
+SPARE = 0.03
+"""Seconds by which what is sent ahead should arrive early."""
+
+Mode = Literal["stopped", "gathering", "armed", "unplaced", "playing", "paused"]
+"""`gathering` until all are ready for beat 0, `armed` while that waits for a person or a time, and `unplaced` if a
+robot that is not in its place has kept it from coming."""
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """The host whose stage moves a robot, and how long that one is patient, in seconds."""
+
+    host: str = HERE
+    patience: float = SILENCE_LIMIT
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A stage: what it said last, whether it is ready for beat 0 (`armed`), whether it is alive, and how many seconds a
+    message may take to reach it (`lag`). `misplaced` are its robots that are not in their places. It `may_move` until
+    it has confirmed a stop. `pressed` is what it has said about emergency stops."""
+
+    alive: bool = True
+    armed: bool = False
+    state: State = "stopped"
+    transport: TransportMessage | None = None
+    lag: float = 0.0
+    misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
+    may_move: bool = False
+    pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """The stages, by their hosts, and what they play. Only `together.py` makes the next one.
+
+    `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
+    person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
+    themselves, and those that are `joining` have yet to play along. `kept` holds for stages that start later.
+    `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
+    count of presses that was told how many each stage had heard.
+    """
+
+    members: Mapping[str, Member]
+    mode: Mode = "stopped"
+    load: Load | None = None
+    robots: Mapping[str, Owner] = field(default_factory=dict)
+    arming: Arming | None = None
+    begins: float = math.inf
+    anyway: bool = False
+    paused_by: frozenset[str] = frozenset()
+    joining: frozenset[str] = frozenset()
+    kept: Mapping[str, ToStage] = field(default_factory=dict)
+    unconfirmed_at: float = math.inf
+    presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+
+    @property
+    def alive(self) -> list[str]:
+        """The hosts whose stages are alive; this machine is the first one."""
+        return sorted(host for host, member in self.members.items() if member.alive)
+
+    @property
+    def lead(self) -> str | None:
+        """The host whose stage tells for all where playback is: the first one that plays and moves robots."""
+        with_robots = {owner.host for owner in self.robots.values()}
+        playing = [host for host in self.alive if host not in self.joining]
+        return min(playing, key=lambda host: (host not in with_robots, host), default=None)
+
+    @property
+    def position(self) -> TransportMessage | None:
+        """Where the one that leads is."""
+        lead = self.lead
+        return self.members[lead].transport if lead is not None else None
+
+    @property
+    def generation(self) -> int:
+        """The number of the score."""
+        return self.load["generation"] if self.load else 0
+
+    @property
+    def ahead(self) -> float:
+        """Seconds by which everybody must be told of something in order to do it at the same instant."""
+        lag = max((self.members[host].lag for host in self.alive), default=0.0)
+        return min(lag + SPARE, MOST_AHEAD)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether something plays, or is about to."""
+        return self.mode != "stopped"
+
+    def owns(self, host: str, robot: str) -> bool:
+        """Whether the stage of a host moves a robot."""
+        return self.robots.get(robot, Owner()).host == host
+
+    def of(self, host: str) -> list[str]:
+        """The robots that the stage of a host moves."""
+        return [robot for robot, owner in self.robots.items() if owner.host == host]
+
+    def with_member(self, host: str, **changes: Any) -> Group:
+        return replace(self, members={**self.members, host: replace(self.members[host], **changes)})
+
+    def with_all(self, hosts: Iterable[str], **changes: Any) -> Group:
+        """The same about the stages of several hosts."""
+        group = self
+        for host in hosts:
+            group = group.with_member(host, **changes)
+        return group
+
+    def loading(self, load: Load) -> Group:
+        """With a score, which may build on the one before: a part that is the same is null in it."""
+        score, before = load["score"], self.load["score"] if self.load else {"movements": [], "parts": {}}
+        parts = {robot: part or before["parts"].get(robot) for robot, part in score["parts"].items()}
+        movements = [*(before["movements"] if score["known"] else ()), *score["movements"]]
+        whole: Load = {**load, "score": {**score, "known": 0, "movements": movements, "parts": parts}}
+        return replace(self, load=whole, robots={robot: _owner(part or {}) for robot, part in parts.items()})
+
+    def load_for(self, host: str, load: Load) -> Load:
+        """A score as it is sent to the stage of a host. What the machine here has slept says nothing about that one."""
+        sent: Load = {**load, "here": host}
+        if "stops" in load:
+            sent["stops"] = self.presses.get(load["stops"], {}).get(host, 0)
+        if host != HERE:
+            sent.pop("asleep", None)
+            patiences = [owner.patience for owner in self.robots.values() if owner.host == host]
+            sent["patience"] = min(patiences, default=SILENCE_LIMIT)
+        return sent
+
+    def entry_at(self, at: float) -> Takeover | None:
+        """Where the others are at a time, for a stage that joins them; None if they don't play this score."""
+        position = self.position
+        if position is None or position["state"] != "playing" or position["generation"] != self.generation:
+            return None
+        entry: Takeover = {"beat": beat_at(position, at), "monotonic": at}
+        if "begins" in position:
+            entry["begins"] = position["begins"]
+        if "scene" in position:
+            entry["scene"] = position["scene"]
+        return entry
+
+
+def beat_at(transport: TransportMessage, at: float) -> float:
+    """The beat at a time, which may be before what was reported last: it was told ahead."""
+    if transport["state"] != "playing":
+        return transport["beat"]
+    return max(transport["beat"] + (at - transport["monotonic"]) * transport["tempo"] / 60, 0.0)
+
+
+def _owner(part: Mapping[str, Any]) -> Owner:
+    host = part.get("host")
+    return Owner(host["name"], host["patience"]) if host else Owner()

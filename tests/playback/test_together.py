@@ -1,0 +1,337 @@
+"""How stages on several machines play as one, as stories: what is told and said → what follows, in words."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from improv_core.playback import together
+from improv_core.playback.group import HERE, SPARE, Group, Member, beat_at
+from improv_core.playback.together import Act, Now, Say, StartAgain, Tell
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.score import Host, Score
+from improv_core.score.score_json import RowsWritten, from_json, to_json
+from improv_core.stage.messages import State
+from tests.playback.story import at
+
+PI, PAD = "pi@pi.local", "pad"
+HOSTS = {"p": Host(PI, patience=3.0), "q": Host(PI), "o": Host(PAD)}
+NOW = 1000.0
+
+
+def on_hosts(text: str) -> Score:
+    """A score whose robots p, q, and o are moved elsewhere."""
+    score = score_of(analyze(text))
+    parts = {name: replace(part, host=HOSTS.get(name)) for name, part in score.parts.items()}
+    return replace(score, parts=parts)
+
+
+class Story:
+    """A group from when all its stages have started; `acts` are those that followed from the latest event."""
+
+    def __init__(self, *hosts: str) -> None:
+        self.now = NOW
+        self.acts: list[Act] = []
+        self.written = RowsWritten()
+        self.group = Group({host: Member(alive=False) for host in hosts or (HERE, PI, PAD)})
+        for host in self.group.members:
+            self.group, acts = together.started(self.group, host, Now(self.now))
+            assert acts == []
+
+    def told(self, kind: str, **fields: Any) -> list[str]:
+        """What follows if the parent sends a message."""
+        message: Any = {"type": kind, **fields}
+        self.group, self.acts = together.told(self.group, message, Now(self.now, self.now))
+        return self.words
+
+    def said(self, host: str, kind: str, /, **fields: Any) -> list[str]:
+        """What follows if the stage of a host says something."""
+        message: Any = {"type": kind, **fields}
+        self.group, self.acts = together.said(self.group, host, message, Now(self.now, self.now))
+        return self.words
+
+    def is_at(self, host: str, state: State, beat: float = 0.0, **known: Any) -> list[str]:
+        """What follows if the stage of a host is in a state now, at 120 beats per minute."""
+        message: Any = {**at(state, self.group.generation, beat, self.now), **known}
+        return self.said(host, message.pop("type"), **message)
+
+    def waits(self) -> list[str]:
+        """What follows once the next time has come that it waits for."""
+        self.now = together.due(self.group, Now(self.now, self.now))
+        self.group, self.acts = together.waited(self.group, Now(self.now, self.now))
+        return self.words
+
+    def plays(self, text: str = "a p q o $ repeat forward\n", **fields: Any) -> list[str]:
+        """What follows if a program is to be played."""
+        rest = {"when": "restart", "backend": "all", **fields}
+        score = to_json(on_hosts(text), self.written)
+        return self.told("load", generation=self.group.generation + 1, score=score, **rest)
+
+    @property
+    def words(self) -> list[str]:
+        return [in_words(act) for act in self.acts]
+
+    def sent(self, host: str) -> list[Any]:
+        return [act.message for act in self.acts if isinstance(act, Tell) and act.host == host]
+
+    @classmethod
+    def playing(cls, *hosts: str) -> Story:
+        """All have begun at NOW."""
+        story = cls(*hosts)
+        story.plays()
+        for host in story.group.alive:
+            story.said(host, "armed", generation=1, armed=True, begins=None)
+        for host in story.group.alive:
+            story.is_at(host, "playing")
+        return story
+
+
+def in_words(act: Act) -> str:
+    if isinstance(act, StartAgain):
+        return f"start {act.host} again"
+    message: Any = act.message
+    what = message["state"] if message["type"] == "transport" else message.get("message", message["type"])
+    return f"say {what}" if isinstance(act, Say) else f"{act.host or 'here'}: {what}"
+
+
+def test_each_stage_gets_the_score_and_which_robots_are_its() -> None:
+    story = Story()
+    assert story.plays(stops=0, asleep=7.0) == ["here: load", f"{PAD}: load", f"{PI}: load"]
+    loads = {host: story.sent(host)[0] for host in (HERE, PI, PAD)}
+    assert {host: load["here"] for host, load in loads.items()} == {HERE: HERE, PI: PI, PAD: PAD}
+    assert {host: load.get("patience") for host, load in loads.items()} == {HERE: None, PI: 0.5, PAD: 0.5}
+    assert {host: load.get("asleep") for host, load in loads.items()} == {HERE: 7.0, PI: None, PAD: None}
+    assert all(load["arming"] == {} for load in loads.values()), "beat 0 waits until all are ready"
+
+
+def test_a_host_is_as_patient_as_the_least_patient_of_its_robots() -> None:
+    story = Story()
+    story.plays("p $ forward\n")
+    assert story.sent(PI)[0]["patience"] == 3.0
+
+
+def test_beat_0_is_at_one_instant_once_all_are_ready() -> None:
+    story = Story()
+    story.plays()
+    story.said(PI, "link", host=PI, offset=0.0, error=0.0, round_trip=0.1, lag=0.2)
+    assert story.said(HERE, "armed", generation=1, armed=True, begins=None) == []
+    assert story.said(PI, "armed", generation=1, armed=True, begins=None) == []
+    assert story.said(PAD, "armed", generation=1, armed=True, begins=None) == [
+        "here: resume",
+        f"{PAD}: resume",
+        f"{PI}: resume",
+    ]
+    assert {act.message["at"] for act in story.acts} == {NOW + 0.2 + SPARE}  # type: ignore[union-attr, typeddict-item]
+
+
+def test_a_dance_that_is_armed_begins_when_a_person_or_its_time_says_so() -> None:
+    for begins in (None, NOW + 60):
+        story = Story(HERE, PI)
+        story.plays(arming={} if begins is None else {"begins": begins})
+        assert story.told("resume") == [f"say {together.NOT_READY}"]
+        story.said(HERE, "armed", generation=1, armed=True, begins=None)
+        assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["say armed"]
+        assert (story.waits() if begins else story.told("resume")) == ["here: resume", f"{PI}: resume"]
+        assert {act.message["at"] for act in story.acts} == {begins or NOW + SPARE}  # type: ignore[union-attr, typeddict-item]
+
+
+def test_only_the_stage_that_leads_says_where_playback_is() -> None:
+    story = Story.playing()
+    assert story.is_at(PI, "playing", 2.0) == []
+    assert story.is_at(HERE, "playing", 2.0) == ["say playing"]
+    only = Story.playing(PI, PAD)
+    assert only.is_at(PAD, "playing", 2.0) == ["say playing"]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{"kind": "seek", "beat": 8.0}, {"kind": "speed", "factor": 0.5}, {"kind": "silence", "muted": [], "soloed": []}],
+)
+def test_what_people_ask_for_takes_effect_everywhere_at_the_same_instant(asked: Any) -> None:
+    story = Story.playing()
+    story.now += 10.1
+    asked = {**asked, "at": story.now}
+    kind = asked["kind"]
+    assert story.told(**asked) == [f"here: {kind}", f"{PAD}: {kind}", f"{PI}: {kind}"]
+    assert {act.message["at"] for act in story.acts} == {story.now + SPARE}  # type: ignore[union-attr, typeddict-item]
+
+
+def test_a_score_takes_over_after_all_have_it_and_not_at_the_edge_of_a_beat() -> None:
+    for second, later in ((10.1, 0.0), (10.5 - SPARE, 2 * together.EDGE)):
+        story = Story.playing()
+        story.now = NOW + second
+        assert story.plays("a $ repeat left\n", when="beat") == ["here: load", f"{PAD}: load", f"{PI}: load"]
+        instant = story.now + SPARE + later
+        assert [act.message["at"] for act in story.acts] == [pytest.approx(instant)] * 3  # type: ignore[union-attr, typeddict-item]
+
+
+def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
+    story = Story.playing()
+    pause: Any = {"type": "pause"}
+    assert together.in_time(story.group, pause, Now(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
+    assert story.told("pause") == []
+    story.is_at(HERE, "paused", 2.26)
+    story.is_at(PI, "paused", 2.26)
+    story.is_at(PAD, "paused", 2.5)  # it got that late
+    assert story.told("resume") == ["here: resume", f"{PAD}: seek", f"{PAD}: resume", f"{PI}: resume"]
+    assert story.sent(PAD)[0] == {"type": "seek", "beat": 2.26, "at": story.now + SPARE}
+
+
+def test_a_stage_that_stops_by_itself_stops_all() -> None:
+    story = Story.playing()
+    assert story.is_at(PI, "stopped", 3.0) == ["here: stop", f"{PAD}: stop", "say stopped"]
+    assert story.is_at(HERE, "stopped", 3.1) == ["say stopped"]
+
+
+def test_a_stage_that_pauses_by_itself_pauses_all_until_it_goes_on() -> None:
+    story = Story.playing()
+    held = {"waits_for": ["button 4 on /joy"]}
+    assert story.is_at(PI, "paused", 3.0, **held) == ["here: pause", f"{PAD}: pause", "say paused"]
+    story.is_at(HERE, "paused", 3.1)
+    story.is_at(PAD, "paused", 3.1)
+    story.now += 5
+    assert story.is_at(PI, "playing", 3.0) == [
+        "here: seek",
+        "here: resume",
+        f"{PAD}: seek",
+        f"{PAD}: resume",
+        "say playing",
+    ]
+    assert story.sent(HERE)[0]["beat"] == pytest.approx(3.0 + 2 * SPARE)
+
+
+def test_a_robot_that_is_not_in_its_place_holds_all_back_until_people_play_again() -> None:
+    story = Story(HERE, PI)
+    story.plays()
+    story.said(HERE, "armed", generation=1, armed=True, begins=None)
+    assert story.is_at(PI, "paused") == ["say paused"]
+    place: Any = {"place": {"x": 0, "y": 0, "heading": 0}, "pose": None, "line": "p is elsewhere"}
+    story.said(PI, "misplaced", generation=1, waits=True, robots={"p": place})
+    assert story.acts[0].message["robots"].keys() == {"p"}  # type: ignore[union-attr, typeddict-item]
+    assert story.told("anyway") == ["here: load", f"{PI}: load"]
+    assert [act.message["anyway"] for act in story.acts] == [True, True]  # type: ignore[union-attr, typeddict-item]
+
+
+def test_people_are_told_which_robots_have_not_confirmed_a_stop() -> None:
+    story = Story.playing()
+    story.told("stop")
+    story.is_at(HERE, "stopped", 1.0)
+    story.is_at(PAD, "stopped", 1.0)
+    assert story.waits() == [f"say p, q may still be moving: {PI} has not confirmed the stop"]
+    assert story.is_at(PI, "stopped", 1.0) == []
+
+
+def test_all_who_confirm_a_stop_are_no_news() -> None:
+    story = Story.playing()
+    story.told("stop")
+    for host in story.group.alive:
+        story.is_at(host, "stopped", 1.0)
+    assert story.waits() == []
+
+
+def test_a_host_that_comes_back_joins_at_the_beat() -> None:
+    story = Story.playing()
+    assert story.said(PI, "gone", message="it was rebooted") == [
+        f"say {PI}: it was rebooted; the others go on, and it joins them again",
+        f"start {PI} again",
+    ]
+    story.now += 20.1
+    story.is_at(HERE, "playing", 40.2)
+    story.group, story.acts = together.started(story.group, PI, Now(story.now))
+    assert story.words == [f"{PI}: load"]
+    (load,) = story.sent(PI)
+    assert load["entry"] == {"beat": pytest.approx(40.2 + 2 * SPARE), "monotonic": pytest.approx(story.now + SPARE)}
+    assert (load["when"], "arming" in load, load["score"]["known"]) == ("restart", False, 0)
+
+
+def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_go_on() -> None:
+    story = Story.playing()
+    story.told("pause")
+    story.is_at(HERE, "paused", 2.0)
+    story.said(PI, "gone", message="it was rebooted")
+    story.group, story.acts = together.started(story.group, PI, Now(story.now))
+    assert story.words == []
+    story.told("resume")
+    assert story.is_at(HERE, "playing", 2.0) == ["say playing", f"{PI}: load"]
+
+
+def test_a_host_whose_link_was_silent_joins_again_unless_people_have_stopped() -> None:
+    story = Story.playing()
+    line = f"say {PI} heard nothing from here for 3 s, so its robots stopped"
+    assert story.said(PI, "deserted", seconds=3.0) == [f"{line}; they join the others again", f"{PI}: load"]
+    story = Story.playing()
+    story.told("stop")
+    assert story.said(PI, "deserted", seconds=3.0) == [f"{line}: play again"]
+
+
+def test_the_only_host_whose_link_was_silent_stops_the_dance() -> None:
+    story = Story.playing(PI)
+    story.said(PI, "deserted", seconds=3.0)
+    assert story.is_at(PI, "stopped", 3.0) == ["say stopped"]
+    assert story.group.mode == "stopped"
+
+
+def test_another_stage_leads_if_the_one_that_did_is_gone() -> None:
+    story = Story.playing()
+    story.said(HERE, "gone", message="it was killed")
+    assert story.words[-2:] == ["start  again", "say playing"]
+    assert story.is_at(PAD, "paused", 2.0, waits_for=["button 4 on /joy"])[-1] == "say paused"
+
+
+def test_without_any_stage_all_is_over() -> None:
+    story = Story.playing(PI)
+    assert story.said(PI, "gone", message="the link is gone") == ["say the link is gone"]
+
+
+def test_a_stage_speaks_only_of_its_own_robots() -> None:
+    story = Story.playing()
+    assert story.said(PI, "fault", robot="p") == ["say fault"]
+    assert story.said(PI, "fault", robot="a") == []
+    story.said(PI, "vitals", robots={"a": 1, "p": 2})
+    assert story.acts[0].message["robots"] == {"p": 2}  # type: ignore[union-attr, typeddict-item]
+
+
+def test_what_a_robot_senses_is_told_to_the_others() -> None:
+    story = Story.playing()
+    assert story.said(PI, "sensed", robot="p") == ["say sensed", "here: sensed", f"{PAD}: sensed"]
+    assert story.said(HERE, "sensed", robot="p") == []
+
+
+def test_a_save_builds_on_what_the_stages_have_and_a_newcomer_gets_it_whole() -> None:
+    story = Story.playing()
+    story.plays("a p $ repeat left\no $ repeat forward\n", when="now")
+    assert story.sent(HERE)[0]["score"]["known"] > 0
+    read = from_json(json.loads(json.dumps(story.group.load))["score"])
+    assert {name: part.scenes for name, part in read.parts.items()} == {
+        name: part.scenes for name, part in on_hosts("a p $ repeat left\no $ repeat forward\n").parts.items()
+    }
+
+
+def test_emergency_stops_are_counted_by_each_stage_and_known_together() -> None:
+    story = Story.playing()
+    story.said(PI, "pressed", topics=["/stop"], count=2)
+    story.said(PAD, "pressed", topics=["/halt"], count=1)
+    assert story.acts == [Say({"type": "pressed", "topics": ["/halt", "/stop"], "count": 3})]
+    story.plays(stops=3)
+    assert {host: story.sent(host)[0]["stops"] for host in (HERE, PI, PAD)} == {HERE: 0, PI: 2, PAD: 1}
+
+
+def test_what_holds_for_later_is_told_to_stages_that_start_later() -> None:
+    story = Story(HERE)
+    story.told("silence", muted=["a"], soloed=[])
+    story.group = replace(story.group, members={**story.group.members, PI: Member(alive=False)})
+    story.group, story.acts = together.started(story.group, PI, Now(NOW))
+    assert story.words == [f"{PI}: silence"]
+
+
+def test_robots_that_nobody_moves_are_named() -> None:
+    assert Story(PI).plays("a p $ forward\n")[0] == "say nobody moves a: no ROS 2 runs here, and they have no `host`"
+
+
+def test_a_beat_may_be_told_ahead() -> None:
+    told = at("playing", 1, 4.0, NOW)
+    assert (beat_at(told, NOW - 1), beat_at(told, NOW + 1)) == (2.0, 6.0)

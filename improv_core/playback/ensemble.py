@@ -12,9 +12,9 @@ from contextlib import suppress
 from functools import partial
 
 from improv_core.playback import together
-from improv_core.playback.group import HERE, Group, Member
 from improv_core.playback.stage_process import Heard, Stage, StageError
-from improv_core.playback.together import Now, Say, StartAgain, Tell
+from improv_core.playback.together import Say, SendTo, StartHost, Times
+from improv_core.playback.troupe import HERE, Hosted, Troupe
 from improv_core.stage.commands import is_stop
 from improv_core.stage.messages import VERSION, Ready, ToStage
 
@@ -31,7 +31,7 @@ class Ensemble:
     """Several stages, by their hosts. Made by `start`. `send` may be called on any thread for stops and pauses."""
 
     def __init__(self, hosts: Sequence[str], start: StartMember, hear: HearAll) -> None:
-        self._group = Group({host: Member(alive=False) for host in hosts})
+        self._troupe = Troupe({host: Hosted(alive=False) for host in hosts})
         self._start_member = start
         self._hear = hear
         self._loop = asyncio.get_running_loop()
@@ -72,7 +72,7 @@ class Ensemble:
     def send(self, message: ToStage) -> None:
         """Send all a message. A stop goes to all at once."""
         if is_stop(message):
-            timed = together.in_time(self._group, message, _now())
+            timed = together.in_time(self._troupe, message, _now())
             for stage in [*self._stages.values()]:
                 stage.send(timed)
             self._stopped.append(message)
@@ -80,7 +80,7 @@ class Ensemble:
                 self._loop.call_soon_threadsafe(self._note_stops)
         else:
             self._note_stops()
-            self._do(together.told(self._group, message, _now()))
+            self._do(together.told(self._troupe, message, _now()))
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
@@ -97,7 +97,7 @@ class Ensemble:
         stage = await self._start_member(host, partial(self._heard, host))
         if stage:
             self._stages[host] = stage
-            self._do(together.started(self._group, host, _now()))
+            self._do(together.started(self._troupe, host, _now()))
 
     def _heard(self, host: str, stage: Stage, message: Heard, stops: int) -> None:
         self._note_stops()
@@ -106,39 +106,39 @@ class Ensemble:
             return
         if message["type"] == "gone":
             self._stages.pop(host, None)
-        self._do(together.said(self._group, host, message, _now()))
+        self._do(together.said(self._troupe, host, message, _now()))
 
     def _note_stops(self) -> None:
         """Decide what follows from stops and pauses before anything else that came after them."""
         while self._stopped:
-            self._do(together.told(self._group, self._stopped.popleft(), _now()))
+            self._do(together.told(self._troupe, self._stopped.popleft(), _now()))
 
     def _do(self, decided: together.Decided) -> None:
-        self._group, acts = decided
+        self._troupe, acts = decided
         for act in acts:
             match act:
-                case Tell(host, message):
+                case SendTo(host, message):
                     if host in self._stages:
                         self._stages[host].send(message)
                 case Say(message):
                     self._hear(self, message, 0)
-                case StartAgain(host):
+                case StartHost(host):
                     self._again[host] = asyncio.create_task(self._start_again(host))
         self._wait()
 
     def _wait(self) -> None:
         if self._timer:
             self._timer.cancel()
-        at = together.due(self._group, _now())
+        at = together.due(self._troupe, _now())
         if at < math.inf and not self._closing:
             self._timer = self._loop.call_at(at, self._waited)
 
     def _waited(self) -> None:
         self._timer = None
-        self._do(together.waited(self._group, _now()))
+        self._do(together.waited(self._troupe, _now()))
 
     def _try_later(self, host: str, problem: str) -> None:
-        self._do((self._group, [_cannot_be_reached(host, problem), StartAgain(host)]))
+        self._do((self._troupe, [_cannot_be_reached(host, problem), StartHost(host)]))
 
     async def _start_again(self, host: str) -> None:
         """Try until it works. Each reason for a failure is told once."""
@@ -151,7 +151,7 @@ class Ensemble:
             except StageError as error:
                 if str(error) != told:
                     told = str(error)
-                    self._do((self._group, [_cannot_be_reached(host, told)]))
+                    self._do((self._troupe, [_cannot_be_reached(host, told)]))
             else:
                 return
 
@@ -161,5 +161,5 @@ def _cannot_be_reached(host: str, problem: str) -> Say:
     return Say({"type": "warning", "message": f"{who} can't be reached: {problem} (Improv goes on trying)"})
 
 
-def _now() -> Now:
-    return Now(time.monotonic(), time.time())
+def _now() -> Times:
+    return Times(time.monotonic(), time.time())

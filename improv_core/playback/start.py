@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from improv_core.playback.ensemble import Ensemble
-from improv_core.playback.group import HERE
 from improv_core.playback.interpreter import InterpreterError, find_ros_python
 from improv_core.playback.stage_process import Hear, Heard, Stage, StageError
 from improv_core.playback.stops import Stops
+from improv_core.playback.troupe import HERE
 from improv_core.score.score import Host
 from improv_core.stage.messages import FOLDER
 

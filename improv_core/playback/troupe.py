@@ -39,7 +39,7 @@ class Owner:
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class Hosted:
     """A stage: what it said last, whether it is ready for beat 0 (`armed`), whether it is alive, and how many seconds a
     message may take to reach it (`lag`). `misplaced` are its robots that are not in their places. It `may_move` until
     it has confirmed a stop. `pressed` is what it has said about emergency stops."""
@@ -55,7 +55,7 @@ class Member:
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class Troupe:
     """The stages, by their hosts, and what they play. Only `together.py` makes the next one.
 
     `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
@@ -65,7 +65,7 @@ class Group:
     count of presses that was told how many each stage had heard.
     """
 
-    members: Mapping[str, Member]
+    members: Mapping[str, Hosted]
     mode: Mode = "stopped"
     load: Load | None = None
     robots: Mapping[str, Owner] = field(default_factory=dict)
@@ -120,17 +120,17 @@ class Group:
         """The robots that the stage of a host moves."""
         return [robot for robot, owner in self.robots.items() if owner.host == host]
 
-    def with_member(self, host: str, **changes: Any) -> Group:
+    def with_member(self, host: str, **changes: Any) -> Troupe:
         return replace(self, members={**self.members, host: replace(self.members[host], **changes)})
 
-    def with_all(self, hosts: Iterable[str], **changes: Any) -> Group:
+    def with_all(self, hosts: Iterable[str], **changes: Any) -> Troupe:
         """The same about the stages of several hosts."""
-        group = self
+        troupe = self
         for host in hosts:
-            group = group.with_member(host, **changes)
-        return group
+            troupe = troupe.with_member(host, **changes)
+        return troupe
 
-    def loading(self, load: Load) -> Group:
+    def loading(self, load: Load) -> Troupe:
         """With a score, which may build on the one before: a part that is the same is null in it."""
         score, before = load["score"], self.load["score"] if self.load else {"movements": [], "parts": {}}
         parts = {robot: part or before["parts"].get(robot) for robot, part in score["parts"].items()}

@@ -138,11 +138,12 @@ class Ensemble:
         self._do(together.waited(self._troupe, _now()))
 
     def _try_later(self, host: str, problem: str) -> None:
-        self._do((self._troupe, [_cannot_be_reached(host, problem), StartHost(host)]))
+        self._do((self._troupe, [_cannot_be_reached(host, problem)]))
+        self._again[host] = asyncio.create_task(self._start_again(host, problem))
 
-    async def _start_again(self, host: str) -> None:
-        """Try until it works. Each reason for a failure is told once."""
-        told, attempt = "", 0
+    async def _start_again(self, host: str, told: str = "") -> None:
+        """Try until it works. A reason for a failure that was `told` last is not told again."""
+        attempt = 0
         while not self._closing:
             await asyncio.sleep(PAUSES[min(attempt, len(PAUSES) - 1)])
             attempt += 1

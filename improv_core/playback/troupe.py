@@ -139,12 +139,11 @@ class Troupe:
         return replace(self, load=whole, robots={robot: _owner(part or {}) for robot, part in parts.items()})
 
     def load_for(self, host: str, load: Load) -> Load:
-        """A score as it is sent to the stage of a host. What the machine here has slept says nothing about that one."""
+        """A score as it is sent to the stage of a host."""
         sent: Load = {**load, "here": host}
         if "stops" in load:
             sent["stops"] = self.presses.get(load["stops"], {}).get(host, 0)
         if host != HERE:
-            sent.pop("asleep", None)
             patiences = [owner.patience for owner in self.robots.values() if owner.host == host]
             sent["patience"] = min(patiences, default=SILENCE_LIMIT)
         return sent

@@ -101,11 +101,10 @@ def in_words(act: Act) -> str:
 
 def test_each_stage_gets_the_score_and_which_robots_are_its() -> None:
     story = Story()
-    assert story.plays(stops=0, asleep=7.0) == ["here: load", f"{PAD}: load", f"{PI}: load"]
+    assert story.plays(stops=0) == ["here: load", f"{PAD}: load", f"{PI}: load"]
     loads = {host: story.sent(host)[0] for host in (HERE, PI, PAD)}
     assert {host: load["here"] for host, load in loads.items()} == {HERE: HERE, PI: PI, PAD: PAD}
     assert {host: load.get("patience") for host, load in loads.items()} == {HERE: None, PI: 0.5, PAD: 0.5}
-    assert {host: load.get("asleep") for host, load in loads.items()} == {HERE: 7.0, PI: None, PAD: None}
     assert all(load["arming"] == {} for load in loads.values()), "beat 0 waits until all are ready"
 
 

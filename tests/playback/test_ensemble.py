@@ -1,0 +1,129 @@
+"""Stages on several machines that look like one, faked."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+
+from improv_core.playback import ensemble
+from improv_core.playback.ensemble import Ensemble
+from improv_core.playback.playback import Playback
+from improv_core.playback.show import PlayScore
+from improv_core.playback.stage_process import StageError
+from improv_core.playback.start import Options
+from improv_core.playback.stops import Stops
+from improv_core.playback.troupe import HERE
+from tests.playback.fakes import LIMIT, Fake
+from tests.playback.story import DANCE
+from tests.playback.test_together import PI, on_hosts
+
+
+class Members:
+    """The stages of hosts, faked, and what all say together. Hosts that are `unreachable` fail to start."""
+
+    def __init__(self, unreachable: set[str]) -> None:
+        self.unreachable = unreachable
+        self.failed = 0
+        self.stages: dict[str, Fake] = {}
+        self.heard: list[Any] = []
+        self.news = asyncio.Event()
+
+    async def start(self, host: str, hear: Any) -> Any:
+        self.news.set()
+        if host in self.unreachable:
+            self.failed += 1
+            raise StageError(f"ssh can't find {host}")
+        self.stages[host] = Fake("ros", Options(), hear, Stops())
+        return self.stages[host]
+
+    def hear(self, stage: Ensemble, message: Any, stops: int) -> None:
+        self.heard.append(message)
+        self.news.set()
+
+    async def until(self, fits: Callable[[], bool]) -> None:
+        async def look() -> None:
+            while not fits():
+                await self.news.wait()
+                self.news.clear()
+
+        await asyncio.wait_for(look(), LIMIT)
+
+    @property
+    def lines(self) -> list[str]:
+        return [each["message"] for each in self.heard if each["type"] == "warning"]
+
+
+def run(test: Callable[[Members, Ensemble], Awaitable[None]], unreachable: set[str]) -> None:
+    async def perform() -> None:
+        members = Members(unreachable)
+        all_ = await Ensemble.start([HERE, PI], members.start, members.hear)
+        await test(members, all_)
+        await all_.close()
+        assert not any(stage.alive for stage in members.stages.values())
+
+    asyncio.run(perform())
+
+
+def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is_busy() -> None:
+    async def test(members: Members, all_: Ensemble) -> None:
+        stopping = threading.Thread(target=all_.send, args=({"type": "stop"},))
+        stopping.start()
+        stopping.join()  # the event loop does nothing meanwhile
+        assert [stage.kinds for stage in members.stages.values()] == [["stop"], ["stop"]]
+
+    run(test, set())
+
+
+def test_stages_are_one_stage_of_real_robots() -> None:
+    async def test(members: Members, all_: Ensemble) -> None:
+        assert all_.ready == {"type": "ready", "protocol": 2, "sink": f"ros; ros on {PI}", "real": True}
+
+    run(test, set())
+
+
+def test_a_host_that_cannot_be_reached_is_named_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ensemble, "PAUSES", (0.0,))
+
+    async def test(members: Members, all_: Ensemble) -> None:
+        await members.until(lambda: members.failed > 2)
+        members.unreachable.clear()
+        await members.until(lambda: PI in members.stages)
+        assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
+
+    run(test, {PI})
+
+
+def test_nothing_starts_if_the_stage_here_fails() -> None:
+    with pytest.raises(StageError, match=r"ssh can't find $"):
+        run(lambda members, all_: asyncio.sleep(0), {HERE})
+
+
+def test_what_a_person_asks_for_on_a_robot_is_passed_on_with_the_stops_until_then() -> None:
+    async def test(members: Members, all_: Ensemble) -> None:
+        members.stages[PI].say({"type": "request", "command": {"type": "pause"}})
+        assert members.heard == [{"type": "request", "command": {"type": "pause"}}]
+
+    run(test, set())
+
+
+def test_a_score_with_other_hosts_starts_their_stages() -> None:
+    opened: list[list[str]] = []
+
+    async def start(sink: Any, options: Options, token: str, hear: Any, stops: Stops) -> Any:
+        if sink == "ros":
+            opened.append([host.name for host in options.hosts])
+        return Fake(sink, options, hear, stops)
+
+    async def perform() -> None:
+        playback = Playback(Options("both"), lambda message, leads: None, Stops(), start)
+        for score in (DANCE, DANCE, on_hosts("a p $ forward\n"), DANCE):
+            await playback.play(PlayScore(score, "dance.improv", playback.stops.count))
+        await playback.play(PlayScore(on_hosts("o $ forward\n"), "dance.improv", playback.stops.count, simulated=True))
+        await playback.close()
+
+    asyncio.run(perform())
+    assert opened == [[], [PI]], "stages that run already, or that nobody needs, are not started"

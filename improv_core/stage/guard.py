@@ -85,8 +85,9 @@ class Guard:
         if new := late - self._delayed:
             seconds = max(ages[robot] for robot in new)
             yield (
-                f"poses of {in_one_phrase(sorted(new))} come {seconds:.1f} s after they were measured: those older "
-                f"than {OLDEST} s correct no path and keep nobody apart; check the network, or the clock that stamps them"
+                f"poses of {in_one_phrase(sorted(new))} come {seconds:.1f} s after they were measured: those "
+                f"older than {OLDEST} s correct no path and keep nobody apart; check the network, or the clock that "
+                "stamps them"
             )
         if over := (self._delayed - late) & ages.keys():
             yield f"poses of {in_one_phrase(sorted(over))} come in time again"

@@ -20,6 +20,7 @@ from improv_core.stage.cast import Cast, closed_part
 from improv_core.stage.events import Event, Facts, Load
 from improv_core.stage.fields import PoseJson
 from improv_core.stage.guard import Guard
+from improv_core.stage.joint_commands import JointCommands
 from improv_core.stage.limbs import Limbs
 from improv_core.stage.listeners import Listeners
 from improv_core.stage.messages import SIMULATED, Poses
@@ -51,6 +52,7 @@ class Tracks:
         """What has been decided. Only the player's loop replaces it."""
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
+        self.joints = JointCommands(lambda robot, joints, at: self.sink.send_joints(robot, joints, at))
         self.queue = SetpointQueue(self._send, self._is_silent, self._withhold)
         self.sensing = Sensing()
         self.cast = Cast(self._value)
@@ -112,7 +114,11 @@ class Tracks:
             if edges_at <= changes_at:
                 self._take_announced(first)
             else:
-                self.queue.send_changes(first if self.cast.asked else until, self.run.score.parts, self._perform_due)
+                self._send_changes(first if self.cast.asked else until)
+
+    def _send_changes(self, until: float) -> None:
+        with self.joints.together():
+            self.queue.send_changes(until, self.run.score.parts, self._perform_due)
 
     def send_repeats(self, performed: float) -> None:
         """Send the repeats of one slot, so that a change never waits for more, and advance the sink."""
@@ -142,7 +148,7 @@ class Tracks:
         self.unsettled = True
         self.listeners.wait(now)
         if not self.cast.asked:  # robots come first; what open parts decide is reported after they begin
-            self.queue.send_changes(performed, self.run.score.parts, self._perform_due)
+            self._send_changes(performed)
 
     def _begin(self, mover: Mover, beat: Exact, performed: float) -> None:
         part = self.run.score.parts[mover.robot]
@@ -263,7 +269,7 @@ class Tracks:
     def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
         if mover.part:
             told = self.limbs.track[mover].tell(velocity, performed)
-            self.sink.send_joints(mover.robot, told, performed)
+            self.joints.tell(mover.robot, told, performed)
         else:
             assert isinstance(velocity, Twist)
             self._send_twist(mover.robot, velocity, performed)

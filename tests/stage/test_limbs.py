@@ -99,6 +99,15 @@ def test_a_joint_is_told_again_and_again_where_it_is() -> None:
     assert [position for _, position in told] == pytest.approx([0.5235987755982988 * at for at, _ in told])
 
 
+def test_what_changes_at_the_same_time_is_told_to_all_joints_of_a_robot_at_once() -> None:
+    """Also if where joints stand decides how they move."""
+    toml = TOML.replace("[robots.a]", '[profiles.nod.body.tail]\nup = { joint = "tail", degrees = 9 }\n[robots.a]')
+    stage = Bodies("a b $ head (left right) || tail (up to start)", toml)
+    stage.run(1.5)
+    told = [(robot, at, [*joints]) for robot, at, joints in stage.sink.joints if at in (0, 1)]
+    assert told == [(robot, at, ["yaw", "pitch", "tail"]) for at in (0, 1) for robot in "ab"]
+
+
 def test_a_stop_tells_joints_to_stand_where_they_are() -> None:
     stage = Bodies("a $ head left")
     stage.run(0.5)

@@ -121,6 +121,17 @@ def test_a_robot_drives_slowly_to_where_its_part_has_it_and_goes_on_there() -> N
     assert {twist.x for twist in floor.heard("s")} <= {0.0, 0.2}
 
 
+def test_it_is_reported_that_it_drives_back() -> None:
+    floor = returning()
+    floor.move(1)
+    told = [each["robots"] for each in floor.told if each["type"] == "vitals"]
+    assert (told[-1]["r"]["instead"], told[-1]["s"]["instead"]) == ("drives back", "")
+    floor.sink.deaf = GONE
+    floor.move(2)
+    told = [each["robots"] for each in floor.told if each["type"] == "vitals"]
+    assert told[-1]["r"]["instead"] == "stands"
+
+
 def test_it_waits_where_a_part_stands_until_the_next_scene() -> None:
     floor = returning("beat 60\nr s $ repeat 4 forward\n---\nr s $ repeat 20 rest backward\n")
     assert DRIVES in floor.lines

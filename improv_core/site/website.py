@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import shutil
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -15,7 +16,9 @@ from pathlib import Path
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ENDING
+from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.score.svg import plot
+from improv_core.site.guide import guide
 from improv_core.stage.viewer.application import CONTENT_TYPES, FOLDER
 
 MARK = "improv-site.json"
@@ -23,12 +26,22 @@ MARK = "improv-site.json"
 PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
 """What a browser needs of the npm package `pyodide`."""
 PACKAGES = {
-    "improv_core": ("commands", "page", "site/website.py", "__main__.py"),
+    "improv_core": (
+        "commands",
+        "page",
+        "site/website.py",
+        "site/guide.py",
+        "site/docs",
+        "site/examples",
+        "__main__.py",
+    ),
     "lark": ("tools", "__pyinstaller"),
     "segno": ("cli.py",),
 }
 """The Python packages that run in the browser, and what of each doesn't."""
 CODE = (".py", ".lark", ".json")
+LEFT_OUT = ("senses/bump",)
+"""The programs of the gallery that can't be played there: nobody bumps into anything."""
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'"
@@ -73,7 +86,13 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
     for path in sorted(FOLDER.iterdir()):
         if path.suffix in CONTENT_TYPES:
             yield path.name, path.read_bytes()
-    yield "examples.json", json.dumps([_example(path) for path in _examples()]).encode()
+    yield "examples.json", json.dumps(_examples()).encode()
+    docs = _brought("docs")
+    texts = [(docs / name).read_text(encoding="utf-8") for name in ("tutorial.md", "lesson.md")]
+    pages = guide(*texts)
+    yield "guide.json", json.dumps(pages).encode()
+    for picture in sorted({name for page in pages for name in re.findall(r'src="([^"]+)"', page["html"])}):
+        yield picture, docs.joinpath(*picture.split("/")).read_bytes()
     loaded = {"improv.zip": _archive(), **{f"pyodide/{name}": (pyodide / name).read_bytes() for name in PYODIDE}}
     yield from loaded.items()
     yield "worker.js", _own("worker.js")
@@ -90,17 +109,29 @@ def _index(loaded: int) -> str:
     )
 
 
-def _examples() -> list[Traversable]:
-    """The programs of the gallery that need no `improv.toml`, the simplest first."""
-    ours = resources.files("improv_core.site") / "examples"  # where the wheel has them
-    folder = ours if ours.is_dir() else Path(__file__).parents[2] / "examples"
-    programs = [each for each in folder.iterdir() if each.name.endswith(ENDING)]
-    return sorted(programs, key=lambda each: len(each.read_bytes()))
+def _examples() -> list[Mapping[str, str]]:
+    """The programs of the gallery: those without an `improv.toml` first, and the simplest of them first of all."""
+    root = _brought("examples")
+    folders = {"": root, **{each.name: each for each in root.iterdir() if each.is_dir()}}
+    found = [
+        (folder, each, (inside / FILE_NAME).read_text(encoding="utf-8") if folder else "")
+        for folder, inside in folders.items()
+        for each in inside.iterdir()
+        if each.name.endswith(ENDING) and f"{folder}/{each.name.removesuffix(ENDING)}" not in LEFT_OUT
+    ]
+    return [_example(*each) for each in sorted(found, key=lambda each: (each[2], len(each[1].read_bytes())))]
 
 
-def _example(path: Traversable) -> Mapping[str, str]:
-    text = path.read_text(encoding="utf-8")
-    return {"name": path.name.removesuffix(ENDING), "text": text, "picture": plot(score_of(analyze(text)))}
+def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
+    text, name = path.read_text(encoding="utf-8"), path.name.removesuffix(ENDING)
+    picture = plot(score_of(analyze(text, read_robots(toml))))
+    return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": picture}
+
+
+def _brought(name: str) -> Traversable:
+    """A folder of the repository, which the wheel brings along."""
+    ours = resources.files("improv_core.site") / name
+    return ours if ours.is_dir() else Path(__file__).parents[2] / name
 
 
 def _own(name: str) -> bytes:

@@ -8,17 +8,14 @@ import subprocess
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.site.website import PYODIDE, build
+from tests.axe import violations
 from tests.commands.command_line import IMPROV
-from tests.needs import lacking
 from tests.stage.viewer.conftest import Keep
-
-AXE = Path(__file__).parents[2] / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
 
 
 @pytest.fixture
@@ -48,14 +45,6 @@ def send(address: str, what: str, **values: str) -> dict[str, str]:
     )
     with urllib.request.urlopen(asked, timeout=60) as answer:
         return dict(json.load(answer))
-
-
-def violations(page: Page) -> list[Any]:
-    if not AXE.exists():
-        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
-    page.evaluate(AXE.read_text(encoding="utf-8"))
-    found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
-    return [(each["id"], [node["target"] for node in each["nodes"]]) for each in found]
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")

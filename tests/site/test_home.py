@@ -8,6 +8,9 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
+import pytest
+
+from improv_core.site import home
 from improv_core.site.home import Home
 
 LIMIT = 60.0
@@ -73,7 +76,9 @@ def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
     check(scene, "ada $ forward")
 
 
-def test_whom_robots_meet_is_said_once_nobody_types() -> None:
+def test_whom_robots_meet_is_said_once_nobody_types(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(home, "LONGEST_CHECK", LIMIT)  # the machine may do other things
+
     async def scene(at: At) -> None:
         at.ask("analyze", number=1, text="ada at 0 0\nbo at 1 0 facing 180\nada bo $ forward")
         found = await at.wait("analyzed", lambda each: each["count"] == 1)

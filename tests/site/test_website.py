@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.services.program_file import TEMPLATE
 from improv_core.site.website import MARK, SiteError, build
 from tests.site.conftest import served
 from tests.stage.viewer.conftest import LIMIT, Keep, wait
@@ -85,7 +86,7 @@ def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
 def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(address: str, page: Page, keep: Keep) -> None:
     page.goto(address)
     expect(page.locator("#notice")).to_contain_text("Loading Improv:")
-    expect(page.locator("#text")).to_have_value("ada $ repeat 4 (forward left)\n")  # may be written meanwhile
+    expect(page.locator("#text")).to_have_value(TEMPLATE)  # may be written meanwhile
     opened = 'document.body.dataset.connection === "open"'
     wait(page, opened)
     page.locator("#text").fill("bo $ repeat 3 (forwrd left)\n")

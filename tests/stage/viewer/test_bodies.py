@@ -21,10 +21,10 @@ from improv_core.stage.robot_messages import JointPositions
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.lookahead import about, window
 from improv_core.stage.viewer.server import Viewer
+from tests.axe import AXE
 from tests.needs import lacking
 from tests.robots.test_skeletons import TOML, URDF
 from tests.stage.viewer.conftest import Keep, Show, transport, wait, watch
-from tests.stage.viewer.test_looks import AXE
 
 NAMES = ["ada", "bert", "carla", "dan", "eve", "fay", "gus", "hal", "ivy", "jon", "kim", "leo"]
 LIFTER = """

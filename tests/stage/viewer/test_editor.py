@@ -14,11 +14,11 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.stage.fields import LONGEST_TEXT
+from tests.axe import AXE
 from tests.commands.command_line import IMPROV
 from tests.needs import lacking
 from tests.stage.viewer.conftest import LIMIT, Keep, Show, at, wait, watch
 from tests.stage.viewer.editing import IDLE, PLAYING, Edit
-from tests.stage.viewer.test_looks import AXE
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
 

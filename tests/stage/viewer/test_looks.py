@@ -9,7 +9,7 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
-from typing import Any, Literal
+from typing import Literal
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
@@ -20,12 +20,11 @@ from improv_core.score.motion import Twist
 from improv_core.score.svg import plot
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.needs import lacking
+from tests.axe import violations
 from tests.stage.viewer.conftest import Keep, Show, at, next_frame, transport, wait, watch
 from tests.stage.viewer.looks import COUNT, PIXEL, SLANTED
 
 ROOT = Path(__file__).parents[3]
-AXE = ROOT / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
 
 SCHEMES: tuple[Literal["light"], Literal["dark"]] = ("light", "dark")
 CARDS = {"Help": "Help", "Starts": "Start poses", "Save": "Save"}
@@ -327,15 +326,11 @@ def downloaded(page: Page, button: str, path: Path) -> Path:
 @pytest.mark.slow("axe looks at the page with each card")
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_axe_finds_nothing(page: Page, still: Callable[..., Page], scheme: Literal["light", "dark"]) -> None:
-    if not AXE.exists():
-        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
     page.emulate_media(color_scheme=scheme)
     still("# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
-    page.evaluate(AXE.read_text(encoding="utf-8"))
     for card in ("", "Help", "Starts", "Save"):
         if card:
             page.get_by_role("button", name=card, exact=True).click()
-        found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
-        assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found] == [], card
+        assert violations(page) == [], card
         if card:
             page.get_by_role("dialog", name=CARDS[card]).get_by_role("button", name="Close").click()

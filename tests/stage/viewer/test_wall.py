@@ -9,9 +9,9 @@ from typing import Any, Literal
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from tests.axe import AXE
 from tests.needs import lacking
 from tests.stage.viewer.conftest import Show, wait, watch
-from tests.stage.viewer.test_looks import AXE
 from tests.stage.viewer.wall_photo import SIZES, faults, open_wall, program, tell, vitals
 
 

@@ -3,16 +3,15 @@
 
 import { find, findA } from "./elements.js"
 
-/** @import { Saving } from "./saving.js" */
-/** @typedef {{ name: string, text: string, picture: string }} Example with the picture of its paths, as SVG */
+/** @typedef {{ name: string, text: string, toml: string, picture: string }} Example with the picture of its paths, as SVG */
 
 export class Examples {
   #dialog = findA("examples", HTMLDialogElement)
-  #saving
+  #play
 
-  /** @param {Saving} saving gets the dance that somebody chooses, which plays at once */
-  constructor(saving) {
-    this.#saving = saving
+  /** @param {(text: string, toml: string) => void} play takes the dance that somebody chooses, which plays at once */
+  constructor(play) {
+    this.#play = play
     find("show-examples").hidden = false
     find("show-examples").addEventListener("click", () => this.#open())
   }
@@ -32,7 +31,7 @@ export class Examples {
   }
 
   /** @param {Example} example */
-  #row({ name, text, picture }) {
+  #row({ name, text, toml, picture }) {
     const item = document.createElement("li")
     const button = document.createElement("button")
     button.type = "button"
@@ -42,8 +41,7 @@ export class Examples {
     button.append(image, name)
     button.addEventListener("click", () => {
       this.#dialog.close()
-      this.#saving.replace(text)
-      this.#saving.write()
+      this.#play(text, toml)
     })
     item.append(button)
     return item

@@ -5,7 +5,10 @@ import { workIn } from "./link.js"
 
 const KEY = "improv.program"
 const DRAFT = "improv.draft.before a link"
-const FIRST = "ada $ repeat 4 (forward left)\n"
+const FIRST = `# A robot, a dollar sign, and what the robot does. Change it and play it again.
+beat 60
+turtle1 $ repeat 4 (forward left)
+`
 
 const NO_ROOM = "this browser has no room for another dance: save yours as a file, with Share, and open the link again"
 

@@ -4,9 +4,11 @@
 import { Class, isClass } from "./class.js"
 import { findA } from "./elements.js"
 import { Examples } from "./examples.js"
+import { Guide } from "./guide.js"
 import { isWebsite } from "./home.js"
 import { Share } from "./share.js"
 import { offerStarters } from "./starters.js"
+import { getToml, setToml } from "./worker-home.js"
 import { WordRow } from "./word-row.js"
 
 /** @import { Saving } from "./saving.js" */
@@ -18,7 +20,13 @@ import { WordRow } from "./word-row.js"
 export function offerHelp(saving, getBeat) {
   new WordRow(findA("text", HTMLTextAreaElement))
   if (isWebsite) {
-    new Examples(saving)
+    const play = (/** @type {string} */ text, toml = "") => {
+      if (toml !== getToml()) setToml(toml)
+      saving.replace(text)
+      saving.write()
+    }
+    new Examples(play)
+    new Guide(play)
     new Share(saving, getBeat)
   } else offerStarters(saving)
   if (isClass) new Class(saving)

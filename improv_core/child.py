@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,6 +24,10 @@ ROOT = Path(sys.executable).anchor
 """Where children start: this folder contains no modules, and only administrators can add some."""
 KILL_LIMIT = 5.0
 """Seconds that it may take until a process is gone that was killed."""
+MOST_ERRORS = 50
+"""Lines of standard error that are kept."""
+ERRORS_LIMIT = 0.5
+"""Seconds to wait for the end of standard error of a process that has exited: what it has started may hold it open."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,18 +76,24 @@ class Child:
         assert self._process.stdout
         self._input, self._output = self._process.stdin, self._process.stdout
         self._unsent = self._unread = b""
-        self.last_error = ""
-        """The last line on its standard error, if that is kept."""
+        self.errors: deque[str] = deque(maxlen=MOST_ERRORS)
+        """The last lines on its standard error, if those are kept; all of them once `wait` has returned."""
         if not policy.waits:
             os.set_blocking(self._input.fileno(), False)
         if policy.pipe_size:
             _widen(policy.pipe_size, self._input.fileno(), self._output.fileno())
+        self._errors = threading.Thread(target=self._read_errors, daemon=True)
         if self._process.stderr:
-            threading.Thread(target=self._read_errors, daemon=True).start()
+            self._errors.start()
 
     @property
     def pid(self) -> int:
         return self._process.pid
+
+    @property
+    def last_error(self) -> str:
+        """The last line on its standard error, if that is kept."""
+        return self.errors[-1] if self.errors else ""
 
     def write(self, line: bytes = b"") -> None:
         """Send it a line, after what could not be sent before. Raises OSError if it has ended and writing waits; else,
@@ -101,15 +112,23 @@ class Child:
         end = time.monotonic() + (limit or 0.0)
         lines: list[bytes] = []
         while not lines:
-            if self._output.closed:
-                raise EOFError
-            if limit is not None and not self.speaks(end - time.monotonic()):
-                return []
-            data = os.read(self._output.fileno(), MOST_READ)
+            data = self.read_some(limit if limit is None else end - time.monotonic())
             if not data:
-                raise EOFError
+                return []
             *lines, self._unread = (self._unread + data).split(b"\n")
         return lines
+
+    def read_some(self, limit: float | None = None) -> bytes:
+        """The next bytes that it says, in the middle of a line or not; otherwise as `read`. For one that nobody trusts
+        to end its lines."""
+        if self._output.closed:
+            raise EOFError
+        if limit is not None and not self.speaks(limit):
+            return b""
+        data = os.read(self._output.fileno(), MOST_READ)
+        if not data:
+            raise EOFError
+        return data
 
     def speaks(self, limit: float) -> bool:
         """Wait until it says something or can say nothing more. Returns whether that was within `limit` seconds."""
@@ -131,7 +150,10 @@ class Child:
         self._output.close()
         for limit in (self._policy.end, KILL_LIMIT):
             with suppress(subprocess.TimeoutExpired):
-                return self._process.wait(limit)
+                code = self._process.wait(limit)
+                if self._process.stderr:
+                    self._errors.join(ERRORS_LIMIT)
+                return code
             self.kill()
         return None
 
@@ -160,7 +182,7 @@ class Child:
         assert self._process.stderr
         with self._process.stderr as lines:
             for line in lines:
-                self.last_error = line.decode(errors="replace").strip()
+                self.errors.append(line.decode(errors="replace").strip())
 
 
 def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.environ) -> bytes:

@@ -9,16 +9,12 @@ from __future__ import annotations
 import getpass
 import os
 import re
-import secrets
 import socket
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 _FORM = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}@)?([A-Za-z0-9_](?:[A-Za-z0-9_.-]{0,252}))(?::([0-9]{1,5}))?")
-_SESSION = secrets.token_hex(4)
-_LINK = Path(__file__).resolve().parent.parent / "remote"
 
 
 class HostError(Exception):
@@ -34,6 +30,12 @@ def checked(host: str) -> str:
     if not found or (found[2] and not 0 < int(found[2]) < 65_536):
         raise HostError(f"`{host}` is not a host: write `name`, `user@name`, or `user@name:port`")
     return host
+
+
+def split(host: str) -> tuple[str, str]:
+    """A host without its port, and the port; empty if it has none."""
+    name, _, port = host.partition(":")
+    return name, port
 
 
 def approved_file() -> Path:
@@ -76,24 +78,15 @@ def withdraw(host: str) -> bool:
 
 def refusal(host: str) -> str:
     """What people are told if a program needs a host that nobody has allowed."""
-    return f"{host}: nobody has allowed Improv to use it. If you trust it, run `improv hosts allow {host}`"
+    return f"nobody has allowed Improv to use it: if you trust it, run `improv hosts allow {host}`"
 
 
-def link_command(
-    host: str, stage: Sequence[str] = (), *, domain: int | None = None, rmw: str | None = None
-) -> list[str]:
-    """The command that plays on a host as if a stage ran here. `stage` are the options of the stage there."""
-    domains = [] if domain is None else ["--domain", str(domain)]
-    middleware = ["--rmw", rmw] if rmw else []
-    return [sys.executable, str(_LINK), "near", checked(host), *domains, *middleware, "--from", who(), *stage]
-
-
-def who() -> str:
-    """Who plays, for a host that two want to play on: `user@machine`, and after a slash what no other process has."""
+def who(process: int) -> str:
+    """Who plays, for a host that two want to play on: `user@machine`, and after a slash the process."""
     user = "somebody"
     with suppress(KeyError, OSError, ImportError):
         user = getpass.getuser()
-    return f"{user}@{socket.gethostname() or 'somewhere'}/{os.getpid()}-{_SESSION}"
+    return f"{user}@{socket.gethostname() or 'somewhere'}/{process}"
 
 
 def _write(hosts: Sequence[str]) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback import hosts
 from improv_core.playback.hosts import HostError, approve, approved, approved_file, checked, is_approved, withdraw
 
 
@@ -79,11 +78,3 @@ def test_a_file_that_cannot_be_read_allows_nothing() -> None:
     approved_file().mkdir(parents=True)
     with pytest.raises(HostError, match=r"can't be read"):
         is_approved("anna")
-
-
-def test_the_command_of_a_link_has_the_host_where_no_option_can_be() -> None:
-    command = hosts.link_command("pi@anna", ["--report-sent"], domain=7, rmw="rmw_cyclonedds_cpp")
-    assert command[2:8] == ["near", "pi@anna", "--domain", "7", "--rmw", "rmw_cyclonedds_cpp"]
-    assert command[-1] == "--report-sent"
-    with pytest.raises(HostError):
-        hosts.link_command("-oProxyCommand=x")

@@ -1,0 +1,53 @@
+"""What travels to another machine: all that a stage there imports, and nothing that it doesn't need."""
+
+from __future__ import annotations
+
+import ast
+import io
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+from improv_core.remote.bundle import PACKAGE, boot_line, bundle
+from tests.test_architecture import name, ours
+
+BEGIN = ("improv_core.remote.__main__", "improv_core.remote.far", "improv_core.stage.__main__")
+STARTED = tuple(f"improv_core.stage.{helper}" for helper in ("standby", "reader", "publisher", "graph", "sinks.ros"))
+SIMULATOR = ("improv_core.stage.sinks.simulator", "improv_core.stage.viewer.server")
+"""What only a stage with the simulator imports."""
+
+
+def test_it_has_every_module_that_a_stage_there_imports() -> None:
+    modules = {name(path): path for path in PACKAGE.rglob("*.py")}
+    carried = {entry.filename for entry in zipfile.ZipFile(io.BytesIO(bundle().data)).infolist()}
+    waiting, needed = [*BEGIN, *STARTED], set[str]()
+    while waiting:
+        module = waiting.pop()
+        if module not in needed and module not in SIMULATOR:
+            needed.add(module)
+            waiting += ours(modules[module])
+    paths = {modules[module].relative_to(PACKAGE.parent).as_posix() for module in needed}
+    assert paths - carried == set()
+
+
+def test_it_is_the_same_for_the_same_modules_and_small() -> None:
+    first = bundle()
+    bundle.cache_clear()
+    assert bundle() == first
+    assert len(first.data) < 400_000
+
+
+def test_it_runs_without_anything_else_of_ours(tmp_path: Path) -> None:
+    zipfile.ZipFile(io.BytesIO(bundle().data)).extractall(tmp_path)
+    code = f"import sys; sys.path.append({str(tmp_path)!r}); import {', '.join(BEGIN)}; print(improv_core.__file__)"
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith(str(tmp_path))
+
+
+def test_old_pythons_can_read_the_first_line_and_what_runs_first() -> None:
+    line = boot_line(bundle(), ["--from", "ada@läptop\n"])
+    assert line.count(b"\n") == 1
+    assert line.isascii()
+    ast.parse(line, feature_version=(3, 6))
+    ast.parse((PACKAGE / "remote" / "bootstrap.py").read_text(encoding="utf-8"), feature_version=(3, 6))

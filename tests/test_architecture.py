@@ -73,6 +73,7 @@ LIBRARIES = {
             for name in (
                 "ros",
                 "ros_batteries",
+                "ros_clock",
                 "ros_joint_states",
                 "ros_listening",
                 "ros_nodes",
@@ -97,6 +98,7 @@ MESSAGES_OF_ROS = {
     "geometry_msgs",
     "nav_msgs",
     "rcl_interfaces",
+    "rosgraph_msgs",
     "sensor_msgs",
     "std_msgs",
     "std_srvs",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from improv_core.score.score import Score
 from improv_core.stage.player import Player
@@ -20,11 +21,11 @@ def perform(
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).
 
-    With `senses`, robots sense these and nothing else.
+    With `senses`, robots sense these and nothing else. A clock from outside isn't followed: it is in no hurry.
     """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0
-    player.load(score, 1, "restart", now, senses=senses)
+    player.load(replace(score, clock=None), 1, "restart", now, senses=senses)
     while (deadline := player.deadline(now)) is not None:
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.state == "playing":

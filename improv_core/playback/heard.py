@@ -14,7 +14,7 @@ from improv_core.playback.show import PlayScore, Show
 from improv_core.playback.stage_process import Gone, Heard
 from improv_core.playback.start import SinkName
 from improv_core.score.score import Part, Score
-from improv_core.stage.messages import Armed, Ready, Takeover, ToStage, TransportMessage
+from improv_core.stage.messages import Armed, BendMessage, Ready, Takeover, ToStage, TransportMessage
 
 BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: what they decide has to arrive first."""
@@ -83,13 +83,23 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
     if show.twin and state == "playing":
         if latest and not show.entered and transport["generation"] == latest.generation:
             show, enters = _enter(replace(show, entered=transport), show.twin, latest, transport)
-            return show, [*enters, *acts]
-        return show, [*(_to(show.twin, {"type": "resume", "at": transport["monotonic"]}) if waited else []), *acts]
+            return show, [*enters, *_bends(show, transport), *acts]
+        resumes = _to(show.twin, {"type": "resume", "at": transport["monotonic"]}) if waited else []
+        return show, [*resumes, *_bends(show, transport), *acts]
     if state == "stopped":
         return show, [*_to(show.twin, {"type": "stop"}), *acts]
     if state == "paused" and show.waits_for:
         return show, [*_to(show.twin, {"type": "pause", "at": transport["monotonic"]}), *acts]
     return show, acts
+
+
+def _bends(show: Show, transport: TransportMessage) -> list[Act]:
+    """Have the twin play as fast as the leading stage, which follows a clock from outside."""
+    if not show.twin or "pace" not in transport:
+        return []
+    at = transport["monotonic"] + show.behind
+    bend: BendMessage = {"type": "bend", "at": at, "beat": transport["beat"], "pace": transport["pace"]}
+    return [Send(show.twin, bend, show.behind)]
 
 
 def _why_still(show: Show, transport: TransportMessage) -> str:
@@ -120,6 +130,8 @@ def _enter(show: Show, twin: SinkName, play: PlayScore, entered: TransportMessag
         entry["begins"] = entered["begins"]
     if "scene" in entered:
         entry["scene"] = entered["scene"]
+    if "pace" in entered:
+        entry["pace"] = entered["pace"]
     return show, [SendScore(twin, play, entry, whole=whole)]
 
 

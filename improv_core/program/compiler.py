@@ -50,7 +50,7 @@ def score_of(analysis: Analysis) -> Score:
             poses[name],
             robot.topic,
             robot.reset,
-            cast.use_sim_time,
+            cast.use_sim_time or (cast.clock is not None and cast.clock.follow == "ros"),
             robot.odom,
             _senses(cast, name, scenes),
             frame=robot.frame,
@@ -68,6 +68,7 @@ def score_of(analysis: Analysis) -> Score:
         publish=cast.publish,
         bar=analysis.opening.bar,
         scene_names=tuple(analysis.scene_names),
+        clock=cast.clock,
     )
     if len(analysis.text) > LONGEST_TEXT:
         return score

@@ -26,7 +26,17 @@ from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
-from improv_core.score.score import BASE_FRAME, Deadman, Host, OdomFrame, Preflight, Rejoin, Safety
+from improv_core.score.score import (
+    BASE_FRAME,
+    Deadman,
+    Follow,
+    Host,
+    OdomFrame,
+    OutsideClock,
+    Preflight,
+    Rejoin,
+    Safety,
+)
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -79,7 +89,7 @@ class Robots:
     of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
     the `formation` already; without any, it is for the robots of a
     program. With `publish`, others in ROS 2 can watch what plays. `starts` are those that replace the file's, and
-    `kinds` the profiles of robots that have none there.
+    `kinds` the profiles of robots that have none there. With a `clock`, they play as fast as that says.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -95,6 +105,7 @@ class Robots:
     senses: Mapping[str, Source] = field(default_factory=dict)
     formation: Formation | None = None
     publish: bool = False
+    clock: OutsideClock | None = None
     starts: Mapping[str, Pose] = field(default_factory=dict)
     kinds: Mapping[str, Profile] = field(default_factory=dict)
 
@@ -191,10 +202,11 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     if safety.rejoin == "return" and (why := _refuses_return(robots, world)):
         reading.at_value(("ros", "rejoin"), f"`return` {why}", given=(WORLD, ("robots",)))
     senses = read_senses(reading, sections.get("senses", {}))
+    clock = reading.clock(sections.get("clock", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
     if toml.diagnostics:  # what is left of it may mean something else
         return Robots(path=path, text=text, diagnostics=diagnostics)
-    rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish)
+    rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish, clock)
     return Robots(robots, profiles, path, text, diagnostics, *rest)
 
 
@@ -357,6 +369,11 @@ class _RobotsReading(TomlReading):
             self.at_value(("ros", "stop"), message)
         start_without = "start_without" not in ros or self.flag(("ros", "start_without"), ros)
         return Safety(stop, deadman, cast(Rejoin, rejoin), start_without=start_without)
+
+    def clock(self, value: Any) -> OutsideClock | None:
+        table = self.table(("clock",), value)
+        follow = cast(Follow | None, self.one_of(("clock", "follow"), table))
+        return OutsideClock(follow) if follow else None
 
     def faults(self, value: Any) -> FaultRules:
         table = self.table(("on",), value)

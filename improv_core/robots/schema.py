@@ -357,6 +357,14 @@ _PREFLIGHT = {
     "distance": _number("how far from its place a robot may stand", "meters", 0.001, 100, "0.1"),
     "degrees": _number("by how much it may be turned", "degrees", 0.1, 180, "10"),
 }
+_CLOCK = {
+    "follow": Key(
+        'the clock that gives the tempo: `"ros"`, the time of a simulation on `/clock`',
+        default="none: beats pass at the program's tempo, by this machine's clock",
+        choices=("ros",),
+        example='"ros"',
+    ),
+}
 _FORMATION = {
     "shape": Key(
         'how they stand: side by side in a `"line"`, in a `"circle"`, or in the rows of a `"grid"`, around the origin',
@@ -389,6 +397,7 @@ SCHEMA = _table(
         ),
         "on": _table("what follows from the faults of real robots", _ON),
         "world": _table("the simulator's walls and obstacles", _WORLD),
+        "clock": _table("a clock from outside that robots follow", _CLOCK),
         "preflight": _table("how far from their places robots may stand when they begin", _PREFLIGHT),
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
     },

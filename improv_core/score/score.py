@@ -105,6 +105,18 @@ class Part:
         return self.begins + self.movement.duration
 
 
+Follow = Literal["ros", "midi", "link"]
+"""A clock that can be followed: the time on ROS's /clock, MIDI clock, or Ableton Link."""
+
+
+@dataclass(frozen=True, slots=True)
+class OutsideClock:
+    """The clock that robots follow; `port` is the name of the MIDI input that it comes from, or "" for the first."""
+
+    follow: Follow
+    port: str = ""
+
+
 Rejoin = Literal["continue", "scene", "return", "next", "pause"]
 """When a robot listens again: it continues with the others, or stands still until the next scene or the next play, or
 drives to where its part has it first, or all waited for it."""
@@ -155,6 +167,7 @@ class Score:
     later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
     the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch.
     `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
+    With a `clock`, it is played as fast as that clock says.
     """
 
     tempo: Fraction
@@ -168,6 +181,7 @@ class Score:
     publish: bool = False
     bar: int | None = None
     scene_names: tuple[str, ...] = ()
+    clock: OutsideClock | None = None
     scene_begins: tuple[Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:

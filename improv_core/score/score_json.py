@@ -34,7 +34,18 @@ from improv_core.score.movement import (
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
-from improv_core.score.score import Deadman, Host, OdomFrame, Part, Preflight, Rejoin, Safety, Score
+from improv_core.score.score import (
+    Deadman,
+    Follow,
+    Host,
+    OdomFrame,
+    OutsideClock,
+    Part,
+    Preflight,
+    Rejoin,
+    Safety,
+    Score,
+)
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
@@ -124,6 +135,7 @@ def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
         "safety": asdict(score.safety),
         "publish": score.publish,
         "bar": score.bar,
+        "clock": score.clock and asdict(score.clock),
         "scene_names": list(score.scene_names),
         **program,
     }
@@ -184,6 +196,11 @@ class _PreflightJson(TypedDict):
     turn: float
 
 
+class _ClockJson(TypedDict):
+    follow: Follow
+    port: str
+
+
 class _SafetyJson(TypedDict):
     stop: str | None
     deadman: _DeadmanJson | None
@@ -205,6 +222,7 @@ class _ScoreJson(TypedDict):
     safety: _SafetyJson
     publish: bool
     bar: int | None
+    clock: _ClockJson | None
     scene_names: Sequence[str]
 
 
@@ -281,7 +299,9 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     if bar is not None and bar < 1:
         raise ValueError("a bar needs a beat")
     text, offsets = data["text"], dict(data["offsets"])
-    return Score(tempo, parts, text, offsets, world, rules, publish=data["publish"], bar=bar, scene_names=names)
+    clock = data["clock"] and OutsideClock(**data["clock"])
+    rest = {"publish": data["publish"], "bar": bar, "scene_names": names, "clock": clock}
+    return Score(tempo, parts, text, offsets, world, rules, **rest)
 
 
 def _playable(movement: Movement) -> Movement:

@@ -6,6 +6,7 @@ import asyncio
 import io
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -200,7 +201,8 @@ class Home:
         analysis = self._editor.analysis(self._text)
         self._playback.present(PROGRAM.name, "", mistakes(PROGRAM, analysis))
         if analysis.ok:
-            begun = await self._playback.play(PlayScore(score_of(analysis), PROGRAM.name, asked))
+            score = replace(score_of(analysis), clock=None)  # nothing from outside reaches a website
+            begun = await self._playback.play(PlayScore(score, PROGRAM.name, asked))
             if begun and beat:
                 self._playback.ask({"type": "seek", "beat": beat})
 

@@ -20,6 +20,7 @@ class Rank(IntEnum):
     - `EDGES`: what is sensed at an instant counts for what is decided at that instant.
     - `CHANGES`: changes of velocity are exact, and are sent before anything slower is done.
     - `END`: the zeros that end the last parts are still the score's. Only then is it told that it has ended.
+    - `BEND`: how fast everything goes on is decided once all that is due now is done.
     - `REPEATS`: what a repeat repeats may be about to change, and a repeat may be a little late.
 
     Listeners have no rank: they are looked at when nothing is due, because that takes longest.
@@ -30,7 +31,8 @@ class Rank(IntEnum):
     EDGES = 2
     CHANGES = 3
     END = 4
-    REPEATS = 5
+    BEND = 5
+    REPEATS = 6
 
 
 class Due(NamedTuple):
@@ -48,10 +50,12 @@ NEVER = Due(math.inf, Rank.END)
 
 
 def next_decision(run: Run, over: Duration) -> Due:
-    """What has to be decided next: the next scene, a takeover, or the end."""
+    """What has to be decided next: the next scene, a takeover, the end, or how fast to go on."""
     due = NEVER
     if run.mode == "playing":
         due = Due(run.transport.end(run.ends(over)), Rank.SCENE if run.has_next_scene else Rank.END)
+    if run.clock and run.mode == "playing":
+        due = min(due, Due(run.clock.looks, Rank.BEND))
     if run.next and run.mode != "paused":
         due = min(due, Due(run.next.at, Rank.TAKEOVER))
     return due

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.stage.commands import Pause, Stop
 from improv_core.stage.messages import Load, Ping, ToStage, after
@@ -56,7 +57,7 @@ class End:
 
 Ordered = ToStage | Play | Unreadable | Lost
 """What comes by standard input and is done in its order."""
-Arrival = Ordered | First | Edge | RawPoses | RawJoints | Alarm | End
+Arrival = Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor | End
 
 
 def kind_of(arrival: Ordered) -> str:

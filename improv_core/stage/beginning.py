@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from fractions import Fraction
 
 from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
 from improv_core.score.score import Score
-from improv_core.score.transport import Transport
+from improv_core.score.transport import BEATS_PER_BAR, Transport
 from improv_core.stage import events, gate, preflight
 from improv_core.stage.acts import (
     Act,
@@ -30,8 +31,10 @@ from improv_core.stage.acts import (
     Tell,
 )
 from improv_core.stage.events import Facts
+from improv_core.stage.gate import Gate
 from improv_core.stage.interlocks import pose_of, waits_for
-from improv_core.stage.messages import refused_by
+from improv_core.stage.messages import Takeover, refused_by
+from improv_core.stage.outside_clock import followed
 from improv_core.stage.run import Run
 from improv_core.stage.stopping import Decided, error_line, leave, warning_line
 from improv_core.stage.swap import joined
@@ -53,8 +56,12 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         gate=load.gate,
         is_due=False,
         next=None,
-        transport=Transport(zero, 0.0, 0, load.score.tempo * run.speed),
     )
+    run = in_time(run, load.entry, facts)
+    if run.clock and run.clock.is_music:
+        clock = replace(run.clock, ours=0.0, theirs=0.0, slope=Fraction(0), warned=False)
+        run = replace(run, clock=clock, gate=run.gate or (Gate(at_bar=True) if run.moves else None))
+    run = replace(run, transport=Transport(zero, 0.0, 0, run.tempo))
     if not load.entry:
         return run, [Listen([robot for robot in before if robot in load.score.parts])]
     beat = near(load.entry["beat"])  # another stage may have begun long ago
@@ -109,7 +116,7 @@ def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
     if run.mode == "waiting" and run.gate:
         if not run.gate.ready:
             return run, [warning_line(NOT_READY)]
-        return replace(run, gate=replace(run.gate, begins=-math.inf, opened=facts.now)), [Listen()]
+        return replace(run, gate=_opened(run, run.gate, facts)), [Listen()]
     if run.mode != "paused":
         return run, []
     places = {} if event.anyway else facts.places
@@ -141,16 +148,22 @@ def play_from(
 
     Robots that stood have to be in their `places`.
     """
+    run = run.aligned(beat, run.transport.clock(performed))
     run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if waits(run, facts):
         return _wait(replace(run, mode="paused"), facts)
     if found := _displaced(run, places or {}):
         run, acts = leave(replace(run, mode="paused", misplaced=found), "paused", facts)
         return run, [*acts, Tell(preflight.message(found, run.generation)), error_line(preflight.refusal(found))]
+    return go_on(replace(run, mode="playing", continues=False, too_near=()), beat, performed, facts)
+
+
+def go_on(run: Run, beat: Exact, performed: float, facts: Facts) -> Decided:
+    """Go on playing from a beat, at the tempo of the run, starting at this performance time."""
+    run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if swap := run.next:
         at = run.switch_time(swap.when, performed, swap.beats_per_bar, facts.over)
         run = replace(run, next=replace(swap, at=at))
-    run = replace(run, mode="playing", continues=False, too_near=())
     return run, begin_parts(run, run.score.parts, beat, performed)
 
 
@@ -161,8 +174,11 @@ def begin_parts(run: Run, robots: Collection[str], beat: Exact, performed: float
 
 
 def waits(run: Run, facts: Facts) -> list[str]:
-    """What has to change before real robots may move."""
-    return waits_for(run.score.safety, run.stops, facts.held, facts.away, facts.unseen) if facts.real else []
+    """What has to change before robots may move: what real ones wait for, and a clock that stands."""
+    clock = [run.clock.name] if run.clock and run.clock.stands else []
+    if not facts.real:
+        return clock
+    return waits_for(run.score.safety, run.stops, facts.held, facts.away, facts.unseen) or clock
 
 
 def may_be_brought(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Collection[str]) -> list[str]:
@@ -184,11 +200,29 @@ def _wait(run: Run, facts: Facts) -> Decided:
     run, acts = leave(run, "paused", facts)
     if first in facts.away:
         what = f"paused until {first} listens again"
+    elif run.clock and first == run.clock.name:
+        what = f"paused until {first} goes on"
     elif first in map(pose_of, facts.unseen):
         what = f"paused: {first} didn't come for {OLDEST} s"
     else:
         what = f"paused: to let robots move, hold {first}"
     return replace(run, continues=True), [*acts, LookLater(), warning_line(what)]
+
+
+def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
+    """With the clock that its score wants to follow, or with the pace of the stage that leads."""
+    if entry:
+        return replace(run, clock=None, pace=Fraction(str(entry.get("pace", 1))))
+    clock = followed(run.clock, run.score.clock, facts.real)
+    return replace(run, clock=clock, pace=run.pace_at(clock.rate) if clock and clock.rate else Fraction(1))
+
+
+def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
+    """The gate once a person says that it should open: at the next bar of a clock that runs, or at once."""
+    left = run.clock.to_bar(run.slope, run.score.bar or BEATS_PER_BAR, facts.now) if run.clock else math.inf
+    if run.clock and run.clock.is_music and left < math.inf and not run.clock.silent:
+        return replace(closed, begins=facts.wall + left, at_bar=True)
+    return replace(closed, begins=-math.inf, at_bar=False, opened=facts.now)
 
 
 def _displaced(run: Run, places: Mapping[str, preflight.Standing]) -> Mapping[str, preflight.Standing]:

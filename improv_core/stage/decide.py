@@ -16,7 +16,7 @@ from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.stage import beginning, events, gate, preflight, stopping
+from improv_core.stage import beginning, bending, events, gate, preflight, stopping
 from improv_core.stage.acts import (
     Act,
     Dismiss,
@@ -39,7 +39,7 @@ from improv_core.stage.acts import (
     Welcome,
 )
 from improv_core.stage.agenda import Due, Rank
-from improv_core.stage.beginning import begin_parts, play_from, waits
+from improv_core.stage.beginning import begin_parts, in_time, play_from, waits
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.stage.run import EMPTY, Run, Silenced
@@ -147,6 +147,8 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
     if due.rank == Rank.TAKEOVER:
         assert run.next
         return _take_over(run, run.next, facts)
+    if due.rank == Rank.BEND:
+        return bending.looked(run, due, facts)
     beat = run.ends(facts.over)
     assert not isinstance(beat, float)
     if due.rank == Rank.SCENE:
@@ -186,8 +188,8 @@ def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
     before = Before(old, run.scene, run.is_over(beat, facts.over), None if facts.real else facts.poses)
     score = edited(swap, beat, before)
     begin, leaving = entering(score, before), old.parts.keys() - score.parts.keys()
-    goes_on = run.mode == "playing" and score.tempo == old.tempo and not swap.shifts(run.transport)
-    replaced = events.Replaced(score, swap.generation, swap.at, beat, begin, leaving, goes_on)
+    goes_on = run.mode == "playing" and _same_time(score, old) and not swap.shifts(run.transport)
+    replaced = events.Replaced(score, swap.generation, swap.at, beat, begin, leaving, goes_on, swap.entry)
     return replace(run, next=None), [
         Drop({*begin, *leaving} if goes_on else {*old.parts, *score.parts}),
         SendUntil(swap.at),
@@ -196,10 +198,16 @@ def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
     ]
 
 
+def _same_time(score: Score, old: Score) -> bool:
+    """Whether a score is as fast as another one, by the same clock."""
+    return score.tempo == old.tempo and score.clock == old.clock
+
+
 def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
     score, begin, old = event.score, event.entering, run.score.parts
     recast = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
     run = replace(run, score=score, begun=score, scene=score.scene, generation=event.generation)
+    run = in_time(run, event.entry, facts)
     if event.goes_on and not waits(run, facts):
         acts = begin_parts(run, begin, event.beat, event.at)
         if others := [robot for robot in recast if robot not in begin]:  # their parts go on with other robots
@@ -233,5 +241,7 @@ _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
     events.Stand: stopping.stand,
     events.TooNear: stopping.too_near,
     events.Returning: _returning,
+    events.Anchored: bending.anchored,
+    events.Bend: bending.bend,
     Due: _due,
 }

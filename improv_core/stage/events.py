@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Duration, Exact
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.agenda import Due
@@ -64,7 +65,7 @@ class Listened:
 @dataclass(frozen=True, slots=True)
 class Replaced:
     """A score has been prepared to take over at a performance time. The parts of `entering` begin, and those of robots
-    that are `leaving` are over. With `goes_on`, the others play on untouched."""
+    that are `leaving` are over. With `goes_on`, the others play on untouched. `entry` is as in `Load`."""
 
     score: Score
     generation: int
@@ -73,6 +74,7 @@ class Replaced:
     entering: Collection[str]
     leaving: Collection[str]
     goes_on: bool
+    entry: Takeover | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,11 +174,28 @@ class Returning:
     steps: Sequence[HomeStep]
 
 
+@dataclass(frozen=True, slots=True)
+class Anchored:
+    """Something is heard of the clock that is followed. At a rate of 0, it stands."""
+
+    anchor: Anchor
+
+
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """The stage that leads was at a beat at a time on the clock, and plays at this pace since then."""
+
+    pace: float
+    beat: float
+    at: float
+
+
 Event = (
     Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
-    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Returning | Due
+    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Returning
+    | Anchored | Bend | Due
 )  # fmt: skip
-"""`Due` is something that the agenda says is due: a scene, a takeover, or the end."""
+"""`Due` is something that the agenda says is due: a scene, a takeover, the end, or a look at a clock."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,13 @@ LATE = 0.01
 @dataclass(frozen=True, slots=True)
 class Gate:
     """Beat 0 waits for a person, or until the wall clock says `begins`, in Unix time. It is `ready` once it waits for
-    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0."""
+    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0.
+    With `at_bar`, a clock that is followed says when its next bar begins, and so do we."""
 
     begins: float = math.inf
     ready: bool = False
     opened: float | None = None
+    at_bar: bool = False
 
     def is_open(self, wall: float) -> bool:
         return wall >= self.begins
@@ -35,8 +37,8 @@ def beat_zero(gate: Gate | None, now: float) -> float:
 
 
 def is_ready(gate: Gate | None) -> bool:
-    """Whether beat 0 waits for nothing but this gate."""
-    return gate is not None and gate.ready
+    """Whether beat 0 waits for nothing but this gate, and people are to know: a bar comes soon by itself."""
+    return gate is not None and gate.ready and not (gate.at_bar and gate.begins < math.inf)
 
 
 def time_left(gate: Gate, wall: float) -> float:
@@ -52,6 +54,6 @@ def lateness(gate: Gate | None, wall: float) -> str:
 
 def message(gate: Gate | None, generation: int) -> Armed:
     """What people are shown: whether a score is armed, and when it begins by itself."""
-    armed = gate if gate and gate.ready else None
+    armed = gate if is_ready(gate) else None
     begins = armed.begins if armed and armed.begins < math.inf else None
     return {"type": "armed", "generation": generation, "armed": armed is not None, "begins": begins}

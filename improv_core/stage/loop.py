@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from improv_core.plain import message as in_plain_text
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
@@ -180,7 +181,7 @@ class Loop:
             self._opened.owed.pay(now)
         self._do_next()
 
-    def take(self, arrival: Ordered | First | Edge | RawPoses | RawJoints | Alarm, now: float) -> None:
+    def take(self, arrival: Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
         if isinstance(arrival, Edge):
             self.player.sense(arrival, now)
@@ -188,6 +189,8 @@ class Loop:
             self.player.measure(arrival.poses, now)
         elif isinstance(arrival, RawJoints):
             self.player.measure_joints(arrival, now)
+        elif isinstance(arrival, Anchor):
+            self.player.hear_clock(arrival, now)
         elif isinstance(arrival, Alarm):
             if self._may_move:
                 self._halt(arrival.message, now)
@@ -338,6 +341,13 @@ class Loop:
             return
         if message["type"] == "sensed" or message["type"] == "decided":
             self._follow(message, now)
+            return
+        if message["type"] == "anchor":
+            heard = Anchor(message["at"], message["beat"], message["tempo"] / 60, message["period"], message["jumps"])
+            self.player.hear_clock(heard, now)
+            return
+        if message["type"] == "bend":
+            self.player.bend(message["pace"], message["beat"], message["at"], now)
             return
         if message["type"] == "pressed":
             self.player.stops = self.player.stops.told(message)

@@ -149,7 +149,13 @@ class Begins(TypedDict, total=False):
     scene: SceneJson
 
 
-class Takeover(Begins):
+class Paced(TypedDict, total=False):
+    """How many times as fast as the tempo and the speed say, because a clock from outside is followed."""
+
+    pace: float
+
+
+class Takeover(Begins, Paced):
     """A score took over at this beat, at this monotonic time."""
 
     beat: float
@@ -217,6 +223,27 @@ class Pressed(TypedDict):
     count: int
 
 
+class AnchorMessage(TypedDict):
+    """Heard of a clock of music: where it was `at` a monotonic time, its tempo in beats per minute (0: it stands), how
+    many seconds usually pass until the next one, and how often it has jumped."""
+
+    type: Literal["anchor"]
+    at: float
+    beat: float
+    tempo: float
+    period: float
+    jumps: int
+
+
+class BendMessage(TypedDict):
+    """The stage that leads was at a beat `at` a monotonic time, and follows a clock at this pace since then."""
+
+    type: Literal["bend"]
+    at: float
+    beat: float
+    pace: float
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
@@ -235,7 +262,7 @@ ToPages = (
     | JointPositions
 )
 """From the parent to the pages, through their stage."""
-ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | Ping
+ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | AnchorMessage | BendMessage | Ping
 
 
 class _Ready(TypedDict):
@@ -287,7 +314,7 @@ class Bar(TypedDict, total=False):
     bar: int
 
 
-class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar):
+class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar, Paced):
     """The playback position at the times `monotonic` and `wall`."""
 
 

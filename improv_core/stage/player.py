@@ -9,6 +9,7 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace
 
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
@@ -124,6 +125,16 @@ class Player(Machine):
         """Set the speed factor, 0.1 to 4. Later scores keep it."""
         self._catch_up(now)
         self._take(events.Speed(factor), now)
+
+    def hear_clock(self, anchor: Anchor, now: float) -> None:
+        """Follow a clock from outside, if the score wants that."""
+        self._catch_up(now)
+        self._take(events.Anchored(anchor), now)
+
+    def bend(self, pace: float, beat: float, at: float, now: float) -> None:
+        """Play as the stage that leads does, which was at a beat at a time on the clock and plays at this pace."""
+        self._catch_up(now)
+        self._take(events.Bend(pace, beat, at), now)
 
     def stand(self, robot: str, now: float) -> None:
         """Have a simulated robot stand because the real one does, until somebody unmutes it."""

@@ -22,6 +22,7 @@ from improv_core.stage.messages import (
     Measured,
     MeasuredRobot,
     Misplaced,
+    Paced,
     Poses,
     Pressed,
     Sensed,
@@ -72,6 +73,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
     if run.score.scene or run.score.since:
         began["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
     bar: Bar = {"bar": run.score.bar} if run.score.bar else {}
+    pace: Paced = {"pace": float(run.pace)} if run.clock or run.pace != 1 else {}
     message: TransportMessage = {
         "type": "transport",
         "generation": run.generation,
@@ -91,6 +93,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         **waiting,
         **began,
         **bar,
+        **pace,
     }
     return message
 

@@ -13,6 +13,7 @@ from improv_core.score.transport import Switch, Transport
 from improv_core.stage.gate import Gate
 from improv_core.stage.interlocks import EmergencyStops
 from improv_core.stage.messages import State, is_silent
+from improv_core.stage.outside_clock import Following, within_reach
 from improv_core.stage.preflight import Standing
 from improv_core.stage.swap import Swap, never_ends
 
@@ -43,6 +44,9 @@ class Run:
     it doesn't matter where they stand. While beat 0 waits, a `gate` holds it back, once everything is ready. With
     `is_due`, it no longer waits for anything, and is as soon as this is decided again.
 
+    A `clock` from outside is followed by this stage. `pace` is how many times as fast as the score's tempo and the
+    speed say a clock has it play, followed by this stage or by the one that leads.
+
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
 
@@ -64,11 +68,34 @@ class Run:
     too_near: tuple[str, ...] = ()
     gate: Gate | None = None
     is_due: bool = False
+    clock: Following | None = None
+    pace: Fraction = Fraction(1)
 
     @property
     def tempo(self) -> Fraction:
-        """The actual tempo in beats per minute, including the speed factor."""
-        return self.score.tempo * self.speed
+        """The actual tempo in beats per minute, including the speed factor and the pace of a clock from outside."""
+        return self.score.tempo * self.speed * self.pace
+
+    @property
+    def slope(self) -> Fraction:
+        """How many beats pass for each unit of the clock that is followed: its beats, or a simulation's seconds."""
+        return self.speed if self.clock and self.clock.is_music else self.speed * self.score.tempo / 60
+
+    def pace_at(self, rate: float) -> Fraction:
+        """The pace that makes this many units of the clock a second."""
+        return within_reach(rate * 60 / float(self.score.tempo) if self.clock and self.clock.is_music else rate)
+
+    @property
+    def simulated_pace(self) -> Fraction:
+        """How much of a simulation's time passes in a second, by which its robots understand velocities."""
+        return self.pace if self.clock and not self.clock.is_music else Fraction(1)
+
+    def aligned(self, beat: Exact, now: float) -> Run:
+        """Going on from a beat, at a time on our clock, by the clock that is followed."""
+        if not self.clock or not self.clock.rate:
+            return self
+        clock = self.clock.aligned(self.slope, float(beat), now)
+        return replace(self, clock=replace(clock, looks=self.transport.performed(now)), pace=self.pace_at(clock.rate))
 
     @property
     def moves(self) -> bool:

@@ -6,8 +6,9 @@ It never reads a clock. `performed` and `at` are performance times: seconds sinc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
+from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.performance import Mover
@@ -269,7 +270,7 @@ class Tracks:
     def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
         if mover.part:
             told = self.limbs.track[mover].tell(velocity, performed)
-            self.joints.tell(mover.robot, told, performed)
+            self.joints.tell(mover.robot, self._in_its_time(told), performed)
         else:
             assert isinstance(velocity, Twist)
             self._send_twist(mover.robot, velocity, performed)
@@ -277,9 +278,18 @@ class Tracks:
     def _send_twist(self, robot: str, twist: Twist, performed: float) -> None:
         at = self.run.transport.clock(performed)
         correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
-        self.sink.send(robot, twist if correction == STILL else twist.plus(correction), performed)
+        told = twist if correction == STILL else twist.plus(correction)
+        pace = self.run.simulated_pace
+        self.sink.send(robot, told if pace == 1 else told.times(float(1 / pace)), performed)
         self.odometry.tell(robot, twist, at)
         self.watches.tell(robot, twist, at)
+
+    def _in_its_time(self, joints: Mapping[str, JointMotion]) -> Mapping[str, JointMotion]:
+        """How joints are to move by the time of a simulation that is followed."""
+        pace = self.run.simulated_pace
+        if pace == 1:
+            return joints
+        return {name: JointMotion(at, speed / float(pace)) for name, (at, speed) in joints.items()}
 
     def _is_silent(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)

@@ -16,6 +16,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
 from improv_core.score.motion import Pose
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import Topic
@@ -26,7 +27,7 @@ from improv_core.stage.sinks.ros import Ros
 came: list[tuple[str, bool | None, float, float]] = []
 
 
-def hear(edge: Edge | RawPoses | RawJoints | Alarm | End) -> None:
+def hear(edge: Edge | RawPoses | RawJoints | Alarm | Anchor | End) -> None:
     assert isinstance(edge, Edge)
     came.append((edge.what[0], edge.value, edge.at, time.monotonic()))
 

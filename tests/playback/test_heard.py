@@ -43,6 +43,12 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 2"]),
         (("ros", at("playing", 2)), ["simulator: score 2 from beat 0", "transport"]),
     ],
+    "the simulator bends with the leading stage, which follows a clock": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1, pace=1.5)), ["simulator: score 1 from beat 0", "simulator: bend", "transport"]),
+        (("ros", at("playing", 1, 1.0, pace=1.6)), ["simulator: bend", "transport"]),
+        (("simulator", at("playing", 1, 1.0, pace=1.6)), ["transport (the other)"]),
+    ],
     "a new stage dies, too, while robots may be moving": [
         (play(), ["ros: score 1"]),
         (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),

@@ -28,6 +28,7 @@ TABLES: dict[str, Keys] = {
     "Senses": ("senses", "near"),
     "Names and time": ("ros",),
     "What follows from faults": ("on",),
+    "A clock from outside": ("clock",),
     "Where robots really stand": ("preflight",),
 }
 EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]
@@ -112,7 +113,7 @@ def written(keys: Keys, value: str) -> str:
         other = rest.get(str(keys[-1]))
         needed = f"topic = 'a'\nmessage = 'sensor_msgs/{other}'\n" if other else ""
         needed = "message = 'std_msgs/Bool'\n" if keys[-1] == "topic" else needed
-    if keys[-1] == "follow":
+    if keys[0] == "robots" and keys[-1] == "follow":
         needed = "profile = 'turtlebot4'\nodom = 'pose'\n"
     names = [str(name) for name in keys if isinstance(name, str)]
     if keys[-1] == 0:

@@ -211,6 +211,35 @@ class Publisher:
         self._node.destroy_publisher(self._publisher)
 
 
+class Simulation:
+    """Publishes the time on /clock, a hundred times a second: it makes `rate` seconds a second."""
+
+    def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
+        self._node = node
+        self._kind = kind("rosgraph_msgs/Clock")
+        self._publisher = node.create_publisher(self._kind, "/clock", quality(1, {"best_effort": True}))
+        self._rate = self._time = 0.0
+        self._at = time.monotonic()
+        self._timer = node.create_timer(0.01, self._go_on)
+
+    def run(self, rate: float) -> None:
+        self._rate = rate
+
+    def _go_on(self) -> None:
+        now = time.monotonic()
+        self._time, self._at = self._time + (now - self._at) * self._rate, now
+        message = self._kind()
+        message.clock.sec, message.clock.nanosec = int(self._time), int(self._time % 1 * 1e9)
+        self._publisher.publish(message)
+
+    def leave(self) -> None:
+        self._rate = 0.0
+
+    def close(self) -> None:
+        self._node.destroy_timer(self._timer)
+        self._node.destroy_publisher(self._publisher)
+
+
 def main() -> None:
     nodes, made = Nodes(), dict[int, tuple[Any, str, int | None]]()
     try:
@@ -222,7 +251,7 @@ def main() -> None:
 
 
 def obey(nodes: Nodes, made: dict[int, tuple[Any, str, int | None]]) -> None:
-    kinds: dict[str, Any] = {"listener": Listener, "publisher": Publisher}
+    kinds: dict[str, Any] = {"listener": Listener, "publisher": Publisher, "simulation": Simulation}
     for line in sys.stdin:
         number, what, options = json.loads(line)
         if what in kinds:
@@ -234,6 +263,8 @@ def obey(nodes: Nodes, made: dict[int, tuple[Any, str, int | None]]) -> None:
             )
         elif what == "publish":
             made[number][0].publish(**options)
+        elif what == "rate":
+            made[number][0].run(**options)
         elif what == "close":
             member, name, domain = made.pop(number)
             member.leave()

@@ -14,6 +14,7 @@ import pytest
 from improv_core.score.faults import FaultRules, Response
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Duration
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.transport import Switch, Transport
 from improv_core.score.world import World
@@ -741,6 +742,8 @@ EVENTS: Sequence[Event] = [
     events.Silence({"a"}, ()),
     events.EmergencyStop(STOP, True),
     events.Changed(),
+    events.Anchored(Anchor(ZERO + 3, 3.0, 2.0, 0.1)),
+    events.Bend(2.0, 3.0, ZERO + 3),
     events.Stalled(1.0),
     events.Overloaded(),
     Due(8.0, Rank.END),
@@ -793,7 +796,7 @@ def test_the_next_decision(before: Run, over: Duration, due: Due) -> None:
 
 
 def test_the_order_at_one_instant() -> None:
-    assert [*Rank] == [Rank.SCENE, Rank.TAKEOVER, Rank.EDGES, Rank.CHANGES, Rank.END, Rank.REPEATS]
+    assert [*Rank] == [Rank.SCENE, Rank.TAKEOVER, Rank.EDGES, Rank.CHANGES, Rank.END, Rank.BEND, Rank.REPEATS]
     assert Due(2.0, Rank.END).last_before(Rank.CHANGES) == 2.0  # zeros that end a score come before it has ended
     assert Due(2.0, Rank.SCENE).last_before(Rank.CHANGES) < 2.0  # what is due then is up to the next scene
     assert Due(2.0, Rank.TAKEOVER).last_before(Rank.CHANGES) < 2.0

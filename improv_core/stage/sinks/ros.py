@@ -10,6 +10,7 @@ from typing import Any
 
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
@@ -22,6 +23,7 @@ from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks import Alarm, Edge, Noticed, RawJoints, RawPoses
 from improv_core.stage.sinks.cdr import frame_field
 from improv_core.stage.sinks.ros_base import RosBase
+from improv_core.stage.sinks.ros_clock import SimulatedTime
 from improv_core.stage.sinks.ros_controllers import RosControllers
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
@@ -43,10 +45,10 @@ class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
-    edges, poses, and alarms, and the end if no more can be received, and `ask` what somebody in ROS 2 asks for, from
-    threads of their own; `tell` gets lines for people. `node` is the name of its node, if it is to have one that is not
-    unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy raises if the arguments are
-    wrong.
+    edges, poses, alarms, anchors of /clock, and the end if no more can be received, and `ask` what somebody in ROS 2
+    asks for, from threads of their own; `tell` gets lines for people. `node` is the name of its node, if it is to have
+    one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy raises if the
+    arguments are wrong.
     """
 
     name: str = "ROS 2"
@@ -57,7 +59,7 @@ class Ros:
         self,
         discovery: str | None,
         standby: bool,
-        hear: Callable[[Edge | RawPoses | RawJoints | Alarm | End], None],
+        hear: Callable[[Edge | RawPoses | RawJoints | Alarm | Anchor | End], None],
         ask: Ask,
         node: str | None = None,
         arguments: Sequence[str] = (),
@@ -82,6 +84,7 @@ class Ros:
         self._receiving.start()
         self._now = now
         self._resets = Resets(self._node, now)
+        self._simulated_time = SimulatedTime(self._node, hear, now)
         self._listening = Listening(self._node, hear, now)
         self._reader = RosReader(node_name() + READER, hear, now)
         self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
@@ -148,6 +151,7 @@ class Ros:
         self._cast = list(parts)
         self._controllers.take(parts, restart)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
+        self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
         for robot, part in parts.items():
             self._advertise_new(part, at_once=not restart)
             if restart and part.topic in self._met:

@@ -1,0 +1,33 @@
+"""Up to which tempo robots can do what a score asks of them. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from improv_core.score.ramps import FASTEST_EASE
+from improv_core.score.score import Part, Score
+
+
+def ceiling(score: Score) -> tuple[str, float]:
+    """The robot that is the first to be too slow if the tempo rises, and from which tempo on, in beats per minute.
+
+    This is a bound: a robot may manage more if its voices don't all ask for their most at once.
+    """
+    each = ((part.robot, _most(part)) for part in score.parts.values())
+    return min(each, key=lambda known: known[1], default=("", math.inf))
+
+
+def _most(part: Part) -> float:
+    """The tempo up to which a robot stays within its limits."""
+    return min((limit * 60 / asked for limit, asked in _asked(part) if asked), default=math.inf)
+
+
+def _asked(part: Part) -> Iterator[tuple[float, float]]:
+    """Each limit of a robot, and what a beat per second asks of it, in m/s and rad/s."""
+    profile, peak = part.profile, part.movement.bounds.peak
+    faster = float(FASTEST_EASE) if profile.smooth else 1.0
+    if profile.max_linear is not None:
+        yield profile.max_linear, math.hypot(peak.x, peak.y, peak.z) * profile.step * profile.linear_scale * faster
+    if profile.max_angular is not None:
+        yield profile.max_angular, peak.yaw * profile.quarter_turn * profile.angular_scale * faster

@@ -1,0 +1,263 @@
+"""How a performance follows a clock from outside: simulated clocks, and what robots are sent, and when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import pytest
+
+from improv_core.score.ceiling import ceiling
+from improv_core.score.peer_clock import MOST_BENT, Anchor, Estimate
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Follow, OutsideClock
+from improv_core.stage.outside_clock import LOST
+from improv_core.stage.player import Player
+from tests.score.test_peer_clock import Phase, follow, heard, ramp, steady
+from tests.stage.test_player import Stage, score
+
+DANCE = "beat 120\nr $ repeat (forward left)"
+"""A change at each beat."""
+ANCHORS = 0.1
+"""Seconds between two anchors, as its source sends them."""
+START = 1000.0
+"""When the simulated clock starts, and the stage is asked to play."""
+
+
+def stage_following(clock: Follow, program: str = DANCE, *, profile: Profile | None = None) -> Stage:
+    """A stage that has been asked to play a program that follows a clock."""
+    stage = Stage(START)
+    stage.player = Player(stage.sink, stage.told.append, lambda: stage.now)  # with a wall clock that goes on
+    stage.sink.real = clock == "ros"
+    dance = replace(score(program), clock=OutsideClock(clock))
+    if profile:
+        dance = replace(dance, parts={name: replace(part, profile=profile) for name, part in dance.parts.items()})
+    stage.player.load(dance, 1, "restart", stage.now)
+    return stage
+
+
+def anchors(phase: Phase, until: float, every: float, since: float = 0.0, jitter: float = 0.005) -> list[Anchor]:
+    """What a source tells of a clock, on the stage's clock."""
+    told: list[Anchor] = []
+    for known in follow(heard(phase, until, every, since, jitter)):
+        at = known.anchor.at + START
+        if known.is_known and (not told or at - told[-1].at >= ANCHORS):
+            told.append(replace(known.anchor, at=at))
+    return told
+
+
+def play(stage: Stage, told: Sequence[Anchor], until: float) -> None:
+    """Have the stage play until so many seconds after the start, while this is told."""
+    for each in told:
+        stage.run(each.at - stage.now)
+        stage.player.hear_clock(each, stage.now)
+    stage.run(START + until - stage.now)
+
+
+def beats_of(stage: Stage) -> list[float]:
+    """When each beat began, in seconds after the start, as the robot was told."""
+    zero = stage.player.run.transport.zero - START
+    kinds = [(at + zero, twist.x > 0) for _, at, twist in stage.sink.sent if twist.x or twist.yaw]
+    return [at for index, (at, kind) in enumerate(kinds) if not index or kinds[index - 1][1] != kind]
+
+
+def errors(stage: Stage, phase: Phase, since: float = 4.0) -> list[float]:
+    """By how many seconds each beat was off that of the clock."""
+    beats = [at for at in beats_of(stage) if at >= since]
+    rates = [phase(at + 0.5) - phase(at - 0.5) for at in beats]
+    return [abs(phase(at) - round(phase(at))) / rate for at, rate in zip(beats, rates, strict=True)]
+
+
+def check(stage: Stage, phase: Phase, least: int, p99: float = 0.015) -> None:
+    """After 4 s, 99 of 100 beats are within `p99` seconds of the clock's, and each is played once, in its turn."""
+    found = sorted(errors(stage, phase))
+    assert len(found) >= least
+    assert found[int(0.99 * len(found))] <= p99, found[-5:]
+    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    assert max(apart) < 2 * min(apart), "none is left out or comes twice"
+
+
+def lines(stage: Stage) -> list[str]:
+    return [line for line in stage.lines if "listen" not in line]
+
+
+# Music
+
+
+@pytest.mark.parametrize("phase", [steady(90), steady(119), ramp], ids=["slower", "nearly the same", "a ramp"])
+def test_beats_are_those_of_the_clock(phase: Phase) -> None:
+    stage = stage_following("midi")
+    play(stage, anchors(phase, 60, 1 / 48), 60)
+    check(stage, phase, least=70)
+
+
+def test_beat_0_is_at_the_next_bar_of_a_clock_that_starts_late() -> None:
+    stage = stage_following("midi")
+    stage.run(5)
+    assert stage.sink.sent == [] or all(not (twist.x or twist.yaw) for *_, twist in stage.sink.sent)
+    phase: Phase = lambda now: (now - 5) * 2  # noqa: E731
+    play(stage, anchors(phase, 12, 1 / 48, since=5), 12)
+    first = beats_of(stage)[0]
+    assert phase(first) % 4 == pytest.approx(0, abs=0.03) or phase(first) % 4 == pytest.approx(4, abs=0.03)
+    assert first < 8
+
+
+def test_robots_are_as_fast_as_the_music() -> None:
+    stage = stage_following("midi")
+    play(stage, anchors(lambda now: now * 1.5, 20, 1 / 48, jitter=0.0), 20)
+    assert stage.sink.sent[-1][2].x in (0, pytest.approx(2 * 1.5, rel=0.01))
+    assert stage.transports[-1]["tempo"] == pytest.approx(90, rel=0.01)
+    assert stage.transports[-1].get("pace") == pytest.approx(0.75, rel=0.01)
+
+
+def test_an_error_is_corrected_by_a_twentieth_of_the_tempo_at_most() -> None:
+    stage = stage_following("midi")
+    before: Phase = lambda now: now * 2  # noqa: E731
+    after: Phase = lambda now: now * 2 + 1  # noqa: E731
+    known = anchors(before, 10, 1 / 48, jitter=0.0)
+    play(stage, known, 10)
+    play(stage, [replace(each, jumps=1) for each in anchors(after, 40, 1 / 48, since=10, jitter=0.0)], 40)
+    tempos = [transport["tempo"] for transport in stage.transports if transport["state"] == "playing"]
+    assert max(tempos) <= 120 * (1 + MOST_BENT) * 1.001
+    assert errors(stage, after, since=25)[-1] < 0.005
+    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    assert min(apart) >= 0.5 / (1 + MOST_BENT) - 0.002, "no jump"
+
+
+def test_a_second_of_silence_changes_nothing() -> None:
+    stage = stage_following("midi")
+    phase = steady(100)
+    play(stage, [*anchors(phase, 20, 1 / 48), *anchors(phase, 40, 1 / 48, since=21)], 40)
+    check(stage, phase, least=50)
+    assert lines(stage) == []
+
+
+def test_a_clock_that_is_lost_leaves_its_tempo_and_a_line() -> None:
+    stage = stage_following("midi")
+    play(stage, anchors(lambda now: now * 1.5, 10, 1 / 48, jitter=0.0), 30)
+    assert lines(stage) == ["nothing is heard of the MIDI clock: the dance goes on at 90.0 beats per minute"]
+    assert errors(stage, lambda now: now * 1.5)[-1] < 0.01
+    stage.player.hear_clock(Anchor(START + 30, 45.0, 1.5, 0.02), stage.now)
+    assert lines(stage)[1:] == ["the MIDI clock is heard again"]
+
+
+def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None:
+    stage = stage_following("midi")
+    play(stage, anchors(lambda now: now * 2, 10, 1 / 48), 10)
+    stands, again = Anchor(START + 10, 20.0, 0.0, 0.02), Anchor(START + 12, 0.0, 2.0, 0.02, 1)
+    stage.player.hear_clock(stands, stage.now)
+    assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["the MIDI clock"])
+    stage.run(2)
+    stage.player.hear_clock(again, stage.now)
+    assert stage.states[-1] == "playing"
+    stage.player.hear_clock(replace(stands, at=stage.now), stage.now)
+    stage.player.pause(stage.now)
+    stage.player.hear_clock(replace(again, at=stage.now), stage.now)
+    assert stage.states[-1] == "paused", "a person has paused it"
+    stage.player.stop(stage.now)
+    stage.player.hear_clock(replace(again, at=stage.now, jumps=2), stage.now)
+    assert stage.states[-1] == "stopped"
+
+
+def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> None:
+    stage = stage_following("midi", profile=Profile("cart", step=1, max_linear=2.0))
+    assert ceiling(stage.player.score) == ("r", 120)
+    play(stage, anchors(lambda now: now * 1.5, 5, 1 / 48), 5)
+    for count, tempo in enumerate([100, 110, 115, 125, 130, 100, 125]):
+        stage.player.hear_clock(Anchor(stage.now, count * 4.0, tempo / 60, 0.02), stage.now)
+        stage.run(1.5)
+    said = "may be too slow from 120 beats per minute on, so it would leave its path"
+    assert lines(stage) == [f"the MIDI clock runs at 115: r {said}", f"the MIDI clock runs at 125: r {said}"]
+
+
+def test_the_speed_still_counts() -> None:
+    stage = stage_following("midi")
+    phase: Phase = lambda now: now * 2  # noqa: E731
+    told = anchors(phase, 20, 1 / 48, jitter=0.0)
+    play(stage, [each for each in told if each.at < START + 10], 10)
+    stage.player.set_speed(0.5, stage.now)
+    play(stage, [each for each in told if each.at >= START + 10], 20)
+    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    assert apart[-1] == pytest.approx(1.0, abs=0.01)
+
+
+# The time of a simulation
+
+
+def clock_of(rate: Callable[[float], float], until: float) -> list[Anchor]:
+    """What a simulator's clock tells that makes so many seconds a second; it says nothing while it stands."""
+    at, passed, told = 0.0, 0.0, list[Anchor]()
+    known: Estimate | None = None
+    while at < until:
+        passed += rate(at) * 0.01
+        at += 0.01
+        if rate(at):
+            known = next(follow([Anchor(at, passed, 0.0, 0.01)], known))
+            if known.is_known and (not told or at + START - told[-1].at >= 0.05):
+                told.append(replace(known.anchor, at=at + START))
+    return told
+
+
+def test_a_simulator_at_half_speed_plays_at_half_speed_and_its_robots_are_told_their_own_velocities() -> None:
+    stage = stage_following("ros")
+    assert stage.states == ["paused"]
+    play(stage, clock_of(lambda now: 0.5, 20), 20)
+    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    assert apart[3:] == pytest.approx([1.0] * len(apart[3:]), abs=0.005)
+    assert {round(twist.x, 6) for *_, twist in stage.sink.sent} == {0, 4}
+
+
+def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None:
+    stage = stage_following("ros")
+    told = clock_of(lambda now: 0.0 if 5 <= now < 8 else 1.0, 12)
+    play(stage, [each for each in told if each.at < START + 6], 7)
+    assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["/clock"])
+    assert lines(stage)[-1] == "paused until /clock goes on"
+    play(stage, [each for each in told if each.at >= START + 6], 12)
+    assert stage.states[-1] == "playing"
+    stage.player.stop(stage.now)
+    later = clock_of(lambda now: 1.0, 20)
+    play(stage, [each for each in later if each.at >= START + 12], 20)
+    assert stage.states[-1] == "stopped"
+
+
+def test_without_ros_nobody_waits_for_a_simulation() -> None:
+    stage = Stage()
+    stage.player.load(replace(score(DANCE), clock=OutsideClock("ros")), 1, "restart", stage.now)
+    stage.run(1)
+    assert stage.states[-1] == "playing"
+
+
+# The simulator beside real robots
+
+
+def test_the_stage_that_does_not_lead_bends_alike() -> None:
+    stage = Stage()
+    dance = replace(score(DANCE), clock=OutsideClock("midi"))
+    stage.player.load(dance, 1, "restart", stage.now, {"beat": 0.0, "monotonic": stage.now, "pace": 0.5})
+    stage.run(4)
+    assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(4)
+    stage.player.bend(2.0, 4.01, stage.now - 0.01, stage.now)
+    assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(4.05)
+    stage.run(1)
+    assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(8.05)
+
+
+def test_who_follows_no_clock_hears_none() -> None:
+    stage = Stage()
+    stage.load(DANCE)
+    stage.run(1)
+    before = stage.player.run
+    stage.player.hear_clock(Anchor(stage.now, 7.0, 3.0, 0.02), stage.now)
+    assert stage.player.run == before
+    assert stage.transports[-1].get("pace") is None
+
+
+def test_a_clock_of_music_looks_away_once_it_is_lost() -> None:
+    stage = stage_following("midi")
+    play(stage, anchors(lambda now: now * 2, 10, 1 / 48, jitter=0.0), 10 + LOST + 5)
+    clock = stage.player.run.clock
+    assert clock
+    assert clock.silent
+    assert clock.looks == math.inf

@@ -9,14 +9,16 @@ from lsprotocol import types
 from improv_core.ide import rename as renaming
 from improv_core.ide.code_action import Action, fixes
 from improv_core.ide.references import Reference, plays
+from improv_core.ide.robots_file import body_names
 from improv_core.ide.robots_file import completion as completing
 from improv_core.ide.robots_file import hover as hovering
 from improv_core.ide.robots_file import references as finding
 from improv_core.ide.robots_file.references import FileSymbol, symbol_at
+from improv_core.program.analysis import Analysis, analyze
 from improv_core.robots.config import Robots, read_robots
 from improv_core.text import Span
 from improv_ls import to_lsp
-from improv_ls.documents import RobotsFile, path_of
+from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 from improv_ls.sharing import programs_for
@@ -56,13 +58,13 @@ def definition(ls: Session, file: RobotsFile, params: types.DefinitionParams) ->
 
 
 def declaration(ls: Session, file: RobotsFile, params: types.DeclarationParams) -> list[types.Location]:
-    """The section of a robot or a profile."""
+    """The section of a robot or a profile, or the table of a body part or a pose."""
     symbol = _symbol(ls, file, params)
     return _here(ls, file, finding.declarations(file.lines.text, symbol)[:1]) if symbol else []
 
 
 def highlights(ls: Session, file: RobotsFile, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
-    """All names of a robot or a profile in the file."""
+    """All names of the same in the file."""
     symbol, text = _symbol(ls, file, params), file.lines.text
     if not symbol:
         return []
@@ -80,19 +82,27 @@ def references(ls: Session, file: RobotsFile, params: types.ReferenceParams) -> 
 
 
 def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams | types.RenameParams) -> FileSymbol:
-    """The robot or profile at the cursor. Raises RefusalError if there is none."""
+    """What is named at the cursor. Raises RefusalError if that is nothing that can be renamed."""
     symbol = _symbol(ls, file, params)
     if symbol and finding.declarations(file.lines.text, symbol):
         return symbol
-    raise renaming.RefusalError("only robots and profiles in this file can be renamed: put the cursor on one")
+    what = "robots, profiles, body parts, and poses"
+    raise renaming.RefusalError(f"only {what} in this file can be renamed: put the cursor on one")
 
 
 def rename(ls: Session, file: RobotsFile, params: types.RenameParams) -> dict[str, ChangedText]:
-    """The edits of the file, and of all programs that play a robot. Raises RefusalError."""
+    """The edits of the file, and of all programs that have a robot, a body part, or a pose. Raises RefusalError."""
     symbol, text = renamable(ls, file, params), file.lines.text
     if symbol.section == "profiles":
         edits = finding.rename_profile(text, symbol, params.new_name)
         return {file.uri: ChangedText(file.version, file.lines, edits)}
+    if symbol.section in ("body", "poses"):
+        edits, renamed = body_names.rename_in_file(text, symbol, params.new_name)
+        changed = {file.uri: ChangedText(file.version, file.lines, edits)}
+        for program, analysis in _with_word(ls, file, symbol):
+            edits = body_names.rename_in_program(analysis, symbol, params.new_name, renamed)
+            changed[program.uri] = ChangedText(program.version, program.lines, edits)
+        return changed
     edits = renaming.rename_section(Robots(text=text), symbol.name, params.new_name)
     changed = {file.uri: ChangedText(file.version, file.lines, edits)}
     for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
@@ -120,11 +130,22 @@ def _here(ls: Session, file: RobotsFile, spans: list[Span]) -> list[types.Locati
 
 
 def _plays(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[types.Location]:
-    """Where programs play a robot."""
+    """Where programs play a robot, or use a body part or a pose."""
+    if symbol.section in ("body", "poses"):
+        for program, analysis in _with_word(ls, file, symbol):
+            for _, span in body_names.used_in(analysis, symbol):
+                yield location(program.uri, program.lines, span, ls.editor.encoding)
     if symbol.section == "robots":
         for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
             for _, span in plays(program.analysis, symbol.name):
                 yield location(program.uri, program.lines, span, ls.editor.encoding)
+
+
+def _with_word(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[tuple[Document, Analysis]]:
+    """The programs that contain the word for a body part or a pose, as the file is now."""
+    robots = _robots(file)
+    for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
+        yield program, analyze(program.analysis.text, robots)
 
 
 def _cast(ls: Session, file: RobotsFile) -> list[str]:

@@ -143,7 +143,21 @@ def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Fo
         refused = client.refusal("textDocument/rename", place(3, 9, uri, newName="left"))
         assert refused["message"] == "`left` is a reserved word: choose another name"
         refused = client.refusal("textDocument/prepareRename", place(2, 1, uri))
-        assert refused["message"].startswith("only robots and profiles in this file can be renamed")
+        assert refused["message"].startswith("only robots, profiles, body parts, and poses in this file can be renamed")
+
+
+def test_a_body_part_is_found_and_renamed_in_all_programs(folder: Folder) -> None:
+    body = '[profiles.rover.body.mast]\nup = { joint = "mast", meters = 0.1 }\n'
+    folder.closed.write_text("anna $ mast up\n", encoding="utf-8")
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, ROBOTS + body)
+        found = client.request("textDocument/references", place(5, 22, uri, context={"includeDeclaration": True}))
+        places = [(uri, (5, 21, 25)), (folder.closed.as_uri(), (0, 7, 11))]
+        assert [(each["uri"], spot(each)) for each in found] == places
+        changes = client.request("textDocument/rename", place(5, 22, uri, newName="pole"))["documentChanges"]
+        assert [(each["textDocument"]["uri"], new_texts(each["edits"])) for each in changes if each["edits"]] == [
+            (where, [(*spot_there, "pole")]) for where, spot_there in places
+        ]
 
 
 def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder: Folder) -> None:

@@ -1,13 +1,16 @@
-"""Finds the robot or the profile at the cursor in `improv.toml`, and all names of the same one in the file."""
+"""Finds what is named at the cursor in `improv.toml`, a robot, a profile, a body part, or a pose, and all names of the
+same in the file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.rename import RefusalError
 from improv_core.robots.schema import find
+from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import BUILT_IN
 from improv_core.text import Span
@@ -15,7 +18,10 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class FileSymbol:
-    """A robot or a profile, and its span. `section` is "robots" or "profiles"."""
+    """What a name stands for, and its span. `section` is "robots", "profiles", "body", or "poses".
+
+    Body parts and poses of all profiles that have one name are the same, as in programs.
+    """
 
     section: str
     name: str
@@ -23,25 +29,28 @@ class FileSymbol:
 
 
 def symbol_at(text: str, offset: int) -> FileSymbol | None:
-    """The robot or profile that the cursor touches, including at its end."""
+    """What the cursor touches, including at its end."""
     positions = read_toml(text).positions
     for keys, spans in positions.named.items():
-        if len(keys) == 2 and keys[0] in ("robots", "profiles"):
+        if section := _section(keys):
             for span in spans:
                 if span.holds(offset):
-                    return FileSymbol(str(keys[0]), str(keys[1]), span)
+                    return FileSymbol(section, str(keys[-1]), span)
     return next((symbol for symbol in _uses(text) if symbol.span.holds(offset)), None)
 
 
 def declarations(text: str, symbol: FileSymbol) -> list[Span]:
-    """The spans that name the section of a robot or a profile."""
-    return list(read_toml(text).positions.named.get((symbol.section, symbol.name), ()))
+    """The spans that name the section of a robot or a profile, or the table of a body part or a pose."""
+    named = read_toml(text).positions.named
+    if symbol.section in ("robots", "profiles"):
+        return list(named.get((symbol.section, symbol.name), ()))
+    same = (spans for keys, spans in named.items() if (_section(keys), keys[-1]) == (symbol.section, symbol.name))
+    return sorted(chain.from_iterable(same))
 
 
 def uses(text: str, symbol: FileSymbol) -> list[Span]:
-    """The values in the file that name a profile, without their quotes."""
-    same = (each for each in _uses(text) if each.name == symbol.name)
-    return [each.span for each in same] if symbol.section == "profiles" else []
+    """The values in the file that name a profile or a body part, without their quotes."""
+    return [each.span for each in _uses(text) if (each.section, each.name) == (symbol.section, symbol.name)]
 
 
 def rename_profile(text: str, symbol: FileSymbol, new: str) -> list[Edit]:
@@ -59,10 +68,23 @@ def rename_profile(text: str, symbol: FileSymbol, new: str) -> list[Edit]:
     return [Edit(span, new) for span in sorted(spans) if new != symbol.name]
 
 
+def _section(keys: Keys) -> str:
+    """What the last of these keys names; empty if it is a word of ours."""
+    if len(keys) == 2 and keys[0] in ("robots", "profiles"):
+        return str(keys[0])
+    inside = keys[0] == "profiles" and len(keys) in (4, 6) and keys[2] == "body" and str(keys[len(keys) - 2])
+    return inside if inside in ("body", "poses") else ""
+
+
 def _uses(text: str) -> Iterator[FileSymbol]:
-    """Every value that names a profile."""
+    """Every value that names a profile or a body part."""
     for keys, entry in read_toml(text).positions.entries.items():
-        key = find(keys) if len(keys) == 3 else None
         written = text[slice(*entry.value)]
-        if key and key.profile and entry.value != entry.key and len(written) > 2 and written[0] in "\"'":
-            yield FileSymbol("profiles", written[1:-1], Span(entry.value.start + 1, entry.value.end - 1))
+        if len(written) < 3 or written[0] not in "\"'":
+            continue
+        span = Span(entry.value.start + 1, entry.value.end - 1)
+        if len(keys) == 3 and entry.value != entry.key and (key := find(keys)) and key.profile:
+            yield FileSymbol("profiles", written[1:-1], span)
+        is_mirror = len(keys) == 5 and keys[4] == "mirror" and entry.value != entry.key
+        if _section(keys[:4]) == "body" and (is_mirror or (len(keys) == 6 and keys[4] == "parts")):
+            yield FileSymbol("body", written[1:-1], span)

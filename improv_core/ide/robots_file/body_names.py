@@ -1,0 +1,89 @@
+"""Renames body parts and poses: in `improv.toml`, and in the programs of its robots."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from improv_core.diagnostics import Edit
+from improv_core.ide.performers import performers
+from improv_core.ide.phrases import poses_at
+from improv_core.ide.references import names_used
+from improv_core.ide.rename import RefusalError
+from improv_core.ide.robots_file.references import FileSymbol, declarations, uses
+from improv_core.program.analysis import Analysis
+from improv_core.robots.config import Robots, read_robots
+from improv_core.score.body import Body
+from improv_core.text import Span
+
+
+def rename_in_file(text: str, symbol: FileSymbol, new: str) -> tuple[list[Edit], frozenset[str]]:
+    """The edits of `improv.toml`, and the profiles that have the old word before them and lack it after them.
+
+    Raises RefusalError.
+    """
+    before = read_robots(text)
+    if not before.ok:
+        raise RefusalError("improv.toml has an error: fix it first")
+    if new == symbol.name:
+        return [], frozenset()
+    if _having(before, symbol.section, new):
+        what = "body part" if symbol.section == "body" else "pose"
+        raise RefusalError(f"`{new}` is already a {what}: choose another name")
+    key = new if new.isascii() else f'"{new}"'
+    edits = [Edit(span, key) for span in declarations(text, symbol)] + [Edit(span, new) for span in uses(text, symbol)]
+    edits.sort(key=lambda each: each.span)
+    after = read_robots(_edited(text, edits))
+    if not after.ok:
+        raise RefusalError(after.diagnostics[0].message)
+    lost = _having(before, symbol.section, symbol.name) - _having(after, symbol.section, symbol.name)
+    return edits, frozenset(lost)
+
+
+def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed: Collection[str]) -> list[Edit]:
+    """The edits of a program whose robots have these renamed profiles. Raises RefusalError if robots of another profile
+    perform the old word too, or if the program has the new one."""
+    if new == symbol.name:
+        return []
+    edits = []
+    for index, span in used_in(analysis, symbol):
+        line = analysis.lines.position(analysis.offsets[index]).line + 1
+        for profile in performers(analysis, index):
+            if profile.name not in renamed and _has(profile.body, symbol.section, symbol.name):
+                raise RefusalError(
+                    f"on line {line}, `{symbol.name}` is also that of the profile {profile.name}: rename it by hand"
+                )
+        if symbol.section == "body" and any(each.name == new for each in analysis.statements[index].parameters):
+            raise RefusalError(f"`{new}` is a parameter on line {line}: choose another name")
+        edits.append(Edit(span, new))
+    if edits and symbol.section == "body" and (taken := analysis.bindings.defined.get(new)):
+        line = analysis.lines.position(analysis.offsets[taken[0]]).line + 1
+        raise RefusalError(f"`{new}` is already defined on line {line}: choose another name")
+    return edits
+
+
+def used_in(analysis: Analysis, symbol: FileSymbol) -> Iterator[tuple[int, Span]]:
+    """Where a program uses a body part or a pose of the file: the index of the statement, and the span."""
+    for index, statement in enumerate(analysis.statements):
+        start, poses = analysis.offsets[index], poses_at(analysis.placed(index))
+        if symbol.section == "poses":
+            found = [span for span in sorted(poses) if statement.text[span.start : span.end] == symbol.name]
+        elif analysis.bindings.definer(symbol.name, index) is None:
+            names = (each for each in names_used(statement) if each.text == symbol.name)
+            found = [each.span for each in names if each.span not in poses]
+        else:
+            continue
+        yield from ((index, span.shifted(start)) for span in found)
+
+
+def _having(robots: Robots, section: str, name: str) -> set[str]:
+    return {profile.name for profile in robots.profiles.values() if _has(profile.body, section, name)}
+
+
+def _has(body: Body | None, section: str, name: str) -> bool:
+    return body is not None and name in (body.words if section == "body" else body.pose_names)
+
+
+def _edited(text: str, edits: Collection[Edit]) -> str:
+    for edit in sorted(edits, key=lambda each: each.span, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text

@@ -47,6 +47,7 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
         or message["type"] == "joints"
         or message["type"] == "fault"
         or message["type"] == "vitals"
+        or message["type"] == "link"
     ):
         acts = _to(show.twin, message)
         if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:

@@ -7,7 +7,7 @@ long as the slowest message may take. Standard library only.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -134,6 +134,11 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         return troupe, [Say(cast(FromStage, {**message, "message": line}))]
     if message["type"] == "stopped":
         return troupe, []
+    if message["type"] == "vitals":
+        ours = {robot: each for robot, each in message["robots"].items() if troupe.owns(host, robot)}
+        troupe = troupe.with_member(host, vitals=ours)
+        known = {robot: each for member in troupe.members.values() for robot, each in member.vitals.items()}
+        return troupe, [Say({**message, "robots": known})]
     return troupe, _about_robots(troupe, host, message)
 
 
@@ -340,10 +345,9 @@ def _presses_of(troupe: Troupe, host: str, pressed: Pressed) -> Pressed:
 
 def _about_robots(troupe: Troupe, host: str, message: FromStage) -> list[Act]:
     """What a stage says about its robots. What they sense decides for all when scenes begin."""
-    if message["type"] == "vitals" or message["type"] == "measured":
-        robots: Mapping[str, Any] = message["robots"]
-        ours = {robot: each for robot, each in robots.items() if troupe.owns(host, robot)}
-        return [Say(cast(FromStage, {**message, "robots": ours}))] if ours else []
+    if message["type"] == "measured":
+        ours = {robot: each for robot, each in message["robots"].items() if troupe.owns(host, robot)}
+        return [Say({**message, "robots": ours})] if ours else []
     robot = message.get("robot")
     if isinstance(robot, str) and not troupe.owns(host, robot):
         return []

@@ -19,6 +19,7 @@ from improv_core.stage.messages import (
     ToStage,
     TransportMessage,
 )
+from improv_core.stage.robot_messages import VitalsRobot
 
 HERE = ""
 """The host of this machine."""
@@ -42,7 +43,7 @@ class Owner:
 class Hosted:
     """A stage: what it said last, whether it is ready for beat 0 (`armed`), whether it is alive, and how many seconds a
     message may take to reach it (`lag`). `misplaced` are its robots that are not in their places. It `may_move` until
-    it has confirmed a stop. `pressed` is what it has said about emergency stops."""
+    it has confirmed a stop. `pressed` is what it has said about emergency stops, and `vitals` how its robots are."""
 
     alive: bool = True
     armed: bool = False
@@ -51,6 +52,7 @@ class Hosted:
     lag: float = 0.0
     misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
     may_move: bool = False
+    vitals: Mapping[str, VitalsRobot] = field(default_factory=dict)
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 
 

@@ -330,6 +330,7 @@ class Loop:
             or message["type"] == "measured"
             or message["type"] == "fault"
             or message["type"] == "vitals"
+            or message["type"] == "link"
             or message["type"] == "joints"
             or message["type"] == "misplaced"
             or message["type"] == "armed"

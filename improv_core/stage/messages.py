@@ -258,6 +258,7 @@ ToPages = (
     | Armed
     | FaultMessage
     | Vitals
+    | Link
     | WhyStill
     | JointPositions
 )

@@ -292,7 +292,8 @@ def test_a_stage_speaks_only_of_its_own_robots() -> None:
     assert story.said(PI, "fault", robot="p") == ["say fault"]
     assert story.said(PI, "fault", robot="a") == []
     story.said(PI, "vitals", robots={"a": 1, "p": 2})
-    assert story.acts[0].message["robots"] == {"p": 2}  # type: ignore[union-attr, typeddict-item]
+    story.said(HERE, "vitals", robots={"a": 3, "p": 4})
+    assert story.acts[0].message["robots"] == {"a": 3, "p": 2}  # type: ignore[union-attr, typeddict-item]
 
 
 def test_what_a_robot_senses_is_told_to_the_others() -> None:

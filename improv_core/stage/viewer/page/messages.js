@@ -167,6 +167,7 @@ const MESSAGES = {
   fault: shape({ generation: count, robot: text, fault: text, over: flag, response: text, message: text, line: text }),
   why_still: shape({ line: text }),
   vitals: shape({ generation: count, robots: mapOf(shape({ odom: flag, posed: nullOr(number), battery: nullOr(number), instead: oneOf("", "stands", "drives back") })) }),
+  link: shape({ host: text, offset: number, error: number, round_trip: number, lag: number }),
   joints: shape({ generation: count, robot: text, positions: mapOf(number) }),
   decided: shape({ generation: count, robot: text, sources: listOf(word), held: flag, beat: number }),
   stopped: shape({ message: maybe(text) }),

@@ -105,6 +105,7 @@ function take(message) {
   else if (message.type === "joints") figures.takeReal(message)
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "vitals") wall.takeVitals(message)
+  else if (message.type === "link") wall.takeLink(message, performance.now())
   else if (message.type === "fault") takeFault(message)
   else if (message.type === "why_still") sayWhyStill(message)
   else if (message.type === "source") takeSource(message)

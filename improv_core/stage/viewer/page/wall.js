@@ -22,6 +22,7 @@ const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off i
 const ORDER = Object.keys(WORDS)
 const LOW = 0.2 // of a battery: less is trouble
 const NAMED = 3 // robots in trouble that the line names
+const QUIET = 3 // seconds without a word from a host that are told; usually one comes each second
 const FRESH = 2 // seconds: with poses that come, and are told once a second, the latest one is not older
 const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
 
@@ -32,6 +33,8 @@ export class Wall {
   #vitals = {}
   /** @type {Map<string, HTMLTableRowElement>} */
   #rows = new Map()
+  /** @type {Map<string, Messages["link"] & { at: number }>} */
+  #links = new Map() // what is known of each host, and when it came
   #looked = -Infinity
   #hadLost = false
   #clock
@@ -62,6 +65,26 @@ export class Wall {
   /** @param {Messages["vitals"]} message */
   takeVitals({ robots }) {
     this.#vitals = robots
+  }
+
+  /**
+   * @param {Messages["link"]} message
+   * @param {number} now milliseconds
+   */
+  takeLink(message, now) {
+    this.#links.set(message.host, { ...message, at: now })
+  }
+
+  /**
+   * How well each host is reached, in a line each.
+   * @param {number} now milliseconds
+   */
+  links(now) {
+    return [...this.#links.values()].map(({ host, error, lag, at }) => {
+      const silent = Math.round((now - at) / 1000)
+      if (silent > QUIET) return `${host}: no word for ${silent} s`
+      return `${host}: together within ${milliseconds(error)}, reached within ${milliseconds(lag)}`
+    })
   }
 
   /** Another performance begins. */
@@ -142,6 +165,7 @@ export class Wall {
     this.#hadLost = isLost
     if (!find("wall").hasAttribute("open")) return lost
     write(find("wall-summary"), summary)
+    write(find("wall-links"), this.links(now).join("\n"))
     for (const [name, row] of this.#rows) {
       if (Object.hasOwn(this.#vitals, name)) continue
       row.remove()
@@ -184,6 +208,12 @@ export class Wall {
     this.#rows.set(name, row)
     return row
   }
+}
+
+/** @param {number} seconds */
+function milliseconds(seconds) {
+  const value = seconds * 1000
+  return `${value < 10 ? value.toFixed(1) : Math.round(value)} ms`
 }
 
 const COLUMNS = ["state", "off", "age", "battery"]

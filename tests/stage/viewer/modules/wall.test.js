@@ -104,3 +104,11 @@ test("a hundred robots are a hundred bricks", () => {
   const robots = Object.fromEntries([...Array(100).keys()].map((number) => [`r${number}`, well]))
   assert.equal(wall(robots).bricks.length, 100)
 })
+
+test("a host says how exactly its robots dance with the others, and when nothing more is heard from it", () => {
+  const made = wall({ ada: well })
+  assert.deepEqual(made.links(0), [])
+  made.takeLink({ host: "pi", offset: 100, error: 0.0004, round_trip: 0.004, lag: 0.052 }, 1000)
+  assert.deepEqual(made.links(3000), ["pi: together within 0.4 ms, reached within 52 ms"])
+  assert.deepEqual(made.links(6000), ["pi: no word for 5 s"])
+})

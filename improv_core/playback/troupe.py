@@ -19,7 +19,6 @@ from improv_core.stage.messages import (
     ToStage,
     TransportMessage,
 )
-from improv_core.stage.robot_messages import VitalsRobot
 
 HERE = ""
 """The host of this machine."""
@@ -52,7 +51,7 @@ class Hosted:
     lag: float = 0.0
     misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
     may_move: bool = False
-    vitals: Mapping[str, VitalsRobot] = field(default_factory=dict)
+    vitals: Mapping[str, Any] = field(default_factory=dict)
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 
 

@@ -12,7 +12,6 @@ import { Turntable } from "./turntable.js"
 /** @import { Robot } from "./cast.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { ViewName } from "./puppet.js" */
-/** @import { Skeleton } from "./skeleton.js" */
 /** @import { Turned } from "./turntable.js" */
 /** @typedef {(robot: string, part: string, axis: Joint["axis"]) => number} Asked how fast a body part is asked to move */
 /** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint, drawn: string }} Row */

@@ -329,9 +329,11 @@ export class Editor {
     if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
     const begun = this.#text.slice(from, to)
     const complete = words.some(({ word }) => word === begun)
-    if (!words.length || (!offering.asked && (!begun || complete))) return this.#endOffer()
+    const isListed = words.length > 0 && (offering.asked || (begun !== "" && !complete))
+    if (!isListed) this.#endOffer()
     this.#offering = { ...offering, start: from }
-    this.#offers.show(words, this.#ink.place(from))
+    this.#offers.tap(complete ? [] : words, begun)
+    if (isListed) this.#offers.show(words, this.#ink.place(from))
   }
 
   /** The text has scrolled: the words go along, as long as what they belong to is in view. */

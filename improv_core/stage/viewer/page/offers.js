@@ -1,7 +1,9 @@
 // @ts-check
 // The list of words that may be written next. It never takes Enter, unless somebody has gone to a word with the arrows.
+// On phones and tablets, they stand in the row of words to tap instead.
 
 import { find } from "./elements.js"
+import { WORDS, offerToTap } from "./word-row.js"
 
 /** @typedef {{ word: string, about: string }} Word */
 
@@ -55,12 +57,26 @@ export class Offers {
     beside(this.#list, place)
   }
 
+  /**
+   * Has words be tapped.
+   * @param {Word[]} words
+   * @param {string} begun what is written already; if that is nothing, the words that are always there are left out
+   */
+  tap(words, begun) {
+    const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
+    offerToTap(offered, (word) => {
+      this.hide()
+      this.#pick(word)
+    })
+  }
+
   /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */
   move(place) {
     beside(this.#list, place)
   }
 
   hide() {
+    this.tap([], "")
     this.#list.hidden = true
     this.#owner.removeAttribute("aria-activedescendant")
   }

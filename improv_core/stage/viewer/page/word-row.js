@@ -1,29 +1,47 @@
 // @ts-check
-// A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find.
+// A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find: what may be
+// written here comes first, then what is always there.
 
 import { find } from "./elements.js"
 
-const WORDS = ["forward", "left", "right", "backward", "repeat", "(", ")", "[", "]", "$", "||", "=", "rest", "fast", "slow"]
+const MOST = 12 // words that are offered
+export const WORDS = ["forward", "left", "right", "backward", "repeat", "(", ")", "[", "]", "$", "||", "=", "rest", "fast", "slow"]
 
 export class WordRow {
   /** @param {HTMLTextAreaElement} control gets the words, as if they had been typed */
   constructor(control) {
-    const row = find("word-row")
-    row.replaceChildren(
-      ...WORDS.map((word) => {
-        const button = document.createElement("button")
-        button.type = "button"
-        button.textContent = word
-        return button
-      }),
-    )
-    row.addEventListener("pointerdown", (event) => event.preventDefault()) // the keyboard stays
-    row.addEventListener("click", ({ target }) => {
+    const always = find("word-always")
+    always.replaceChildren(...WORDS.map((word) => key(word)))
+    find("word-row").addEventListener("pointerdown", (event) => event.preventDefault()) // the keyboard stays
+    always.addEventListener("click", ({ target }) => {
       if (!(target instanceof HTMLButtonElement)) return
       control.focus()
       document.execCommand("insertText", false, spaced(control.value, control.selectionStart, target.textContent ?? ""))
     })
   }
+}
+
+/**
+ * Shows words that may be written here.
+ * @param {string[]} words
+ * @param {(word: string) => void} pick gets the one that is tapped
+ */
+export function offerToTap(words, pick) {
+  find("word-offers").replaceChildren(
+    ...words.slice(0, MOST).map((word) => {
+      const button = key(word)
+      button.addEventListener("click", () => pick(word))
+      return button
+    }),
+  )
+}
+
+/** @param {string} word */
+function key(word) {
+  const button = document.createElement("button")
+  button.type = "button"
+  button.textContent = word
+  return button
 }
 
 /**

@@ -1,0 +1,36 @@
+"""Words to tap above the keyboard of a tablet."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.stage.viewer.conftest import Keep, new_page, wait
+
+
+@pytest.mark.slow("starts Python in a browser")
+def test_what_may_be_written_here_can_be_tapped(address: str, browser: Browser, keep: Keep) -> None:
+    tablet = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    page, wrong = new_page(tablet)
+    page.goto(address)
+    wait(page, 'document.body.dataset.connection === "open"')
+    text, row, offered = (
+        page.locator("#text"),
+        page.get_by_role("group", name="Words to tap"),
+        page.locator("#word-offers"),
+    )
+    text.fill("hill = forward left\nada $ ")
+    text.press_sequentially("hi")
+    expect(offered.get_by_role("button", name="hill", exact=True)).to_be_in_viewport()
+    expect(page.locator("#offers")).to_be_hidden()  # it would cover the text
+    keep(page, "word-row.png")
+    offered.get_by_role("button", name="hill", exact=True).tap()
+    expect(text).to_have_value("hill = forward left\nada $ hill")
+    expect(text).to_be_focused()
+    row.get_by_role("button", name="repeat", exact=True).tap()
+    expect(text).to_have_value("hill = forward left\nada $ hill repeat ")
+    row.get_by_role("button", name="(", exact=True).tap()
+    expect(offered.get_by_role("button", name="hill", exact=True)).to_be_visible()  # before a letter is typed
+    expect(offered.get_by_role("button", name="forward", exact=True)).to_have_count(0)  # it is always there
+    tablet.close()
+    assert wrong == []

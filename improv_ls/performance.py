@@ -293,6 +293,7 @@ class Performance:
             report_sent=settings.study_log is not None,
             takes_start_poses=True,
             node=self._node,
+            osc="network" if settings.osc_network else "here",
         )
         old = self._playback
         if old and old.options == options:

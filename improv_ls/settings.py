@@ -24,6 +24,7 @@ class Settings:
     ros_python: str | None = None
     ros_discovery: str | None = None
     ros_standby: bool = True
+    osc_network: bool = False
     code_lens: bool = True
     inlay_hints_beats: bool = False
     inlay_hints_playing: bool = False
@@ -87,6 +88,7 @@ _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "ros.python": ("ros_python", *_TEXT),
     "ros.discovery": ("ros_discovery", *_one_of("LOCALHOST", "SUBNET", "OFF", "SYSTEM_DEFAULT")),
     "ros.standby": ("ros_standby", *_YES_NO),
+    "osc.network": ("osc_network", *_YES_NO),
     "codeLens": ("code_lens", *_YES_NO),
     "inlayHints.beats": ("inlay_hints_beats", *_YES_NO),
     "inlayHints.playing": ("inlay_hints_playing", *_YES_NO),

@@ -22,6 +22,7 @@ BUT = {
     "stage/sinks/test_ros_publishing.py",
     "stage/sinks/test_ros_reader.py",
     "stage/test_hostile_input.py",
+    "stage/test_osc_desk.py",
     "stage/test_process.py",
     "stage/test_standby.py",
     "stage/test_watchdog.py",

@@ -40,6 +40,7 @@ NEVER = -1
 @parameters.backend
 @parameters.port
 @parameters.no_browser
+@parameters.osc_network
 @parameters.continues
 @scenes.options
 def command(
@@ -47,6 +48,7 @@ def command(
     backend: str,
     port: int,
     no_browser: bool,
+    osc_network: bool,
     when: When,
     wanted: WantedScenes,
 ) -> None:
@@ -66,7 +68,7 @@ def command(
     if not file or not file.exists():
         file = make(file)
     version = read_version(file)
-    options = parameters.options(file, backend, port or _usual_port(file))
+    options = parameters.options(file, backend, port or _usual_port(file), osc_network=osc_network)
     sys.exit(run(edit(file, version, options, when, wanted, browser=not no_browser)))
 
 

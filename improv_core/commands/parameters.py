@@ -42,6 +42,9 @@ continues = click.option(
     help="Robots whose part a save doesn't change keep dancing.",
 )
 force = click.option("--force", is_flag=True, help="Begin even if robots are not in their places.")
+osc_network = click.option(
+    "--osc-network", is_flag=True, help="Exchange OSC messages also with other machines, as improv.toml says."
+)
 backend = click.option(
     "--backend",
     type=BACKENDS,
@@ -51,7 +54,7 @@ backend = click.option(
 )
 
 
-def options(file: Path, backend: str, port: int) -> Options:
+def options(file: Path, backend: str, port: int, *, osc_network: bool = False) -> Options:
     """What to play a program on, with the arguments after `--ros-args`."""
     from improv_core.playback.start import Options  # here, since only some commands need it
     from improv_core.program.files import ReadError, robots_near
@@ -59,7 +62,8 @@ def options(file: Path, backend: str, port: int) -> Options:
     node = None
     with suppress(ReadError):  # which is reported when the program is read
         node = robots_near(file.absolute().parent).node
-    return Options(backend, port, node=node, ros_arguments=click.get_current_context().obj or ())
+    arguments = click.get_current_context().obj or ()
+    return Options(backend, port, node=node, ros_arguments=arguments, osc="network" if osc_network else "here")
 
 
 MOST_SECONDS = 1e12

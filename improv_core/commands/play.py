@@ -46,6 +46,7 @@ def _time(text: str) -> datetime:
 @parameters.backend
 @parameters.port
 @parameters.no_browser
+@parameters.osc_network
 @scenes.options
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
@@ -64,6 +65,7 @@ def command(
     backend: str,
     port: int,
     no_browser: bool,
+    osc_network: bool,
     wanted: WantedScenes,
     fast: bool,
     seconds: float | None,
@@ -87,7 +89,7 @@ def command(
         raise CommandError("--fast begins at once: leave out --armed and --at")
     if fast:
         sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording), wanted=wanted))
-    options = parameters.options(file, backend, port)
+    options = parameters.options(file, backend, port, osc_network=osc_network)
     senses = senses_of(recording)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)

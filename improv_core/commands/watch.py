@@ -32,6 +32,7 @@ ANSWERS = {
 @parameters.backend
 @parameters.port
 @parameters.no_browser
+@parameters.osc_network
 @parameters.continues
 @scenes.options
 @parameters.force
@@ -40,6 +41,7 @@ def command(
     backend: str,
     port: int,
     no_browser: bool,
+    osc_network: bool,
     when: When,
     wanted: WantedScenes,
     force: bool,
@@ -47,7 +49,7 @@ def command(
     """Play a program every time it is saved. Ctrl-C stops the robots."""
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
-    options = parameters.options(file, backend, port)
+    options = parameters.options(file, backend, port, osc_network=osc_network)
     sys.exit(run(watch(file, options, when, wanted, browser=not no_browser, anyway=force)))
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from improv_core.robots.config import Robots
-from improv_core.score.senses import BUMP, CUE, NEAR, Key, Topic
+from improv_core.score.senses import BUMP, CUE, NEAR, Key, OscName, Topic
 
 _ABOUT: Mapping[str, str] = {
     BUMP: "The robot touches something.",
@@ -30,6 +30,8 @@ def source(robots: Robots, name: str) -> str:
     declared = robots.senses.get(name)
     if isinstance(declared, Key):
         return f"key {declared.key}, while it is held on the page"
+    if isinstance(declared, OscName):
+        return f"OSC messages /improv/sense {declared.osc}"
     if not isinstance(declared, Topic):
         return _SOURCES[name]
     limit = f" below {declared.below:g}" if declared.below is not None else ""

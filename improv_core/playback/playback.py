@@ -18,6 +18,7 @@ from urllib.parse import urlsplit
 from improv_core.playback.acts import Act, Announce, Failed, Loaded, News, PassOn, Send, SendScore, StartAgain
 from improv_core.playback.asked import Decided, Now, Wish, asked
 from improv_core.playback.heard import heard
+from improv_core.playback.osc_link import OscLink
 from improv_core.playback.show import PlayScore, Show
 from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
@@ -25,7 +26,7 @@ from improv_core.playback.stop_socket import IDLE
 from improv_core.playback.stops import KNOWN, Stops
 from improv_core.score.score import Host
 from improv_core.score.score_json import RowsWritten, to_json
-from improv_core.stage.commands import Editing
+from improv_core.stage.commands import Editing, PageRequest
 from improv_core.stage.messages import Load, Problem, Ready, ToStage
 from improv_core.stage.tickets import issue
 
@@ -83,6 +84,7 @@ class Playback:
         self._stages: dict[SinkName, RunningStage] = {}
         self._written: dict[SinkName, RowsWritten] = {}  # what each has been sent
         self._opening = asyncio.Lock()
+        self._osc = OscLink(options.osc, stops, self._ask_for, self._say)
         self._beginning: list[str] = []  # programs that wait for the stages to start
         self._ends = 0  # how often everything had to end
         self._replacing: set[asyncio.Task[None]] = set()
@@ -143,8 +145,10 @@ class Playback:
         """
         ends = self._ends
         self._beginning.append(play.name)
+        self._osc.expect(play.score)
         try:
             await self.open(frozenset() if play.simulated or self.options.backend == "sim" else play.score.hosts)
+            await self._osc.ready()
         finally:
             self._beginning.remove(play.name)
         if self._ends != ends:
@@ -169,6 +173,7 @@ class Playback:
     async def close(self) -> None:
         """Stop the robots and end the stages."""
         self._ends += 1
+        self._osc.close()
         await asyncio.gather(*self._replacing)
         async with self._opening:
             await self._close()
@@ -197,6 +202,13 @@ class Playback:
 
     def _now(self, stops: int) -> Now:
         return Now(time.monotonic(), stops, self.stops.pressed)
+
+    def _ask_for(self, request: PageRequest, stops: int) -> None:
+        """Do what an OSC message asks for, as if a page did."""
+        self._do(asked(self.show, request, self._now(stops)))
+
+    def _say(self, line: str) -> None:
+        self._listen({"type": "warning", "message": line}, True)
 
     def _hear(self, name: SinkName, stage: RunningStage, message: Heard, stops: int) -> None:
         if message["type"] == "gone":
@@ -228,6 +240,8 @@ class Playback:
             case SendScore():
                 self._send_score(act)
             case Announce(news, leads):
+                if leads and (news["type"] == "transport" or news["type"] == "sensed" or news["type"] == "armed"):
+                    self._osc.tell(news)
                 self._listen(news, leads)
             case StartAgain(name):
                 task = asyncio.create_task(self._start_again(name))
@@ -260,7 +274,9 @@ class Playback:
             load["anyway"] = True
         if play.arming is not None:
             load["arming"] = play.arming
+        stopped = self.stops.stopped
         if self.stops.send(load, stage, play.stops):
+            self._osc.plays(play.score, play.generation, stopped)
             self._heard(name, {"type": "loaded", "play": play})
         else:
             self._written[name] = RowsWritten()  # it lacks this score

@@ -9,11 +9,11 @@ from improv_core.playback.editions import Editions
 from improv_core.playback.start import SinkName
 from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.commands import Cue, Force, Held, KeySense, Released, Seek, Silence, Speed
+from improv_core.stage.commands import Cue, Force, Held, KeySense, OscSense, Released, Seek, Silence, Speed
 from improv_core.stage.editing import ProgramSource
 from improv_core.stage.messages import Arming, ProgramMessage, Ready, Sensed, TransportMessage, When
 
-Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
+Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force | OscSense
 """What people can do to what plays, apart from stopping, pausing, and resuming it."""
 Kept = Change | ProgramMessage | ProgramSource
 """What stages that start later are told, too."""

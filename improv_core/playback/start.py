@@ -11,6 +11,7 @@ from typing import Literal
 
 from improv_core.playback.ensemble import Ensemble
 from improv_core.playback.interpreter import InterpreterError, find_ros_python
+from improv_core.playback.osc_link import Reach
 from improv_core.playback.stage_process import Hear, Heard, Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.playback.troupe import HERE
@@ -31,7 +32,7 @@ class Options:
 
     With `report_sent`, stages report every velocity they send. `takes_start_poses` is for a listener that handles
     `place` requests: only then does the page have start poses written into the program. `hosts` are machines that
-    have a stage of their own.
+    have a stage of their own. `osc` is how far OSC messages may come and go.
     """
 
     backend: str = "auto"
@@ -44,6 +45,7 @@ class Options:
     node: str | None = None
     ros_arguments: Sequence[str] = ()
     hosts: Sequence[Host] = ()
+    osc: Reach = "here"
 
 
 async def start_stage(

@@ -66,6 +66,7 @@ def score_of(analysis: Analysis) -> Score:
         world=cast.world,
         safety=cast.safety,
         publish=cast.publish,
+        osc=cast.osc,
         bar=analysis.opening.bar,
         scene_names=tuple(analysis.scene_names),
         clock=cast.clock,

@@ -15,6 +15,7 @@ from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import read_body, with_offsets
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.hosts import host_of, read_hosts
+from improv_core.robots.osc import read_osc
 from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
@@ -25,6 +26,7 @@ from improv_core.robots.world import read_world
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
+from improv_core.score.osc import Osc
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 from improv_core.score.score import (
     BASE_FRAME,
@@ -88,8 +90,9 @@ class Robots:
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
     of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
     the `formation` already; without any, it is for the robots of a
-    program. With `publish`, others in ROS 2 can watch what plays. `starts` are those that replace the file's, and
-    `kinds` the profiles of robots that have none there. With a `clock`, they play as fast as that says.
+    program. With `publish`, others in ROS 2 can watch what plays; `osc` says who else does. `starts` are those that
+    replace the file's, and `kinds` the profiles of robots that have none there. With a `clock`, they play as fast as
+    that says.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -106,6 +109,7 @@ class Robots:
     formation: Formation | None = None
     publish: bool = False
     clock: OutsideClock | None = None
+    osc: Osc | None = None
     starts: Mapping[str, Pose] = field(default_factory=dict)
     kinds: Mapping[str, Profile] = field(default_factory=dict)
 
@@ -203,10 +207,11 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
         reading.at_value(("ros", "rejoin"), f"`return` {why}", given=(WORLD, ("robots",)))
     senses = read_senses(reading, sections.get("senses", {}))
     clock = reading.clock(sections.get("clock", {}))
+    osc = read_osc(reading, sections.get("osc", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
     if toml.diagnostics:  # what is left of it may mean something else
         return Robots(path=path, text=text, diagnostics=diagnostics)
-    rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish, clock)
+    rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish, clock, osc)
     return Robots(robots, profiles, path, text, diagnostics, *rest)
 
 

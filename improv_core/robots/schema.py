@@ -12,6 +12,7 @@ from improv_core.robots.schema_bodies import BODY, OFFSETS
 from improv_core.robots.schema_key import Key
 from improv_core.robots.schema_key import number as _number
 from improv_core.robots.schema_key import table as _table
+from improv_core.robots.schema_osc import OSC
 from improv_core.robots.toml_positions import Keys
 from improv_core.score.faults import Fault, Response
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
@@ -352,6 +353,10 @@ _SENSE = {
         "1",
     ),
     "key": Key("a letter or a digit, instead of a topic", example='"d"'),
+    "osc": Key(
+        "the word that stands for it in OSC messages, `/improv/sense WORD ROBOT 1`, instead of a topic",
+        example='"kick"',
+    ),
 }
 _PREFLIGHT = {
     "distance": _number("how far from its place a robot may stand", "meters", 0.001, 100, "0.1"),
@@ -400,5 +405,6 @@ SCHEMA = _table(
         "clock": _table("a clock from outside that robots follow", _CLOCK),
         "preflight": _table("how far from their places robots may stand when they begin", _PREFLIGHT),
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
+        "osc": _table("the programs with which OSC messages are exchanged", OSC),
     },
 )

@@ -1,4 +1,4 @@
-"""Reads the section `[senses]` of an `improv.toml`: which topics and keys decide what robots sense."""
+"""Reads the section `[senses]` of an `improv.toml`: which topics, keys, and OSC messages decide what robots sense."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any, cast
 from improv_core.robots.ros_names import ros_name
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import Range, TomlReading
-from improv_core.score.senses import CUE, Key, Message, Source, Topic
+from improv_core.score.senses import CUE, Key, Message, OscName, Source, Topic
 from improv_core.syntax.vocabulary import WORDS
 
 _NAME = re.compile(r"[^\W\d]\w*")
+_OSC_NAME = re.compile(r"[\w-]{1,100}")
 _LIMITS: Mapping[str, Range] = {
     "sensor_msgs/LaserScan": ("meters", 0, 1000),
     "sensor_msgs/Range": ("meters", 0, 1000),
@@ -52,8 +53,12 @@ def _source(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Sourc
         for other in [name for name in table if name != "key"]:
             reading.at_key((*keys, other), f"this sense has a key, so `{other}` has no effect: remove it")
         return _key(reading, keys, table)
+    if "osc" in table:
+        for other in [name for name in table if name != "osc"]:
+            reading.at_key((*keys, other), f"OSC messages decide this sense, so `{other}` has no effect: remove it")
+        return _osc(reading, keys, table)
     if "topic" not in table:
-        reading.at_key(keys, "add `topic` and `message`, or `key`", given=(keys,))
+        reading.at_key(keys, "add `topic` and `message`, `key`, or `osc`", given=(keys,))
         return None
     if "message" not in table:
         reading.at_key(
@@ -70,6 +75,14 @@ def _key(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Key | No
     if key is None or re.fullmatch("[a-z0-9]", key):
         return Key(key) if key else None
     reading.at_value((*keys, "key"), "write `key` as one letter, a to z, or one digit")
+    return None
+
+
+def _osc(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> OscName | None:
+    name = reading.text((*keys, "osc"), table)
+    if name is None or _OSC_NAME.fullmatch(name):
+        return OscName(name) if name else None
+    reading.at_value((*keys, "osc"), "write `osc` as one word of letters, digits, `_`, and `-`")
     return None
 
 

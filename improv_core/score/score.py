@@ -14,6 +14,7 @@ from improv_core.score import world as worlds
 from improv_core.score.faults import FaultRules
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Duration, Exact, Movement, Velocity
+from improv_core.score.osc import Osc
 from improv_core.score.profiles import Profile
 from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
@@ -165,7 +166,8 @@ class Score:
 
     It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
     later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
-    the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch.
+    the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch,
+    and `osc` says who else does, which stages aren't told.
     `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
     With a `clock`, it is played as fast as that clock says.
     """
@@ -182,6 +184,7 @@ class Score:
     bar: int | None = None
     scene_names: tuple[str, ...] = ()
     clock: OutsideClock | None = None
+    osc: Osc | None = None
     scene_begins: tuple[Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:

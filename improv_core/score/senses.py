@@ -61,6 +61,13 @@ class Key:
 
 
 @dataclass(frozen=True, slots=True)
+class OscName:
+    """A sense that OSC messages with this word decide: it is false before the first one."""
+
+    osc: str
+
+
+@dataclass(frozen=True, slots=True)
 class BuiltIn:
     """A sense that is not declared: the simulator knows `bump` and `near`, and people give the cue."""
 
@@ -69,7 +76,7 @@ class BuiltIn:
 
 BUILT_IN: Mapping[str, BuiltIn] = {BUMP: BuiltIn("bump"), NEAR: BuiltIn("near"), CUE: BuiltIn("cue")}
 """Senses that every robot has: it touches something, something stands ahead of it, somebody gives the cue."""
-Source = Topic | Key | BuiltIn
+Source = Topic | Key | OscName | BuiltIn
 """Where a sense comes from."""
 Senses = Mapping[str, Source]
 """The senses that a robot's part reads, by name."""
@@ -94,6 +101,8 @@ def source_from_json(data: Mapping[str, Any]) -> Source:
         if not (topic.timeout >= 0 and -_TURN <= topic.start <= topic.end <= _TURN):
             raise ValueError("the timeout or the sector of a sense is out of range")
         return topic
+    if "osc" in data:
+        return checked(OscName, data)
     return checked(Key, data) if "key" in data else checked(BuiltIn, data)
 
 

@@ -56,7 +56,8 @@ class Home:
         self._broadcast = Broadcast(
             self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
         )
-        self._playback = Playback(Options(backend="sim"), self._listen, self._stops, self._start, self._edit)
+        options = Options(backend="sim", osc="nowhere")  # browsers have no UDP
+        self._playback = Playback(options, self._listen, self._stops, self._start, self._edit)
         self._editor = PageEditor(_robots(""))
         self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()

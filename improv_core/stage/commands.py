@@ -1,8 +1,8 @@
 """What people may ask for: a row for each command, with all that depends on which one it is. Standard library only.
 
-From these rows follow what a page and ROS 2 may send, which messages overtake others and make them void, which are kept
-for stages that start later, and what the simulator beside real robots is told. A new command is a message and a row
-here, and what the loop does about it (`loop.OBEYED`).
+From these rows follow what a page, ROS 2, and OSC may send, which messages overtake others and make them void, which
+are kept for stages that start later, and what the simulator beside real robots is told. A new command is a message and
+a row here, and what the loop does about it (`loop.OBEYED`).
 """
 
 from __future__ import annotations
@@ -97,8 +97,19 @@ class Force(_Timed):
     value: bool | None
 
 
-Conduct = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
+class OscSense(_Timed):
+    """An OSC message makes the senses of a robot that are declared with this name true or false."""
+
+    type: Literal["osc_sense"]
+    name: Name
+    robot: Name
+    value: bool
+
+
+PageConduct = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """What people in an editor or on a page may do to what plays."""
+Conduct = PageConduct | OscSense
+"""What may be done to what plays."""
 
 
 class Restart(TypedDict):
@@ -143,10 +154,10 @@ class Editing(_Editing, total=False):
 
 
 PageRequest = Conduct | Restart | PlaceRobots | Form | Editing
-"""What somebody may request on the page."""
+"""What somebody may request on the page, or from elsewhere."""
 
 
-Sender = Literal["page", "editor", "terminal", "ros"]
+Sender = Literal["page", "editor", "terminal", "ros", "osc"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +188,7 @@ class Command:
         return type_of(self.message)
 
 
-CONTROLS: tuple[Sender, ...] = ("page", "editor", "ros")
+CONTROLS: tuple[Sender, ...] = ("page", "editor", "ros", "osc")
 
 _ROWS = (
     Command(
@@ -193,14 +204,17 @@ _ROWS = (
     Command(Resume, CONTROLS),
     Command(Anyway, ("page", "editor")),
     Command(Restart, CONTROLS, to_stages=False),
-    Command(Seek, ("page", "editor")),
-    Command(Speed, ("page", "editor", "ros"), at_once=True, kept=True),
+    Command(Seek, ("page", "editor", "osc")),
+    Command(Speed, CONTROLS, at_once=True, kept=True),
     Command(Silence, ("page", "editor"), kept=True),
     Command(Held, ("page",)),
     Command(Released, ("page",), overtakes=True, voids=frozenset({"held"})),
-    Command(Cue, ("page", "editor", "terminal"), as_sensed=True),
+    Command(Cue, ("page", "editor", "terminal", "osc"), as_sensed=True),
     Command(KeySense, ("page", "editor"), as_sensed=True, about=lambda sense: sense["key"]),
     Command(Force, ("page",), as_sensed=True, about=lambda force: f"{force['robot']} {force['sense']}"),
+    Command(
+        OscSense, ("osc",), as_sensed=True, about=lambda sense: f"{sense['robot']} {sense['name']} {sense['value']}"
+    ),
     Command(PlaceRobots, ("page",), to_stages=False),
     Command(Form, ("page",), to_stages=False),
     Command(

@@ -400,6 +400,9 @@ OBEYED: Mapping[str, Callable[[Loop, Any, float, float], None]] = {
     "released": lambda loop, _, at, now: loop.hold(False, now),
     "cue": lambda loop, _, at, now: loop.player.cue(at),
     "key": lambda loop, message, at, now: loop.hold_key(message["key"], message["held"], now),
+    "osc_sense": lambda loop, message, at, now: loop.player.hear_osc(
+        message["name"], message["robot"], message["value"], at
+    ),
     "force": lambda loop, message, at, now: loop.player.force(
         RobotSense(message["robot"], message["sense"]), message["value"], at
     ),

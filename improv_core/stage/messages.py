@@ -49,7 +49,7 @@ END_LIMIT = 3.0
 
 
 def helper(name: str, *arguments: str) -> list[str]:
-    """The command that starts a helper process of a stage: `standby`, `reader`, or `publisher`."""
+    """The command that starts a helper process of a stage: `standby`, `reader`, `publisher`, or `osc`."""
     return [sys.executable, str(FOLDER), name, *arguments]
 
 

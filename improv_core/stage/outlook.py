@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
@@ -47,6 +48,14 @@ class Sight:
 
     pose: Pose | None
     words: Sequence[str]
+
+
+class WordBegins(NamedTuple):
+    """A robot begins to play a word at a beat; an empty one if it plays none."""
+
+    beat: float
+    robot: str
+    word: str
 
 
 class Outlook:
@@ -96,13 +105,19 @@ class Outlook:
         """Whether the position advances."""
         return self.transport is not None and self.transport["state"] == "playing"
 
-    def look(self, now: float) -> None:
-        """Look ahead from now; `sight` and `path` use the latest look."""
+    def look(self, now: float, ahead: float = AHEAD) -> None:
+        """Look so many seconds ahead from now; `sight`, `path`, and `words` use the latest look."""
         self._stretches = {}
         if self._replay and self.transport:
             begin = self.beat(now)
-            beats = AHEAD * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
+            beats = ahead * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
             self._stretches = window(self._replay, begin, begin + beats)
+
+    def words(self) -> Iterator[WordBegins]:
+        """The words that robots play, the innermost ones, and when they begin."""
+        for robot, stretch in self._stretches.items():
+            for start, _, *_, sources in stretch["moments"]:
+                yield WordBegins(start, robot, self._word(*sources[-1]) if sources else "")
 
     def sight(self, robot: str, now: float) -> Sight:
         """What can be seen of a robot."""

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
-from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
+from improv_core.score.senses import CUE, BuiltIn, Key, OscName, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage import events
 from improv_core.stage.gate import Gate
@@ -175,6 +175,14 @@ class Player(Machine):
             for sense, source in part.senses.items():
                 if isinstance(source, Key) and source.key == key and not self._tracks.sensing.follows:
                     self._tracks.sense(RobotSense(robot, sense), held, now, now)
+
+    def hear_osc(self, name: str, robot: str, value: bool, now: float) -> None:
+        """An OSC message says that the senses of a robot that are declared with this name are true or false."""
+        self._catch_up(now)
+        part = self.score.parts.get(robot)
+        for sense, source in part.senses.items() if part else ():
+            if source == OscName(name) and not self._tracks.sensing.follows:
+                self._tracks.sense(RobotSense(robot, sense), value, now, now)
 
     def force(self, what: RobotSense, value: bool | None, now: float) -> None:
         """Make a simulated robot sense something, whatever is around it. None ends that."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from improv_core.score.movement import Exact, near
-from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense, Senses
+from improv_core.score.senses import CUE, BuiltIn, Key, OscName, RobotSense, Senses
 from improv_core.stage.messages import Sensed
 
 
@@ -56,6 +56,8 @@ class Sensing:
             return self.cued
         if isinstance(source, Key) and not self.follows:
             return source.key in self._keys
+        if isinstance(source, OscName) and not self.follows:
+            return self._latest.get(what, False)
         return self._latest.get(what)
 
     def take(self, what: RobotSense, value: bool | None) -> None:

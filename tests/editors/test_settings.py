@@ -19,10 +19,10 @@ def test_an_untrusted_workspace_sets_nothing() -> None:
     assert restricted == list(manifest["contributes"]["configuration"]["properties"])
 
 
-def test_no_workspace_names_a_program_or_a_file_to_write() -> None:
+def test_no_workspace_names_a_program_or_a_file_to_write_or_opens_a_port_to_the_network() -> None:
     offered = json.loads(MANIFEST.read_text(encoding="utf-8"))["contributes"]["configuration"]["properties"]
     machines = {name.removeprefix("improv.") for name, about in offered.items() if about.get("scope") == "machine"}
-    assert machines == {"ros.python", "server.path", "study.log"}
+    assert machines == {"ros.python", "osc.network", "server.path", "study.log"}
 
 
 def test_settings_are_the_servers() -> None:

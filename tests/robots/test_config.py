@@ -28,7 +28,7 @@ from improv_core.text import LineIndex
 from tests.strange_files import StrangeFile
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("robots.md", "profiles.md", "ros.md"))
+PAGE = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("robots.md", "profiles.md", "ros.md", "music.md"))
 FLEET = (DOCS / "fleet.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE + FLEET, re.DOTALL)
 

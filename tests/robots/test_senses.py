@@ -8,7 +8,7 @@ import math
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.score.senses import BuiltIn, Key, Source, Topic, from_json, to_json
+from improv_core.score.senses import BuiltIn, Key, OscName, Source, Topic, from_json, to_json
 from tests.robots.test_config import check
 
 ROBOTS = (
@@ -38,6 +38,7 @@ ROBOTS = (
             Topic("/joy", "sensor_msgs/Joy", button=3, timeout=0.5),
         ),
         ('key = "d"', Key("d")),
+        ('osc = "kick-1"', OscName("kick-1")),
     ],
 )
 def test_declared_senses(declared: str, expected: Source) -> None:
@@ -98,9 +99,9 @@ def test_errors_are_marked_where_they_are() -> None:
                 ^^^ robots: `cue` is always given by people: choose another name
         key = "d"
         [senses.a]
-                ^ robots: add `topic` and `message`, or `key`
+                ^ robots: add `topic` and `message`, `key`, or `osc`
         [senses.b]
-                ^ robots: add `topic` and `message`, or `key`
+                ^ robots: add `topic` and `message`, `key`, or `osc`
         below = 1
         [senses.c]
         key = "d"

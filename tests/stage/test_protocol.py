@@ -10,6 +10,7 @@ from typing import Any, get_type_hints
 import pytest
 
 from improv_core.stage.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
+from improv_core.stage.osc_messages import FromOsc, ToOsc
 from improv_core.stage.publisher_messages import FromPublisher, ToPublisher
 from improv_core.stage.reader_messages import FromReader, ToReader
 from improv_core.stage.standby_messages import FromStandby, ToStandby
@@ -31,6 +32,8 @@ PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="
         ("From the publisher", FromPublisher),
         ("To the reader", ToReader),
         ("From the reader", FromReader),
+        ("To the process that speaks OSC", ToOsc),
+        ("From the process that speaks OSC", FromOsc),
         ("To the page", ToPage),
         ("From the page", FromPage),
     ],

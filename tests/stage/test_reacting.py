@@ -12,7 +12,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
-from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
+from improv_core.score.senses import BUILT_IN, Key, OscName, RobotSense, Source, Topic
 from improv_core.stage.messages import When
 from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks import Edge
@@ -166,6 +166,17 @@ def test_a_key_is_a_sense_while_it_is_held() -> None:
     stage.player.hold_key("x", True, stage.now)
     stage.run(1.2)
     stage.player.hold_key("d", False, stage.now)
+    stage.run(2)
+    assert stage.moves() == [(0, GOES), (1.5, STANDS), (3.5, GOES)]
+
+
+def test_an_osc_message_is_a_sense_until_another_one_comes() -> None:
+    stage = playing(senses={"drop": OscName("kick")}, anna=pause(repeat(FORWARD), Condition("drop", True)))
+    stage.run(1.5)
+    for name, robot in (("kick", "anna"), ("snare", "anna"), ("kick", "bert")):
+        stage.player.hear_osc(name, robot, True, stage.now)
+    stage.run(1.2)
+    stage.player.hear_osc("kick", "anna", False, stage.now)
     stage.run(2)
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (3.5, GOES)]
 

@@ -10,7 +10,8 @@ from typing import Any
 
 from improv_core.stage.commands import PageRequest, Pause, Stop
 from improv_core.stage.fields import FASTEST, SLOWEST
-from improv_core.stage.messages import FromStage, State
+from improv_core.stage.messages import FromStage
+from improv_core.stage.play_again import Heard, play
 
 Ask = Callable[[PageRequest], None]
 """Passes on a request; may be called from any thread."""
@@ -30,9 +31,7 @@ class Requests:
 
         self._node = node
         self._ask = ask
-        self._state: State | None = None
-        self._waits_for: Sequence[str] = ()
-        self._armed = False
+        self._heard = Heard()
         self._values = {_TEMPO: 60.0, _SPEED: 1.0}
         limits = FloatingPointRange(from_value=SLOWEST, to_value=FASTEST)
         about_speed = ParameterDescriptor(description="times the tempo", floating_point_range=[limits])
@@ -48,11 +47,9 @@ class Requests:
 
     def show(self, message: FromStage) -> None:
         """Take note of a message of the stage."""
-        if message["type"] == "armed":
-            self._armed = message["armed"]
+        self._heard = self._heard.after(message)
         if message["type"] != "transport":
             return
-        self._state, self._waits_for = message["state"], message.get("waits_for", ())
         if self._asked_at_start == message["speed"]:  # the parent heard nothing before the stage was ready
             self._ask({"type": "speed", "factor": message["speed"]})
         self._asked_at_start = None
@@ -82,26 +79,16 @@ class Requests:
         return True, "all robots are being stopped"
 
     def _pause(self) -> tuple[bool, str]:
-        if self._state not in ("playing", "waiting"):
+        if self._heard.state not in ("playing", "waiting"):
             return False, "nothing plays"
         self._ask(Pause(type="pause"))
         return True, "pausing"
 
     def _play(self) -> tuple[bool, str]:
-        if self._state is None:
-            return False, "nothing has been played yet: save or play a program first"
-        if self._waits_for:
-            return False, f"robots wait for {' and '.join(self._waits_for)}"
-        if self._armed:
-            self._ask({"type": "resume"})
-            return True, "beginning"
-        if self._state in ("playing", "waiting"):
-            return True, "it plays already"
-        if self._state == "paused":
-            self._ask({"type": "resume"})
-            return True, "continuing"
-        self._ask({"type": "restart"})
-        return True, "playing again from beat 0"
+        reply = play(self._heard)
+        if reply.request:
+            self._ask(reply.request)
+        return reply.succeeds, reply.line
 
 
 def _answering(answer: Callable[[], tuple[bool, str]]) -> Callable[[Any, Any], Any]:

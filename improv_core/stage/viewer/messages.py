@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
-from improv_core.stage.commands import Conduct, Form, PlaceRobots, Restart
+from improv_core.stage.commands import Form, PageConduct, PlaceRobots, Restart
 from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
 from improv_core.stage.fields import Beat, Count
 from improv_core.stage.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
@@ -259,4 +259,4 @@ ToPage = (
     | ProgramSource
     | EditorAnswer
 )
-FromPage = Press | Conduct | Restart | PlaceRobots | Form | AskWindow | AskEditor
+FromPage = Press | PageConduct | Restart | PlaceRobots | Form | AskWindow | AskEditor

@@ -19,7 +19,7 @@ from improv_core.score.profiles import BUILT_IN
 from tests.robots.test_config import PAGE
 
 PROFILES = [f'"{name}"' for name in BUILT_IN]
-SECTIONS = ["[robots]", "[profiles]", "[formation]", "[ros]", "[on]", "[world]", "[preflight]", "[senses]"]
+SECTIONS = ["[robots]", "[profiles]", "[formation]", "[ros]", "[on]", "[world]", "[preflight]", "[senses]", "[osc]"]
 
 
 def completed(marked: str, cast: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
@@ -35,8 +35,8 @@ def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
 
 
 def test_sections_that_are_not_there() -> None:
-    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "on", "preflight", "senses")
-    check("[ro|]", "robots", "profiles", "formation", "ros", "on", "world", "preflight", "senses")
+    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "on", "preflight", "senses", "osc")
+    check("[ro|]", "robots", "profiles", "formation", "ros", "on", "world", "preflight", "senses", "osc")
     check(
         "[robots.anna]\nprofile = 'husky'\nstart = {}\nnamespace = 'a'\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
         "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nfollow = false\n|",

@@ -1,0 +1,55 @@
+"""Reads the section `[osc]` of an `improv.toml`: with which programs it exchanges OSC messages."""
+
+from __future__ import annotations
+
+import re
+from ipaddress import AddressValueError, IPv4Address
+from typing import Any
+
+from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_reading import TomlReading
+from improv_core.score.osc import HERE, Osc, Peer
+
+_PEER = re.compile(r"([A-Za-z0-9][A-Za-z0-9.-]{0,252}):([0-9]{1,5})")
+LAST_PORT = 65535
+
+
+def read_osc(reading: TomlReading, value: Any) -> Osc | None:
+    """What the section asks for, if it asks for anything that is valid. Errors are reported."""
+    table = reading.table(("osc",), value)
+    port = reading.integer(("osc", "listen"), table["listen"]) if "listen" in table else None
+    host = _host(reading, ("osc", "host"), table)
+    if "host" in table and "listen" not in table:
+        reading.at_key(("osc", "host"), "`host` is where messages are heard: add `listen`, a port", given=(("osc",),))
+    listen = Peer(host or HERE, port) if port is not None else None
+    send = tuple(_peers(reading, ("osc", "send"), table["send"], listen)) if "send" in table else ()
+    return Osc(send, listen) if listen or send else None
+
+
+def _host(reading: TomlReading, keys: Keys, table: dict[str, Any]) -> str | None:
+    host = reading.text(keys, table)
+    if host is None or host == "localhost":
+        return host
+    try:
+        return str(IPv4Address(host))
+    except AddressValueError:
+        reading.at_value(keys, 'write `host` as an IPv4 address of this machine, such as `"127.0.0.1"`')
+        return None
+
+
+def _peers(reading: TomlReading, keys: Keys, value: Any, listen: Peer | None) -> list[Peer]:
+    if not isinstance(value, list) or not value:
+        reading.at_value(keys, 'write `send` as a list of addresses: `["127.0.0.1:4560"]`')
+        return []
+    found: list[Peer] = []
+    for place, item in enumerate(value):
+        written = _PEER.fullmatch(item) if isinstance(item, str) else None
+        if not written or not 1 <= int(written[2]) <= LAST_PORT:
+            reading.at_value((*keys, place), 'write a host and a port: `"127.0.0.1:4560"`')
+            continue
+        peer = Peer(written[1], int(written[2]))
+        if listen and peer.is_here and peer.port == listen.port:
+            reading.at_value((*keys, place), "Improv itself listens on this port: send to another one")
+        else:
+            found.append(peer)
+    return found

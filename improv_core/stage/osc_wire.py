@@ -1,0 +1,50 @@
+"""OSC messages as bytes (python-osc imported lazily)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+MOST_BYTES = 4096
+"""The longest datagram that is read. Those of music programs fit into a network's 1,500."""
+Argument = str | int | float | bool | None
+
+
+class OscMessage(NamedTuple):
+    """An address, its arguments, and the Unix time at which it is due. What is no plain argument is None."""
+
+    address: str
+    arguments: Sequence[Argument]
+    due: float
+
+
+class BrokenError(Exception):
+    """A datagram is not OSC."""
+
+
+def read(datagram: bytes) -> list[OscMessage]:
+    """The messages in a datagram, in the order in which they are due. Those without a time, or with one that has
+    passed, are due now. Raises BrokenError."""
+    from pythonosc.osc_packet import OscPacket
+
+    try:
+        packet = OscPacket(datagram)
+    except Exception as error:  # it raises others than its own, for bytes that are no text and for deep bundles
+        raise BrokenError from error
+    return [OscMessage(each.message.address, _plain(each.message.params), each.time) for each in packet.messages]
+
+
+def written(messages: Sequence[tuple[str, Sequence[Argument]]], due: float) -> bytes:
+    """A bundle of messages that are due at a Unix time."""
+    from pythonosc.osc_bundle_builder import OscBundleBuilder
+    from pythonosc.osc_message_builder import build_msg
+
+    seconds: Any = due  # as its documentation says, and its types don't
+    bundle = OscBundleBuilder(seconds)
+    for address, arguments in messages:
+        bundle.add_content(build_msg(address, [*arguments]))
+    return bundle.build().dgram
+
+
+def _plain(arguments: Sequence[object]) -> list[Argument]:
+    return [each if isinstance(each, str | int | float) else None for each in arguments]

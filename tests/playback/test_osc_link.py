@@ -1,0 +1,203 @@
+"""What OSC messages ask for reaches stages as requests of pages do. The process is a fake that the tests speak for."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from improv_core.playback.osc_link import KEPT, Hear, OscLink, Reach
+from improv_core.playback.show import PlayScore
+from improv_core.score.osc import Osc, Peer
+from improv_core.score.score import Score
+from improv_core.stage.commands import PageRequest
+from improv_core.stage.osc_messages import ToOsc
+from tests.playback.fakes import Fake, Fakes, performed
+from tests.playback.story import DANCE
+
+HERE, AWAY = Osc((Peer("127.0.0.1", 4560),), Peer("127.0.0.1", 7000)), Osc(listen=Peer("0.0.0.0", 7000))
+
+
+class FakeProcess:
+    """A process that remembers what it is told."""
+
+    def __init__(self, hear: Hear) -> None:
+        self.hear = hear
+        self.told: list[ToOsc] = []
+        self.is_alive = True
+
+    def put(self, message: ToOsc) -> None:
+        self.told.append(message)
+
+    def close(self) -> None:
+        self.is_alive = False
+
+    @property
+    def kinds(self) -> list[str]:
+        return [message["type"] for message in self.told]
+
+
+class Linked:
+    """A playback whose score asks for OSC, and the processes that were started for it."""
+
+    def __init__(self, fakes: Fakes, reach: Reach = "here") -> None:
+        self.fakes = fakes
+        self.processes: list[FakeProcess] = []
+        playback = fakes.playback
+        playback._osc = OscLink(reach, fakes.stops, playback._ask_for, playback._say, self._start)
+
+    def _start(self, hear: Hear) -> FakeProcess:
+        self.processes.append(FakeProcess(hear))
+        hear({"type": "alive"})
+        return self.processes[-1]
+
+    async def play(self, osc: Osc | None = HERE) -> Fake:
+        """Have a score played that asks for this; the stage that plays it."""
+        score: Score = replace(DANCE, osc=osc)
+        assert await self.fakes.playback.play(PlayScore(score, "dance.improv", self.fakes.stops.count))
+        leader = self.fakes.latest("ros")
+        leader.tell("playing")
+        return leader
+
+    async def ask(self, command: PageRequest) -> None:
+        """An OSC message asks for something: on a thread, then on the event loop."""
+        hear = self.processes[-1].hear
+        thread = threading.Thread(target=hear, args=({"type": "request", "command": command},))
+        thread.start()
+        await asyncio.to_thread(thread.join)
+        await asyncio.sleep(0)
+
+
+@performed
+async def test_the_process_runs_while_a_score_asks_for_it_and_hears_what_the_leader_says(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    leader = await linked.play(None)
+    assert linked.processes == []
+    await linked.play()
+    (process,) = linked.processes
+    assert process.kinds == ["exchange", "plays", "transport"]
+    assert process.told[0] == {
+        "type": "exchange",
+        "send": [{"host": "127.0.0.1", "port": 4560}],
+        "listen": {"host": "127.0.0.1", "port": 7000},
+    }
+    fakes.latest("simulator").tell("playing", beat=1.0)
+    leader.say({"type": "armed", "generation": 2, "armed": False, "begins": None})
+    await linked.play()
+    assert process.kinds[3:] == ["armed", "plays", "transport"]
+    await linked.play(None)
+    assert not process.is_alive
+
+
+@performed
+async def test_other_machines_are_reached_only_with_permission(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    await linked.play(AWAY)
+    await linked.play(AWAY)
+    assert linked.processes == []
+    assert fakes.lines == [
+        "OSC is off: 0.0.0.0:7000 in improv.toml reaches other machines. Allow that with --osc-network, or the setting"
+        " osc.network"
+    ]
+    allowed = Linked(fakes, "network")
+    await allowed.play(AWAY)
+    assert len(allowed.processes) == 1
+    nowhere = Linked(fakes, "nowhere")
+    await nowhere.play(HERE)
+    assert nowhere.processes == []
+
+
+@performed
+async def test_a_stop_is_obeyed_on_the_thread_that_hears_it(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    leader = await linked.play()
+    linked.processes[0].hear({"type": "request", "command": {"type": "stop"}})  # the event loop is busy here
+    assert leader.kinds == ["load", "stop"]
+    assert (fakes.stops.count, fakes.stops.stopped) == (1, 1)
+    linked.processes[0].hear({"type": "request", "command": {"type": "pause"}})
+    assert leader.kinds == ["load", "stop", "pause"]
+
+
+@pytest.mark.parametrize(
+    ("command", "sent"),
+    [
+        ({"type": "seek", "beat": 8.0}, "seek"),
+        ({"type": "speed", "factor": 2.0}, "speed"),
+        ({"type": "cue"}, "cue"),
+        ({"type": "osc_sense", "name": "kick", "robot": "r", "value": True}, "osc_sense"),
+        ({"type": "resume"}, "resume"),
+    ],
+)
+@performed
+async def test_what_is_asked_for_reaches_the_stages_unless_a_stop_came_since(
+    fakes: Fakes, command: Any, sent: str
+) -> None:
+    linked = Linked(fakes)
+    leader = await linked.play()
+    await linked.ask(command)
+    assert leader.kinds == ["load", sent]
+
+
+@performed
+async def test_a_play_that_came_before_a_stop_does_not_play_after_it(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    leader = await linked.play()
+    leader.tell("ended")
+    linked.processes[0].hear({"type": "request", "command": {"type": "restart"}})
+    fakes.stops.stop()
+    await asyncio.sleep(0)
+    assert leader.kinds == ["load", "stop"]
+
+
+@pytest.mark.parametrize(
+    ("story", "plays"),
+    [
+        ("osc stops", True),
+        ("ends", True),
+        ("osc stops, osc stops", True),
+        ("a person stops", False),
+        ("osc stops, a person stops", False),
+        ("a person stops, osc stops", False),
+        ("a fault stops", False),
+        ("ends, a person stops", False),
+        ("a person stops, a person plays, osc stops", True),
+    ],
+)
+@performed
+async def test_osc_plays_again_what_ended_or_what_it_stopped_but_not_what_a_person_stopped(
+    fakes: Fakes, story: str, plays: bool
+) -> None:
+    linked = Linked(fakes)
+    leader = await linked.play()
+    for each in story.split(", "):
+        if each == "a person plays":
+            await linked.play()
+            continue
+        if each == "osc stops":
+            await linked.ask({"type": "stop"})
+        elif each == "a person stops":
+            fakes.stops.stop()
+        leader.tell("ended" if each == "ends" else "stopped")
+    before = leader.kinds.count("load")
+    await linked.ask({"type": "restart"})
+    assert leader.kinds.count("load") - before == plays
+    assert fakes.lines == ([] if plays else [KEPT])
+
+
+@performed
+async def test_a_process_that_has_ended_is_started_again_by_the_next_play(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    await linked.play()
+    linked.processes[0].hear({"type": "warning", "message": "OSC can't be heard"})
+    linked.processes[0].is_alive = False
+    linked.processes[0].hear(None)
+    await asyncio.sleep(0)
+    assert fakes.lines == [
+        "OSC can't be heard",
+        "the process that speaks OSC has ended: the next play starts another one",
+    ]
+    await linked.play()
+    assert [process.kinds for process in linked.processes][1] == ["exchange", "plays", "transport"]

@@ -1,0 +1,75 @@
+"""With whom OSC messages are exchanged: `[osc]` in an `improv.toml`."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.score.osc import Osc, Peer
+from tests.robots.test_config import check
+
+SONIC_PI = Peer("127.0.0.1", 4560)
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("", None),
+        ("[osc]", None),
+        ("[osc]\nlisten = 7000", Osc(listen=Peer("127.0.0.1", 7000))),
+        ('[osc]\nlisten = 7000\nhost = "192.168.1.2"', Osc(listen=Peer("192.168.1.2", 7000))),
+        ('[osc]\nsend = ["127.0.0.1:4560"]', Osc((SONIC_PI,))),
+        (
+            '[osc]\nsend = ["127.0.0.1:4560", "td.local:1"]\nlisten = 7000',
+            Osc((SONIC_PI, Peer("td.local", 1)), Peer("127.0.0.1", 7000)),
+        ),
+    ],
+)
+def test_osc_is_off_unless_it_is_asked_for(written: str, expected: Osc | None) -> None:
+    assert check(written).osc == expected
+
+
+@pytest.mark.parametrize(
+    ("osc", "away"),
+    [
+        (Osc((SONIC_PI, Peer("localhost", 1)), Peer("127.0.1.1", 7000)), None),
+        (Osc((SONIC_PI, Peer("10.0.0.7", 1))), Peer("10.0.0.7", 1)),
+        (Osc(listen=Peer("0.0.0.0", 7000)), Peer("0.0.0.0", 7000)),
+    ],
+)
+def test_what_leaves_this_machine_is_known(osc: Osc, away: Peer | None) -> None:
+    assert osc.away == away
+
+
+def test_wrong_values() -> None:
+    check("""
+        [osc]
+        listen = 70000
+                 ^^^^^ robots: write `listen` as a whole number from 1 to 65535
+        port = 1
+        ^^^^ robots: `port` is not valid here: write one of `listen`, `host`, `send`
+    """)
+    check("""
+        [osc]
+        listen = 7000
+        host = "here"
+               ^^^^^^ robots: write `host` as an IPv4 address of this machine, such as `"127.0.0.1"`
+        send = ["127.0.0.1:7000", "127.0.0.1", 4560, "a:0"]
+                ^^^^^^^^^^^^^^^^ robots: Improv itself listens on this port: send to another one
+                                  ^^^^^^^^^^^ robots: write a host and a port: `"127.0.0.1:4560"`
+                                               ^^^^ robots: write a host and a port: `"127.0.0.1:4560"`
+                                                     ^^^^^ robots: write a host and a port: `"127.0.0.1:4560"`
+    """)
+    check("""
+        [osc]
+        host = "127.0.0.1"
+        ^^^^ robots: `host` is where messages are heard: add `listen`, a port
+        send = "127.0.0.1:4560"
+               ^^^^^^^^^^^^^^^^ robots: write `send` as a list of addresses: `["127.0.0.1:4560"]`
+        [senses.kick]
+        osc = "a kick"
+              ^^^^^^^^ robots: write `osc` as one word of letters, digits, `_`, and `-`
+        [senses.snare]
+        osc = "snare"
+        timeout = 1
+        ^^^^^^^ robots: OSC messages decide this sense, so `timeout` has no effect: remove it
+    """)

@@ -1,0 +1,186 @@
+"""What the process that speaks OSC does about datagrams, on a clock that the tests turn; and the process itself."""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import struct
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from improv_core.child import Child, Policy
+from improv_core.score.algebra import repeat
+from improv_core.score.reactions import pause
+from improv_core.score.score_json import RowsWritten, to_json
+from improv_core.score.senses import OscName
+from improv_core.stage.json_pieces import dumps, loads
+from improv_core.stage.messages import helper
+from improv_core.stage.osc import OscDesk
+from improv_core.stage.osc_messages import FromOsc, ToOsc
+from improv_core.stage.osc_wire import Argument, OscMessage, read, written
+from improv_core.stage.viewer.throttle import MOST, PERIOD
+from tests.playback.story import at
+from tests.stage.test_player import score
+from tests.stage.test_reacting import CUE, FORWARD, open_score
+
+WALL = 1_800_000_000.0
+LIMIT = 30.0
+SCORE = open_score(senses={"drop": OscName("kick")}, anna=pause(repeat(FORWARD), CUE))
+
+
+def datagram(address: str, *arguments: Argument, due: float = 0.0) -> bytes:
+    return written([(f"/improv/{address}", arguments)], WALL + due)
+
+
+class Turned:
+    """A desk whose clock a test turns, and what it says."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+        self.said: list[FromOsc] = []
+        self.desk = OscDesk(self.said.append, lambda: self.now, lambda: WALL + self.now - 1000)
+        self.desk.take({"type": "plays", "generation": 1, "score": loads(dumps(to_json(SCORE, RowsWritten())))})
+        self.desk.take(at("playing", 1))
+
+    def hear(self, *datagrams: bytes, host: str = "127.0.0.1") -> None:
+        for each in datagrams:
+            self.desk.read(each, host)
+
+    def turn(self, seconds: float) -> None:
+        """Let time pass."""
+        end = self.now + seconds
+        while self.desk.due <= end:
+            self.now = max(self.desk.due, self.now)
+            self.desk.advance(self.now)
+        self.now = end
+
+    @property
+    def asked(self) -> list[Any]:
+        return [each["command"]["type"] for each in self.said if each["type"] == "request"]
+
+    @property
+    def lines(self) -> list[str]:
+        return [each["message"] for each in self.said if each["type"] == "warning"]
+
+
+def check(datagrams: Sequence[bytes], asked: Sequence[str], lines: Sequence[str] = (), host: str = "127.0.0.1") -> None:
+    """What is asked for within a second after datagrams have come at once, and the lines about them."""
+    turned = Turned()
+    turned.hear(*datagrams, host=host)
+    turned.turn(1.0)
+    assert (turned.asked, turned.lines) == (asked, lines)
+
+
+def test_what_cant_be_read_or_comes_from_elsewhere_moves_nothing_and_is_said_once() -> None:
+    broken = b"#bundle\0\0\0\0\0\0\0\0\1\x7f\xff\xff\xff/a"
+    check([broken] * 10, [], ["something that is not an OSC message was ignored"])
+    check([datagram("seek", "x" * 5000)] * 3, [], ["an OSC message longer than 4,096 bytes was ignored"])
+    stranger = "an OSC message from 10.0.0.7 was ignored: only this machine and those in `send` under [osc] count"
+    check([datagram("stop"), datagram("cue")], [], [stranger], host="10.0.0.7")
+    check([datagram("dance")] * 10, [], ["an OSC message was ignored: there is no /improv/dance"])
+
+
+def test_of_a_flood_only_stops_count() -> None:
+    flood = [datagram("seek", float(beat)) for beat in range(10_000)]
+    line = f"more than {MOST} OSC messages came within a second: only stops count"
+    check([*flood, datagram("stop"), *flood, datagram("pause")], ["seek", "stop", "pause"], [line])
+    bundle = written([("/improv/seek", [beat]) for beat in range(100)] + [("/improv/stop", [])], WALL)
+    check([bundle] * 20, ["seek", "stop", "stop"], [line])
+
+
+def test_requests_are_passed_on_fifty_times_a_second_and_short_presses_are_not_lost() -> None:
+    turned = Turned()
+    turned.hear(datagram("cue"))
+    for value in (1, 0, 1, 0):
+        turned.hear(datagram("sense", "kick", "anna", value))
+    turned.turn(PERIOD)
+    values = [each["command"]["value"] for each in turned.said[1:] if "value" in each["command"]]  # type: ignore[typeddict-item]
+    assert (turned.asked, values) == (["cue", "osc_sense", "osc_sense"], [True, False])
+
+
+def test_what_robots_sense_waits_until_it_is_due_and_the_rest_does_not() -> None:
+    turned = Turned()
+    turned.hear(datagram("cue", due=0.5), datagram("seek", 8.0, due=0.5))
+    turned.turn(0.45)
+    assert turned.asked == ["seek"]
+    turned.turn(0.1)
+    assert turned.asked == ["seek", "cue"]
+    turned.hear(datagram("cue", due=60))
+    assert turned.asked == ["seek", "cue", "cue"]
+    assert turned.lines == ["an OSC message was due more than 2 s later, and was obeyed at once: compare clocks"]
+
+
+@contextmanager
+def running(*messages: ToOsc) -> Iterator[Child]:
+    """The process, which was told this."""
+    child = Child(helper("osc"), Policy(2.0))
+    try:
+        for message in messages:
+            child.write(dumps(message) + b"\n")
+        yield child
+    finally:
+        assert child.end() == 0
+
+
+def said_by(child: Child, count: int) -> list[FromOsc]:
+    """The next messages of the process."""
+    said: list[FromOsc] = []
+    end = time.monotonic() + LIMIT
+    while len(said) < count and time.monotonic() < end:
+        said += map(loads, child.read(end - time.monotonic()))
+    return said
+
+
+def exchange(port: int) -> ToOsc:
+    return {"type": "exchange", "send": [], "listen": {"host": "127.0.0.1", "port": port}}
+
+
+@pytest.fixture
+def port() -> int:
+    """A UDP port that nobody uses."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+def test_a_real_datagram_is_a_request(port: int) -> None:
+    with running(exchange(port)) as child, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        end, said = time.monotonic() + LIMIT, list[Any]()
+        while not said and time.monotonic() < end:  # until it listens
+            other.sendto(datagram("seek", 8.0), ("127.0.0.1", port))
+            said = [each for line in child.read(0.1) if (each := loads(line)) != {"type": "alive"}]
+    assert said[0] == {"type": "request", "command": {"type": "seek", "beat": 8.0}}
+
+
+def test_beats_are_heard_as_they_are_due(port: int) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", port))
+        other.settimeout(LIMIT)
+        play: ToOsc = {"type": "plays", "generation": 1, "score": to_json(score("r $ repeat forward"), RowsWritten())}
+        now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=600.0)
+        to: ToOsc = {"type": "exchange", "send": [{"host": "localhost", "port": port}], "listen": None}
+        heard: list[tuple[OscMessage, int]] = []
+        with running(to, play, now):
+            while len(heard) < 6:  # state, word, and four beats
+                bundle = other.recv(4096)
+                (tag,) = struct.unpack(">Q", bundle[8:16])  # in seconds since 1900, times 2³²
+                heard += [(each, tag) for each in read(bundle)]
+    said = [(each.address, *each.arguments) for each, _ in heard]
+    assert said[0] == ("/improv/state", "playing")
+    assert ("/improv/word", "r", "forward") in said
+    beats = [tag / 2**32 for each, tag in heard if each.address == "/improv/beat"]
+    assert [round(later - beat, 3) for beat, later in itertools.pairwise(beats)] == [0.1] * 3
+
+
+def test_a_port_that_is_taken_is_said(port: int) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", port))
+        with running(exchange(port)) as child:
+            alive, said = said_by(child, 2)
+    assert alive == {"type": "alive"}
+    why = "Address already in use; change `listen` under [osc] in improv.toml, then save"
+    assert said == {"type": "warning", "message": f"OSC can't be heard on 127.0.0.1:{port}: {why}"}

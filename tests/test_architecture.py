@@ -52,6 +52,7 @@ ROWS: Mapping[str, Sequence[str]] = {
         "classroom",
         "site",
         "services",
+        "remote",
         "playback",
         "stage",
         "ide",

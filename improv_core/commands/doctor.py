@@ -14,11 +14,13 @@ import click
 from improv_core import __version__
 from improv_core.commands.doctor_controllers import JointedRobot, jointed
 from improv_core.commands.doctor_editors import editors, server
+from improv_core.commands.doctor_hosts import examine_hosts, hosts_of
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
+from improv_core.playback.hosts import HostError
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
@@ -32,13 +34,21 @@ from improv_core.services.browser import has_browser
 
 @click.command("doctor")
 @click.argument("file", required=False, type=click.Path(path_type=Path))
-def command(file: Path | None) -> None:
+@click.option("--hosts", is_flag=True, help="Look at the machines of the robots instead, or at all you have allowed.")
+def command(file: Path | None, hosts: bool) -> None:
     """Check what works here, and which robots listen. Exit code 1 if anything is broken."""
     marks = set()
-    for finding in examine(file):
+    for finding in _hosts(file) if hosts else examine(file):
         echo(str(finding))
         marks.add(finding.mark)
     sys.exit(PROBLEMS if Mark.BROKEN in marks else 0)
+
+
+def _hosts(path: Path | None) -> Iterator[Finding]:
+    try:
+        yield from examine_hosts(hosts_of(robots_near(path.parent) if path else None))
+    except HostError as error:
+        yield Finding(Mark.BROKEN, str(error))
 
 
 def examine(path: Path | None) -> Iterator[Finding]:

@@ -37,6 +37,7 @@ COMMANDS = {
     "site": "site",
     "class": "class_room",
     "doctor": "doctor",
+    "hosts": "hosts",
     "ros": "ros_setup",
 }
 """The commands in the order of `improv --help`, and the module of each, which holds it as `command`."""

@@ -20,6 +20,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +135,11 @@ class FarEnd:
             os.close(self._stops_there)
             self.over.set()
 
+    def look(self, describe: Callable[[], Mapping[str, Any]]) -> None:
+        """Say what holds here. The end of the input ends us."""
+        self._outbox.put(b"i%b\n" % json.dumps(describe()).encode())
+        os.close(self._stops_there)
+
     def fail(self, why: str) -> None:
         """Say why the link ends: a word that the near end knows, and what is special."""
         self._outbox.put_first(b"e%b\n" % why.replace("\n", " ").encode())
@@ -162,7 +168,7 @@ class FarEnd:
         """End the stage, which stops its robots. One that takes too long is killed."""
         self._input.put(None)
         os.close(self._stops_here)
-        if not self.over.wait(END_LIMIT) and self._child:
+        if self._child and not self.over.wait(END_LIMIT):
             self._child.kill()
             self.over.wait(END_LIMIT)
 
@@ -257,8 +263,8 @@ def main() -> int:
         os.environ["RMW_IMPLEMENTATION"] = options.rmw
     signal.signal(signal.SIGTERM, _end)
     far = FarEnd(outbox)
-    starts = (lambda pipe: _look(outbox)) if options.look else (lambda pipe: _start(options.by, stage, pipe))
-    player = threading.Thread(target=far.play, args=(starts,), daemon=True)
+    work = partial(far.look, described_here) if options.look else partial(far.play, partial(_start, options.by, stage))
+    player = threading.Thread(target=work, daemon=True)
     player.start()
     try:
         listen(far)
@@ -309,11 +315,6 @@ def _start(by: str, stage: Sequence[str], pipe: int) -> Child:
     found = ros_here()
     command = [found.python, str(FOLDER), "--sink", "ros", *stage]
     return Child(command, POLICY, {**found.env, STOP_PIPE: str(pipe)}, pass_fds=[pipe])
-
-
-def _look(outbox: FarOutbox) -> Child:
-    outbox.put(b"i%b\n" % json.dumps(described_here()).encode())
-    raise StartError("looked")
 
 
 def _end(*_: object) -> None:

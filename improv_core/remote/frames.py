@@ -8,6 +8,7 @@
 | `c` | a number: what time is it there? | the number, and the times (`TimeThere`) |
 | `a` | | so many more bytes have reached the stage |
 | `h` | | the far end has begun |
+| `i` | | what holds there, for who only looks |
 | `e` | | a line for people: why the link ends |
 
 So a stop never waits behind a long message: at most `WINDOW` bytes of those are on their way.
@@ -26,7 +27,7 @@ LONGEST_DOWN = 1_000_000
 """The most bytes of a line that the far end reads. Ours are shorter than `CHUNK`."""
 LONGEST_UP = 16_000_000
 """The most bytes of a line that the near end reads: what a stage says about a thousand robots fits many times."""
-DOWN, UP = b"slmMc", b"mcahe"
+DOWN, UP = b"slmMc", b"mcahie"
 """The letters that are known at the far end, and at the near end."""
 
 

@@ -271,14 +271,14 @@ def main() -> int:
 
 
 def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Our own options, and those of the stage."""
-    own = list(arguments)
+    """Our own options, with the host (`user@name:port`), and those of the stage."""
+    host, *own = arguments or [""]  # not by argparse, for which one that begins with `-` would be an option
     theirs = own.index("--ros-args") if "--ros-args" in own else len(own)
     parser = argparse.ArgumentParser(prog="improv near", allow_abbrev=False)
-    parser.add_argument("host", help="where the stage plays: `user@name:port`")
     parser.add_argument("--from", dest="by", default=who(os.getppid()), help="who plays")
     parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID there")
     parser.add_argument("--rmw", help="RMW_IMPLEMENTATION there")
     parser.add_argument("--ssh-config", help="instead of the person's own configuration of ssh; for tests")
+    parser.set_defaults(host=host)
     ours, stage = parser.parse_known_args(own[:theirs])
     return ours, [*stage, *own[theirs:]]

@@ -71,8 +71,14 @@ class Host:
 
     def install_python(self, there: Mapping[str, str]) -> None:
         """Have this environment there, and this Python."""
-        lines = [f"export {name}={shlex.quote(value)}" for name, value in there.items()]
+        lines = ["export PATH=/usr/bin:/bin"]
+        lines += [f"export {name}={shlex.quote(value)}" for name, value in there.items()]
         self.install("python3", *lines, f'exec {shlex.quote(sys.executable)} "$@"')
+
+    def run_first(self, code: str) -> None:
+        """Have Python there run this before what is sent to it."""
+        whole = f"import sys\n{code}\nexec(open(0, 'rb', 0, closefd=False).readline())"
+        self.install("python3", f"exec {shlex.quote(sys.executable)} -I -c {shlex.quote(whole)}")
 
     def install(self, name: str, *lines: str) -> None:
         """A script there that is found before all other programs of this name."""
@@ -116,7 +122,7 @@ class Host:
             "HOME": self.home,
             "XDG_CACHE_HOME": self.cache,
             "XDG_DATA_HOME": self.home / "data",
-            "PATH": f"{self.bin}:/usr/bin:/bin",
+            "PATH": self.bin,
         }
         lines = {
             "Port": self.port,

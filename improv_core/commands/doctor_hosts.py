@@ -1,0 +1,66 @@
+"""What `improv doctor --hosts` says of other machines: what is there, and how well their clocks are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from improv_core.commands.finding import Finding, Mark
+from improv_core.playback.hosts import HostError, approved
+from improv_core.remote.connecting import ConnectError
+from improv_core.remote.looking import SeenHost, look
+from improv_core.remote.words import of_far
+from improv_core.robots.config import Robots
+from improv_core.score.score import Host
+
+GOOD_ERROR = 0.005
+"""Seconds. A clock that is known worse than that lets robots be out of step with each other."""
+
+
+def hosts_of(robots: Robots | None) -> list[Host]:
+    """The hosts of these robots, or without robots, all that a person has allowed. Raises HostError."""
+    if robots is None:
+        return [Host(name) for name in approved()]
+    return [*dict.fromkeys(robot.host for robot in robots.robots.values() if robot.host)]
+
+
+def examine_hosts(hosts: Sequence[Host], config: str | None = None) -> Iterator[Finding]:
+    """Reach each, all at the same time. `config` is of ssh, for tests."""
+    if not hosts:
+        yield Finding(Mark.ABSENT, "no robot is on another machine", "`host` in improv.toml says so")
+        return
+    with ThreadPoolExecutor(len(hosts)) as pool:
+        for host, seen in zip(hosts, pool.map(lambda host: _seen(host, config), hosts), strict=True):
+            yield from findings(host, seen)
+
+
+def findings(host: Host, seen: SeenHost | str) -> Iterator[Finding]:
+    """What has been seen of a host, or why it can't be reached."""
+    if isinstance(seen, str):
+        yield Finding(Mark.BROKEN, host.name, seen)
+        return
+    holds, clock = seen.holds, seen.clock
+    yield Finding(Mark.GOOD, f"{host.name}: Python {holds['python']} on {holds.get('machine', 'a machine')}")
+    if problem := holds.get("problem"):
+        yield Finding(Mark.BROKEN, f"{host.name}: no ROS 2", of_far(host.name, str(problem)))
+    else:
+        what = f"{holds.get('ros')} ({holds.get('ros_python')}): {holds.get('reach')}, {holds.get('rmw')} as RMW"
+        yield Finding(Mark.GOOD, f"{host.name}: {what}")
+    known = f"its clock is {_apart(clock.offset)} ours, known to {1000 * clock.error:.1f} ms"
+    takes = f"there and back in {1000 * clock.round_trip:.1f} ms at least, there in {1000 * seen.lag:.0f} ms at most"
+    if clock.error > GOOD_ERROR:
+        advice = "robots will be out of step by as much: bring it nearer to the access point, or use a cable"
+        yield Finding(Mark.ABSENT, f"{host.name}: {known}; {takes}", advice)
+    else:
+        yield Finding(Mark.GOOD, f"{host.name}: {known}; {takes}")
+
+
+def _apart(offset: float) -> str:
+    return f"{abs(offset):.3f} s {'ahead of' if offset >= 0 else 'behind'}"
+
+
+def _seen(host: Host, config: str | None) -> SeenHost | str:
+    try:
+        return look(host.name, domain=host.domain, rmw=host.rmw, config=config)
+    except (ConnectError, HostError) as error:
+        return str(error)

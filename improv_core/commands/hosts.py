@@ -1,0 +1,54 @@
+"""`improv hosts`: the machines on which Improv may start stages with a person's ssh keys. Only a person allows one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import click
+
+from improv_core.commands.echo import echo
+from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.group import Group
+from improv_core.playback.hosts import HostError, approve, approved, approved_file, withdraw
+
+T = TypeVar("T")
+
+
+@click.group("hosts", cls=Group)
+def command() -> None:
+    """Allow Improv to start stages on other machines, with your ssh keys."""
+
+
+@command.command()
+@click.argument("host")
+def allow(host: str) -> None:
+    """Allow Improv to use a host that an `improv.toml` names."""
+    _tried(lambda: approve(host))
+    echo(f"Improv may start stages on {host}. Look at what is there with `improv doctor --hosts`.")
+
+
+@command.command("list")
+def list_all() -> None:
+    """List the hosts that Improv may use."""
+    hosts = _tried(approved)
+    for host in hosts:
+        echo(host)
+    if not hosts:
+        echo(f"Improv may use no other machine ({approved_file()} lists them)", err=True)
+
+
+@command.command()
+@click.argument("host")
+def remove(host: str) -> None:
+    """Allow it no longer. What plays there goes on until it is stopped."""
+    if not _tried(lambda: withdraw(host)):
+        raise CommandError(f"{host} was not allowed")
+    echo(f"Improv may no longer start stages on {host}.")
+
+
+def _tried(work: Callable[[], T]) -> T:
+    try:
+        return work()
+    except HostError as error:
+        raise CommandError(str(error)) from None

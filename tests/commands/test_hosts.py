@@ -1,0 +1,88 @@
+"""`improv hosts`, and `improv doctor --hosts` with a real ssh server on this machine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from improv_core.commands.doctor_hosts import examine_hosts, findings, hosts_of
+from improv_core.remote.link_clock import Estimated
+from improv_core.remote.looking import SeenHost
+from improv_core.robots.config import read_robots
+from improv_core.score.score import Host as HostOfRobots
+from tests.commands.command_line import run
+from tests.remote.sshd import Host, a_host
+
+TOML = '[robots.a]\nhost = "pi@anna"\n[robots.b]\nhost = "pi@anna"\n[robots.c]\n[hosts."pi@anna"]\ndomain = 7\n'
+
+
+@pytest.fixture(autouse=True)
+def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    return tmp_path / "config"
+
+
+def test_a_host_is_allowed_listed_and_removed() -> None:
+    assert (
+        run("hosts", "list").stderr
+        == f"Improv may use no other machine ({os.environ['XDG_CONFIG_HOME']}/improv/hosts lists them)\n"
+    )
+    assert run("hosts", "allow", "pi@anna.local").returncode == 0
+    assert run("hosts", "list").stdout == "pi@anna.local\n"
+    assert run("hosts", "remove", "pi@anna.local").returncode == 0
+    again = run("hosts", "remove", "pi@anna.local")
+    assert (again.returncode, again.stderr) == (2, "improv: pi@anna.local was not allowed\n")
+    assert run("hosts", "list").stdout == ""
+
+
+def test_what_is_no_host_can_not_be_allowed() -> None:
+    refused = run("hosts", "allow", "--", "-oProxyCommand=x")
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("improv: `-oProxyCommand=x` is not a host")
+
+
+def test_the_hosts_of_a_program_are_those_of_its_robots() -> None:
+    robots = read_robots(TOML)
+    assert robots.diagnostics == ()
+    assert [(host.name, host.domain) for host in hosts_of(robots)] == [("pi@anna", 7)]
+    assert hosts_of(None) == []
+    run("hosts", "allow", "bob")
+    assert hosts_of(None) == [HostOfRobots("bob")]
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
+    with a_host(tmp_path, {}) as host:
+        monkeypatch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
+        yield host
+
+
+def test_doctor_says_what_holds_on_a_host_and_how_well_its_clock_is_known(robot: Host) -> None:
+    python, ros, clock = map(str, examine_hosts([HostOfRobots("robot")], str(robot.config)))
+    assert python.startswith("✓ robot: Python 3.")
+    assert ros == (
+        "✗ robot: no ROS 2: no Python there has rclpy: run `improv ros setup --host robot`, or install ROS 2 there"
+    )
+    assert clock.startswith("✓ robot: its clock is 0.0")
+    assert "known to 0." in clock
+
+
+def test_doctor_says_what_keeps_it_from_a_host(robot: Host) -> None:
+    robot.authorized.write_text("")
+    (line,) = map(str, examine_hosts([HostOfRobots("robot")], str(robot.config)))
+    assert line.startswith("✗ robot: it takes none of your ssh keys")
+
+
+def test_doctor_says_which_domain_and_middleware_hold_there() -> None:
+    holds = {"python": "3.12.3", "machine": "aarch64", "ros": "jazzy", "ros_python": "/usr/bin/python3"}
+    holds |= {"reach": "domain 7, this machine only", "rmw": "rmw_cyclonedds_cpp"}
+    seen = SeenHost(holds, Estimated(at=0.0, offset=-12.5, drift=0.0, error=0.02, round_trip=0.004), lag=0.05)
+    assert [*map(str, findings(HostOfRobots("anna"), seen))] == [
+        "✓ anna: Python 3.12.3 on aarch64",
+        "✓ anna: jazzy (/usr/bin/python3): domain 7, this machine only, rmw_cyclonedds_cpp as RMW",
+        "– anna: its clock is 12.500 s behind ours, known to 20.0 ms; there and back in 4.0 ms at least, there in 50 "
+        "ms at most: robots will be out of step by as much: bring it nearer to the access point, or use a cable",
+    ]

@@ -35,16 +35,22 @@ from improv_core.stage.sinks.recorder import Recorder
 @click.option("--backend", type=parameters.BACKENDS, help="Play the program now, and record what is sent.")
 @parameters.port
 @parameters.no_browser
-def command(file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool) -> None:
+@parameters.force
+def command(
+    file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool, force: bool
+) -> None:
     """Record the commands that robots get, for `ros2 bag play` and Foxglove.
 
     FILE is a program, or - for standard input.
     """
+    if force and not backend:
+        raise CommandError("--force is for robots that are not in their places: it needs --backend")
     if not backend:
         sys.exit(record(file, output, seconds))
     if seconds:
         raise CommandError("--for cannot be combined with --backend; stop a live run with Ctrl-C")
-    sys.exit(run(record_live(file, output, parameters.options(file, backend, port), browser=not no_browser)))
+    options = parameters.options(file, backend, port)
+    sys.exit(run(record_live(file, output, options, browser=not no_browser, anyway=force)))
 
 
 class RecordError(CommandError):
@@ -82,15 +88,16 @@ def note(recorder: Recorder, message: Told) -> None:
         recorder.note(message, recorder.time(message["performed"]))
 
 
-async def record_live(path: Path, output: Path, options: Options, *, browser: bool) -> int:
-    """Play a program, and record what is sent as it is sent; the exit code.
+async def record_live(path: Path, output: Path, options: Options, *, browser: bool, anyway: bool = False) -> int:
+    """Play a program, wherever robots stand if `anyway`, and record what is sent as it is sent; the exit code.
 
     Raises ReadError, StageError and RecordError.
     """
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     with recording(output) as recorder:
-        code = await play(analysis, path, replace(options, report_sent=True), browser=browser, recorder=recorder)
+        options = replace(options, report_sent=True)
+        code = await play(analysis, path, options, browser=browser, recorder=recorder, anyway=anyway)
     if code == INTERRUPTED and not recorder.setpoints:
         return _interrupted(output)
     echo(_summary(output, recorder))

@@ -163,4 +163,8 @@ class Listeners:
             if rejoin in ("scene", "return", "next"):
                 self.standing.add(robot)
                 return True
+        elif rejoin == "return" and robot not in self._heard:  # it has missed the beginning
+            self.away.add(robot)
+            self.standing.add(robot)
+            return True
         return False

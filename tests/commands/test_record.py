@@ -97,6 +97,7 @@ def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -
             (program, "-o", path, "--backend", "sim", "--for", "1"),
             "--for cannot be combined with --backend; stop a live run with Ctrl-C",
         ),
+        ((program, "-o", path, "--force"), "--force is for robots that are not in their places: it needs --backend"),
     ]:
         done = run("record", *arguments)
         assert (done.returncode, done.stdout) == (2, "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -28,9 +28,16 @@ SLOW, SLOW_TURN = slow_speeds(TURTLEBOT4)
 class Floor(Stage):
     """Two real robots that obey what they hear at once, and a camera that sees them."""
 
-    def __init__(self, program: str = LINE, *, world: World | None = None, safety: Safety | None = None) -> None:
+    def __init__(
+        self,
+        program: str = LINE,
+        *,
+        world: World | None = None,
+        safety: Safety | None = None,
+        deaf: Mapping[str, str] | None = None,
+    ) -> None:
         super().__init__()
-        self.sink.real = True
+        self.sink.real, self.sink.deaf = True, dict(deaf or {})
         self.poses = dict(APART)
         self.unseen: set[str] = set()
         self._heard = self._mark = 0
@@ -119,6 +126,18 @@ def test_a_robot_drives_slowly_to_where_its_part_has_it_and_goes_on_there() -> N
     assert floor.off < 0.1
     assert max(twist.x for twist in floor.heard()) > SLOW, "it dances as before"
     assert {twist.x for twist in floor.heard("s")} <= {0.0, 0.2}
+
+
+def test_a_robot_that_was_missing_at_beat_0_drives_to_its_part_too() -> None:
+    floor = Floor(deaf=GONE)
+    floor.move(8)
+    assert floor.states[-1] == "playing"
+    floor.sink.deaf = {}
+    floor.heard()
+    floor.move(3)
+    assert DRIVES in floor.lines
+    assert 0 < max(twist.x for twist in floor.heard()) <= SLOW
+    until_back(floor)
 
 
 def test_it_is_reported_that_it_drives_back() -> None:

@@ -137,12 +137,13 @@ def _rest(duration: Duration) -> Movement:
 
 
 def _reach(word: ToPose, under: _Under, part: str, body: Body, posture: Posture) -> Movement:
-    """A pose as this part reaches it. A reflection negates a pose unless it exchanges the part for its mirror."""
+    """A pose as this part reaches it. A reflection negates a pose unless it exchanges the part for its mirror, or the
+    pose is its start."""
     if part == BASE or not body.part[part].has_pose(word.pose):
         return stand(1)
     goal = dict(goal_of(part, word.pose, body))
     exchanges = body.part[part].mirror is not None
-    if under.flipped != (exchanges and under.flipped_outside):
+    if word.pose != START and under.flipped != (exchanges and under.flipped_outside):
         goal = {name: -value if getattr(_MIRROR, name) < 0 else value for name, value in goal.items()}
     steps = Velocity(**{name: _exact(value) for name, value in goal.items()})
     bounds = held(0.0, 0.0, 0.0, 0.0, 1.0)

@@ -109,6 +109,16 @@ def test_a_pose_that_is_too_far_for_one_beat_is_too_fast() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    "movement", ["head (left to start)", "head reflect YZ (right to start)", "reflect YZ head (right to start)"]
+)
+def test_the_start_has_no_mirror_image(movement: str) -> None:
+    """A pose that a reflection leaves to its part is mirrored, but start is start."""
+    robots = read_robots(FAST.replace("max = 119.5", "max = 119.5\nstart = 20"))
+    turns = compiled(analyze(f"r $ {movement}", robots))["robots"]["r"]["joints"]["yaw"]
+    assert turns == [[0, 1, pytest.approx(math.radians(30))], [1, 1, pytest.approx(math.radians(-30))]]
+
+
 def test_programs_without_parts_and_those_with_errors_are_not_followed() -> None:
     robots = read_robots(FAST)
     assert check_joints(analyze("r $ forward", robots)) == ()

@@ -87,7 +87,7 @@ LIBRARIES = {
             )
         ),
     ],
-    "aiohttp": ["classroom/children.py", "classroom/teacher.py", "stage/viewer/application.py"],
+    "aiohttp": ["classroom/children.py", "classroom/teacher.py", "stage/viewer/application.py", "stage/viewer/song.py"],
     "defusedxml": ["robots/urdf.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "pythonosc": ["stage/osc_wire.py"],

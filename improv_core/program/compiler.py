@@ -70,6 +70,7 @@ def score_of(analysis: Analysis) -> Score:
         bar=analysis.opening.bar,
         scene_names=tuple(analysis.scene_names),
         clock=cast.clock,
+        music=cast.music,
     )
     if len(analysis.text) > LONGEST_TEXT:
         return score

@@ -15,6 +15,7 @@ from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import read_body, with_offsets
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.hosts import host_of, read_hosts
+from improv_core.robots.music import read_music
 from improv_core.robots.osc import read_osc
 from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
@@ -26,6 +27,7 @@ from improv_core.robots.world import read_world
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
+from improv_core.score.music import Music
 from improv_core.score.osc import Osc
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 from improv_core.score.score import (
@@ -90,9 +92,9 @@ class Robots:
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
     of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
     the `formation` already; without any, it is for the robots of a
-    program. With `publish`, others in ROS 2 can watch what plays; `osc` says who else does. `starts` are those that
-    replace the file's, and `kinds` the profiles of robots that have none there. With a `clock`, they play as fast as
-    that says.
+    program. With `publish`, others in ROS 2 can watch what plays; `osc` says who else does. `music` is the song that
+    pages play. `starts` are those that replace the file's, and `kinds` the profiles of robots that have none there.
+    With a `clock`, they play as fast as that says.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -112,6 +114,7 @@ class Robots:
     osc: Osc | None = None
     starts: Mapping[str, Pose] = field(default_factory=dict)
     kinds: Mapping[str, Profile] = field(default_factory=dict)
+    music: Music | None = None
 
     @property
     def ok(self) -> bool:
@@ -206,13 +209,14 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     if safety.rejoin == "return" and (why := _refuses_return(robots, world)):
         reading.at_value(("ros", "rejoin"), f"`return` {why}", given=(WORLD, ("robots",)))
     senses = read_senses(reading, sections.get("senses", {}))
+    music = read_music(reading, sections["music"], path) if "music" in sections else None
     clock = reading.clock(sections.get("clock", {}))
     osc = read_osc(reading, sections.get("osc", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
     if toml.diagnostics:  # what is left of it may mean something else
         return Robots(path=path, text=text, diagnostics=diagnostics)
     rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish, clock, osc)
-    return Robots(robots, profiles, path, text, diagnostics, *rest)
+    return Robots(robots, profiles, path, text, diagnostics, *rest, music=music)
 
 
 def find_robots_file(folder: Path) -> Path | None:

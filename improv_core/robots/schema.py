@@ -12,6 +12,7 @@ from improv_core.robots.schema_bodies import BODY, OFFSETS
 from improv_core.robots.schema_key import Key
 from improv_core.robots.schema_key import number as _number
 from improv_core.robots.schema_key import table as _table
+from improv_core.robots.schema_music import MUSIC
 from improv_core.robots.schema_osc import OSC
 from improv_core.robots.toml_positions import Keys
 from improv_core.score.faults import Fault, Response
@@ -404,6 +405,7 @@ SCHEMA = _table(
         "world": _table("the simulator's walls and obstacles", _WORLD),
         "clock": _table("a clock from outside that robots follow", _CLOCK),
         "preflight": _table("how far from their places robots may stand when they begin", _PREFLIGHT),
+        "music": MUSIC,
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
         "osc": _table("the programs with which OSC messages are exchanged", OSC),
     },

@@ -100,6 +100,11 @@ class TomlReading:
         if all(map(self.toml.is_whole, given)):
             self._report(self.toml.positions.nearest(keys).value, message, fixed)
 
+    def warn_value(self, keys: Keys, message: str) -> None:
+        """Report a value without which everything can play."""
+        span = self.toml.positions.nearest(keys).value
+        self.diagnostics.append(Diagnostic("robots", span, message, warns=True))
+
     def _report(self, span: Span, message: str, fixed: str) -> None:
         fixes: tuple[Fix, ...] = replace(f"Change to {fixed}", span, fixed) if fixed else ()
         self.diagnostics.append(Diagnostic("robots", span, message, fixes))

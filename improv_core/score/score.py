@@ -14,6 +14,7 @@ from improv_core.score import world as worlds
 from improv_core.score.faults import FaultRules
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Duration, Exact, Movement, Velocity
+from improv_core.score.music import Music
 from improv_core.score.osc import Osc
 from improv_core.score.profiles import Profile
 from improv_core.score.scenes import NOTHING, performance, scene_begins
@@ -170,6 +171,7 @@ class Score:
     and `osc` says who else does, which stages aren't told.
     `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
     With a `clock`, it is played as fast as that clock says.
+    `music` is the song that pages play.
     """
 
     tempo: Fraction
@@ -184,6 +186,7 @@ class Score:
     bar: int | None = None
     scene_names: tuple[str, ...] = ()
     clock: OutsideClock | None = None
+    music: Music | None = None
     osc: Osc | None = None
     scene_begins: tuple[Exact, ...] = field(init=False)
 

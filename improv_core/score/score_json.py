@@ -31,6 +31,7 @@ from improv_core.score.movement import (
     Single,
     bits,
 )
+from improv_core.score.music import Music
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
@@ -137,6 +138,7 @@ def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
         "bar": score.bar,
         "clock": score.clock and asdict(score.clock),
         "scene_names": list(score.scene_names),
+        "music": asdict(score.music) if score.music else None,
         **program,
     }
 
@@ -224,6 +226,7 @@ class _ScoreJson(TypedDict):
     bar: int | None
     clock: _ClockJson | None
     scene_names: Sequence[str]
+    music: Mapping[str, Any] | None
 
 
 def from_json(data: Mapping[str, Any], read: RowsRead | None = None) -> Score:
@@ -298,9 +301,10 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     bar, names = data["bar"], tuple(data["scene_names"])
     if bar is not None and bar < 1:
         raise ValueError("a bar needs a beat")
+    music = checked(Music, data["music"]) if data["music"] else None
     text, offsets = data["text"], dict(data["offsets"])
     clock = data["clock"] and OutsideClock(**data["clock"])
-    rest = {"publish": data["publish"], "bar": bar, "scene_names": names, "clock": clock}
+    rest = {"publish": data["publish"], "bar": bar, "scene_names": names, "clock": clock, "music": music}
     return Score(tempo, parts, text, offsets, world, rules, **rest)
 
 

@@ -30,6 +30,7 @@ TABLES: dict[str, Keys] = {
     "What follows from faults": ("on",),
     "A clock from outside": ("clock",),
     "Where robots really stand": ("preflight",),
+    "Music": ("music",),
     "OSC": ("osc",),
 }
 EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]

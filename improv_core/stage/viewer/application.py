@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 import secrets
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
@@ -18,6 +19,7 @@ from improv_core.stage.viewer.connections import SILENT_LIMIT, Connections
 from improv_core.stage.viewer.page_stops import Order, PageStops
 from improv_core.stage.viewer.peer import user_of
 from improv_core.stage.viewer.requests import read, read_count, read_page
+from improv_core.stage.viewer.song import serve
 from improv_core.stage.viewer.throttle import Flood, Throttle
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from aiohttp import web
     from aiohttp.typedefs import Handler, Middleware
 
+    from improv_core.score.music import Music
     from improv_core.stage.viewer.answers import Answers
     from improv_core.stage.viewer.outbox import PageOutbox
     from improv_core.stage.viewer.pages import Pages
@@ -64,17 +67,23 @@ HEADERS = {
 class Application:
     """Serves the page on a socket: with the token if the URL has a valid ticket. All but the page's files need it.
 
-    `command` gets each command from a page, and `WATCHED` when one is opened.
+    `command` gets each command from a page, and `WATCHED` when one is opened. `music` returns the song that plays.
     """
 
     def __init__(
-        self, token: str, pages: Pages, answers: Answers, command: Callable[[PageRequest | Watched], None]
+        self,
+        token: str,
+        pages: Pages,
+        answers: Answers,
+        command: Callable[[PageRequest | Watched], None],
+        music: Callable[[], Music | None],
     ) -> None:
         self._token = token
         self._tickets = Tickets(token)
         self._pages = pages
         self._answers = answers
         self._command = command
+        self._music = music
         self._throttle = Throttle(command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._stops = PageStops()
         self._confirmed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
@@ -117,6 +126,8 @@ class Application:
         application.router.add_get("/", self._show_page)
         application.router.add_get("/token", self._accept_token)
         application.router.add_get("/path.svg", self._show_path)
+        application.router.add_get("/song", self._play_song)
+        application.router.add_get("/time", self._tell_time)
         application.router.add_get("/live", self._live)
         application.router.add_post("/stop", self._stop)
         for path in self._files:
@@ -163,13 +174,22 @@ class Application:
     async def _show_path(self, request: web.Request) -> web.Response:
         from aiohttp import web
 
-        self._check_token(request)
-        if "Origin" in request.headers:  # browsers omit it when a page asks its own server
-            _check_origin(request)
+        self._check_own(request)
         picture = await self._answers.compute(self._answers.picture)
         if picture is None:
             raise web.HTTPNotFound
         return web.Response(text=picture, content_type="image/svg+xml")
+
+    async def _play_song(self, request: web.Request) -> web.StreamResponse:
+        self._check_own(request)
+        return await serve(request, self._music())
+
+    async def _tell_time(self, request: web.Request) -> web.Response:
+        """The server's Unix time, for a page that has to know it more exactly than it was told at first."""
+        from aiohttp import web
+
+        self._check_own(request)
+        return web.Response(text=repr(time.time()))
 
     async def _stop(self, request: web.Request) -> web.Response:
         """A stop, over a connection of its own: 204 once it has been obeyed, 202 if it has only arrived."""
@@ -255,6 +275,11 @@ class Application:
             text = await self._answers.compute(partial(self._answers.window, question))
             if text is not None:
                 outbox.put("window", text)
+
+    def _check_own(self, request: web.Request) -> None:
+        self._check_token(request)
+        if "Origin" in request.headers:  # browsers omit it when a page asks its own server
+            _check_origin(request)
 
     def _check_token(self, request: web.Request) -> None:
         from aiohttp import web

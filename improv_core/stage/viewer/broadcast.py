@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 
+from improv_core.score.music import Music
 from improv_core.score.score import Score
 from improv_core.stage.commands import Stop
 from improv_core.stage.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
@@ -42,6 +43,8 @@ class Broadcast:
         self._restarted = 0
         self.meetings = meetings
         """Who finds out who meets whom in what plays, if anybody does."""
+        self.music: Music | None = None
+        """The song of the latest score."""
 
     def publish(
         self,
@@ -77,6 +80,7 @@ class Broadcast:
 
     def show(self, score: Score, generation: int) -> None:
         """Show what will be played, once the player's messages have this generation."""
+        self.music = score.music
         self._answers.show(score, generation)
         self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))
         if self.meetings:

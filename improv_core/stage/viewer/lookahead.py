@@ -41,6 +41,9 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         "words": {word: list(map(float, velocity)) for word, velocity in PRIMITIVES.items()},
         "takes_start_poses": takes_start_poses,
         "deadman": {"button": deadman.button} if (deadman := score.safety.deadman) else None,
+        "music": {"file": music.file, "first_beat": music.first_beat, "volume": music.volume}
+        if (music := score.music)
+        else None,
         "robots": {
             name: {
                 "profile": part.profile.name,

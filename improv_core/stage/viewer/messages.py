@@ -127,6 +127,15 @@ class ShownDeadman(TypedDict):
     button: int
 
 
+class ShownMusic(TypedDict):
+    """The song of a dance: its `file` as it is written in improv.toml, "" if people choose one on the page; how many
+    seconds after its beginning beat 0 is; and its volume, from 0 to 1."""
+
+    file: str
+    first_beat: float
+    volume: float
+
+
 class ShownScore(TypedDict):
     """A score as pages show it.
 
@@ -151,6 +160,7 @@ class ShownScore(TypedDict):
     skeletons: Mapping[str, Sequence[ShownBone]]
     takes_start_poses: bool
     deadman: ShownDeadman | None
+    music: ShownMusic | None
 
 
 class BumpJson(TypedDict):

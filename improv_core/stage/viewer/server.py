@@ -50,7 +50,7 @@ class Viewer:
         self._answers = Answers(OwnThread("improv-answers"))
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
-        self._application = Application(self._token, self._pages, self._answers, command)
+        self._application = Application(self._token, self._pages, self._answers, command, lambda: self._broadcast.music)
         self._broadcast = Broadcast(
             self._pages, self._answers, self._soon, self._application.confirm, takes_start_poses=takes_start_poses
         )

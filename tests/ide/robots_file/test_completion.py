@@ -19,7 +19,21 @@ from improv_core.score.profiles import BUILT_IN
 from tests.robots.test_config import PAGE
 
 PROFILES = [f'"{name}"' for name in BUILT_IN]
-SECTIONS = ["[robots]", "[profiles]", "[formation]", "[ros]", "[on]", "[world]", "[preflight]", "[senses]", "[osc]"]
+NAMES = [
+    "robots",
+    "profiles",
+    "formation",
+    "ros",
+    "hosts",
+    "on",
+    "world",
+    "clock",
+    "preflight",
+    "music",
+    "senses",
+    "osc",
+]
+SECTIONS = [f"[{name}]" for name in NAMES]
 
 
 def completed(marked: str, cast: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
@@ -35,11 +49,11 @@ def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
 
 
 def test_sections_that_are_not_there() -> None:
-    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "on", "preflight", "senses", "osc")
-    check("[ro|]", "robots", "profiles", "formation", "ros", "on", "world", "preflight", "senses", "osc")
+    check("[|\n[world]\nsize = [6, 4]", *(name for name in NAMES if name != "world"))
+    check("[ro|]", *NAMES)
     check(
         "[robots.anna]\nprofile = 'husky'\nstart = {}\nnamespace = 'a'\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
-        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nfollow = false\n|",
+        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nhost = 'a'\nlink_patience = 1\nfollow = false\n|",
         *SECTIONS,
     )
 
@@ -50,7 +64,7 @@ def test_robots_of_programs_and_built_in_senses() -> None:
 
 
 def test_keys_that_are_not_there() -> None:
-    rest = ("profile", "start", "namespace", "message", "frame", "reset", "odom", "odom_frame", "battery", "follow")
+    rest = (name for name, key in known(("robots", "a")).keys.items() if name not in ("topic", "joints"))
     check('[robots.anna]\ntopic = "/a"\npro|', *rest)
     check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
     check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")

@@ -111,8 +111,11 @@ class Show:
         options = Options(backend="sim", takes_start_poses=True)
         self._playback = Playback(options, lambda message, leads: None, Stops(), start)
 
-    def play(self, program: str, robots: str = "", when: When = "restart", **how: Any) -> None:
-        analysis = analyze(program, read_robots(robots))
+    def play(
+        self, program: str, robots: str = "", when: When = "restart", folder: Path | None = None, **how: Any
+    ) -> None:
+        """Play a program; `robots` is its improv.toml, which is in that folder if it has to be in one."""
+        analysis = analyze(program, read_robots(robots, folder and folder / "improv.toml"))
         assert analysis.ok
         score = score_of(analysis)
         self._run(lambda: self._playback.play(PlayScore(score, "dance", self._playback.stops.count, when, **how)))

@@ -4,6 +4,7 @@
 import { connect as connectToServer } from "./connection.js"
 import { connect as connectToWorker, drawPaths } from "./worker-home.js"
 import { fetchPaths } from "./save.js"
+import * as songs from "./fetch-song.js"
 
 /** Whether this page is a website that has all of Improv with it. */
 export const isWebsite = document.querySelector('meta[name="improv-worker"]') !== null
@@ -12,3 +13,9 @@ export const connect = isWebsite ? connectToWorker : connectToServer
 
 /** Promises the paths as SVG; null if there are none, or nobody can draw them. */
 export const fetchPicture = isWebsite ? drawPaths : fetchPaths
+
+/** Promises the song of improv.toml, or says why there is none. */
+export const fetchSong = isWebsite ? songs.missSong : songs.fetchSong
+
+/** Promises the Unix time of what plays, in seconds. */
+export const fetchTime = isWebsite ? songs.ownTime : songs.fetchTime

@@ -115,6 +115,7 @@ const MESSAGES = {
     text,
     takes_start_poses: flag,
     deadman: nullOr(shape({ button: count })),
+    music: nullOr(shape({ file: text, first_beat: number, volume: number })),
     offsets: mapOf(count),
     words: mapOf(numbers(4)),
     robots: mapOf(

@@ -26,6 +26,7 @@ import { Program } from "./program.js"
 import { Scenes } from "./scenes.js"
 import { Lights, Score } from "./score.js"
 import { Senses } from "./senses.js"
+import { Sound } from "./sound.js"
 import { Stage } from "./stage.js"
 import { StartPoses } from "./start-poses.js"
 import { Timeline } from "./timeline.js"
@@ -69,6 +70,7 @@ const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (name) => wall.lost(name), (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const wall = new Wall(clock, measured, resize)
 const scenes = new Scenes(clock, (beat) => controls.seek(beat))
+const sound = new Sound(clock, (line) => notices.announce(line))
 const senses = new Senses(clock, send, () => view.touch())
 const formation = new Formation()
 const startPoses = new StartPoses(() => view.touch())
@@ -228,6 +230,7 @@ function takeTransport(message) {
   }
   if (jumped && !begins) trails.seek(message.beat, message.poses)
   if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
+  sound.take()
   if (message.state === "stopped" || message.state === "paused") editor.saving.halt()
   if (begins || message.state !== state) notices.announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()
@@ -243,6 +246,7 @@ function change(now) {
   }
   notices.change(now)
   editor.connect(now === "open")
+  sound.connect(now === "open")
   view.touch()
   showTransport()
 }
@@ -252,6 +256,7 @@ function showProgram() {
   clock.bar = program.current.score.bar
   lights.showText(program.current.score)
   scenes.show(program.current.score)
+  sound.show(program.current.score)
   const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
   showMeetings()
   Object.assign(find("dynamics"), { textContent: kind, title: meaning })
@@ -364,7 +369,7 @@ const sizes = new ResizeObserver(resize)
 for (const id of ["stage", "tracks", "senses"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)
 
-Object.assign(window, { improv: probe({ cast, clock, measured, motion, notices, program, stage, trails, view }, seconds) })
+Object.assign(window, { improv: probe({ cast, clock, measured, motion, notices, program, sound, stage, trails, view }, seconds) })
 
 readTheme()
 resize()

@@ -24,7 +24,7 @@ import { find, findA } from "./elements.js"
 
 const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
 /** @type {Record<string, string>} */
-const CARDS = { help: "show-help", guide: "show-guide", save: "save-button", "start-poses": "start-poses-button", wall: "show-wall" }
+const CARDS = { help: "show-help", guide: "show-guide", save: "save-button", sound: "sound-button", "start-poses": "start-poses-button", wall: "show-wall" }
 const PAN = 60 // pixels
 const ZOOM = 1.25
 const SHOWN = 2500 // milliseconds for which it is shown what a key did

@@ -7,15 +7,16 @@
 /** @import { Motion } from "./motion.js" */
 /** @import { Notices } from "./notices.js" */
 /** @import { Program } from "./program.js" */
+/** @import { Sound } from "./sound.js" */
 /** @import { Stage } from "./stage.js" */
 /** @import { Trails } from "./trails.js" */
 /** @import { View } from "./view.js" */
 
 /**
- * @param {{ cast: Cast, clock: Clock, measured: Measured, motion: Motion, notices: Notices, program: Program, stage: Stage, trails: Trails, view: View }} parts
+ * @param {{ cast: Cast, clock: Clock, measured: Measured, motion: Motion, notices: Notices, program: Program, sound: Sound, stage: Stage, trails: Trails, view: View }} parts
  * @param {() => number} seconds
  */
-export function probe({ cast, clock, measured, motion, notices, program, stage, trails, view }, seconds) {
+export function probe({ cast, clock, measured, motion, notices, program, sound, stage, trails, view }, seconds) {
   return Object.freeze({
     get robots() {
       return structuredClone(view.robots)
@@ -59,6 +60,10 @@ export function probe({ cast, clock, measured, motion, notices, program, stage, 
     },
     get view() {
       return structuredClone(stage.camera.view)
+    },
+    /** Which position of the song is heard, in seconds; null if none is, or it plays in grains. */
+    get song() {
+      return sound.audio?.position(seconds()) ?? null
     },
     /** The names that stand on the stage. */
     get names() {

@@ -1,0 +1,31 @@
+"""Reads the section `[music]` of an `improv.toml`: the song that pages play."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from improv_core.robots.toml_reading import TomlReading
+from improv_core.score.music import SUFFIXES, Music, is_inside, is_song
+
+
+def read_music(reading: TomlReading, value: Any, path: Path | None) -> Music:
+    """The valid content of the section in the file at `path`. Without a valid `file`, the song has none: a dance plays
+    without its song, so this is only a warning."""
+    table = reading.table(("music",), value)
+    numbers = reading.numbers(("music",), table)
+    file = reading.text(("music", "file"), table) or ""
+    if file and not is_song(file):
+        reading.warn_value(("music", "file"), f"pages can't play this: write a file that ends in {_endings()}")
+        file = ""
+    elif not is_inside(file):
+        reading.warn_value(
+            ("music", "file"), 'pages can\'t get this: put the song beside this file, and write its name: `"song.mp3"`'
+        )
+        file = ""
+    folder = str(path.absolute().parent) if path else ""
+    return Music(file, folder, numbers.get("first_beat", 0.0), numbers.get("volume", 1.0))
+
+
+def _endings() -> str:
+    return f"{', '.join(f'`{each}`' for each in SUFFIXES[:-1])}, or `{SUFFIXES[-1]}`"

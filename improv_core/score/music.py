@@ -1,0 +1,34 @@
+"""A song that pages play with a dance. Standard library only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+SUFFIXES = (".wav", ".mp3", ".ogg", ".flac", ".m4a")
+"""How the names of files end that pages can play."""
+
+
+@dataclass(frozen=True, slots=True)
+class Music:
+    """A song. Beat 0 of the dance is `first_beat` seconds after the beginning of its file; `volume` is from 0 to 1.
+
+    `file` is as it is written in an `improv.toml` in `folder`. It is empty if people choose one on the page; `folder`
+    is empty if there are no files.
+    """
+
+    file: str = ""
+    folder: str = ""
+    first_beat: float = 0.0
+    volume: float = 1.0
+
+
+def is_song(file: str) -> bool:
+    """Whether the name of a file ends as that of a song does."""
+    return PurePosixPath(file).suffix.lower() in SUFFIXES
+
+
+def is_inside(file: str) -> bool:
+    """Whether a path, as it is written, leads to something in the folder that it starts from, or deeper."""
+    path = PurePosixPath(file)
+    return not path.is_absolute() and ".." not in path.parts and not set(file) & set("\\:\0")

@@ -1,0 +1,219 @@
+// @ts-check
+// Plays a song and clicks with Web Audio, as music.js decides. Loaded only if there is something to play.
+
+import { align } from "./grains.js"
+import { beatLine, click, follow, heard, shift, songLine } from "./music.js"
+
+/** @import { Act, BeatLine, ClickAct, Clicks, Hearing, Plays } from "./music.js" */
+/** @typedef {{ source: AudioBufferSourceNode, gain: GainNode, at: number, falls: number }} Voice `falls`: from when on it becomes silent */
+/** @typedef {{ buffer: AudioBuffer, firstBeat: number, volume: number }} Song */
+/**
+ * What the page knows of the performance.
+ * @typedef {object} Performance
+ * @property {{ state: string, beat: number, beats: number | null, tempo: number, wall: number }} transport
+ * @property {number} ahead by how many seconds the server's Unix time is ahead of the page's `performance.now()`
+ * @property {number} tempo the score's own
+ * @property {number | null} bar
+ * @property {boolean} clicks whether to click
+ * @property {Song | null} song
+ */
+
+const SURE = 2 // looks after which it is known how late what is played is heard
+const PERIOD = 40 // milliseconds between two looks
+const LEAD = 0.02 // seconds from a decision to the sound
+const AHEAD = 0.3 // seconds that are scheduled
+const HIDDEN = 2.5 // the same while the page is hidden: browsers wake it once a second
+const FADE = 0.012 // seconds in which a sound rises, and in which the one before falls
+const BEGINNING = 0.5 // seconds after which a browser that doesn't say what is heard at least knows its latency
+const CLICK = 0.03 // seconds of a click
+const [HIGH, LOW] = [1760, 1175] // hertz
+
+export class Audio {
+  #context = new AudioContext({ latencyHint: "interactive" })
+  #volume = new GainNode(this.#context)
+  /** @type {Hearing[]} */
+  #hearings = []
+  /** @type {Plays} */
+  #plays = null
+  /** @type {Voice[]} */
+  #voices = []
+  /** @type {Clicks} */
+  #clicks = null
+  /** @type {{ source: OscillatorNode, at: number }[]} */
+  #clicking = []
+  /** @type {AudioBuffer | null} */
+  #buffer = null
+  /** @type {Float32Array} */
+  #samples = new Float32Array()
+  #timer = 0
+  #look
+
+  /**
+   * `look` returns what the page knows now, and `changed` is called when the browser turns sound on or off.
+   * @param {() => Performance} look
+   * @param {() => void} changed
+   */
+  constructor(look, changed) {
+    this.#look = look
+    this.#context.addEventListener("statechange", changed)
+    this.#volume.connect(this.#context.destination)
+  }
+
+  /** Whether the browser lets this page be heard. */
+  get isOn() {
+    return this.#context.state === "running"
+  }
+
+  /** Asks the browser to let this page be heard, which needs a click. */
+  async turnOn() {
+    if (!this.isOn) await this.#context.resume()
+  }
+
+  /** @param {ArrayBuffer} bytes @returns {Promise<AudioBuffer>} */
+  decode(bytes) {
+    return this.#context.decodeAudioData(bytes)
+  }
+
+  /** Follows the performance from now on, or no longer. @param {boolean} on */
+  run(on) {
+    if (on && !this.#timer) this.#timer = window.setInterval(() => this.follow(), PERIOD)
+    if (!on) {
+      clearInterval(this.#timer)
+      this.#timer = 0
+    }
+    this.follow()
+  }
+
+  /** Does what has to be done now. */
+  follow() {
+    const hearing = this.isOn ? this.#hear() : null
+    if (!hearing) return
+    this.#hearings = heard(this.#hearings, hearing)
+    if (this.#hearings.length < SURE) return
+    const { transport, ahead, tempo, bar, clicks, song } = this.#look()
+    const line = beatLine(transport, shift(this.#hearings) - ahead)
+    const now = this.#context.currentTime + LEAD
+    const until = now + (document.hidden ? HIDDEN : AHEAD)
+    this.#followSong(song, line, tempo, now, until)
+    const [next, acts] = click(this.#clicks, clicks ? line : null, { now, ahead: until, bar })
+    this.#clicks = next
+    for (const act of acts) this.#doClick(act)
+  }
+
+  /**
+   * What is heard at a time of the page, in seconds: the position in the song; null if it is silent or in grains.
+   * @param {number} page
+   */
+  position(page) {
+    const time = page + shift(this.#hearings)
+    if (this.#plays?.kind !== "song" || time < this.#plays.time) return null
+    return this.#plays.position + (time - this.#plays.time) * this.#plays.speed
+  }
+
+  /** What is heard now; null while it has only begun, and nobody knows. @returns {Hearing | null} */
+  #hear() {
+    const { contextTime = 0, performanceTime = 0 } = this.#context.getOutputTimestamp?.() ?? {}
+    if (contextTime > 0 && performanceTime > 0) return { page: performanceTime / 1000, audio: contextTime }
+    const { currentTime, outputLatency = 0, baseLatency = 0 } = this.#context
+    if (currentTime < BEGINNING) return null
+    return { page: performance.now() / 1000, audio: currentTime - (outputLatency || baseLatency) }
+  }
+
+  /**
+   * @param {Song | null} song
+   * @param {BeatLine | null} line
+   * @param {number} tempo
+   * @param {number} now
+   * @param {number} ahead
+   */
+  #followSong(song, line, tempo, now, ahead) {
+    const buffer = song?.buffer ?? null
+    if (buffer !== this.#buffer) {
+      if (this.#plays) this.#do({ act: "end", at: now })
+      this.#plays = null
+      this.#buffer = buffer
+      this.#samples = buffer?.getChannelData(0) ?? new Float32Array()
+    }
+    this.#volume.gain.value = song?.volume ?? 1
+    const wanted = song && songLine(line, { firstBeat: song.firstBeat, tempo })
+    const [next, acts] = follow(this.#plays, wanted, {
+      now,
+      ahead,
+      length: buffer?.duration ?? 0,
+      align: (from, to) => align(this.#samples, buffer?.sampleRate ?? 1, from, to),
+    })
+    this.#plays = next
+    for (const act of acts) this.#do(act)
+  }
+
+  /** @param {Act} act */
+  #do(act) {
+    if (act.act === "end") {
+      for (const voice of this.#voices) fall(voice, act.at)
+      this.#voices = []
+    } else if (act.act === "bend") {
+      for (const { source } of this.#voices) source.playbackRate.setValueAtTime(act.speed, act.at)
+    } else {
+      const voice = this.#voice(this.#buffer, act.at, this.#volume)
+      voice.source.playbackRate.value = act.act === "start" ? act.speed : 1
+      voice.source.start(act.at, act.position)
+      if (act.act === "grain") fall(voice, act.at + act.length)
+    }
+  }
+
+  /**
+   * A sound that rises at a time, and is forgotten once it has ended.
+   * @param {AudioBuffer | null} buffer
+   * @param {number} at
+   * @param {AudioNode} to
+   */
+  #voice(buffer, at, to) {
+    const gain = new GainNode(this.#context, { gain: 0 })
+    gain.gain.setValueAtTime(0, at)
+    gain.gain.linearRampToValueAtTime(1, at + FADE)
+    gain.connect(to)
+    const voice = { source: new AudioBufferSourceNode(this.#context, { buffer }), gain, at, falls: Infinity }
+    voice.source.connect(gain)
+    voice.source.addEventListener("ended", () => {
+      gain.disconnect()
+      this.#voices = this.#voices.filter((each) => each !== voice)
+    })
+    this.#voices.push(voice)
+    return voice
+  }
+
+  /** @param {ClickAct} act */
+  #doClick(act) {
+    if (act.act === "unclick") {
+      for (const { source, at } of this.#clicking) if (at >= act.at) source.stop()
+      this.#clicking = []
+      return
+    }
+    const gain = new GainNode(this.#context)
+    gain.gain.setValueAtTime(0.5, act.at)
+    gain.gain.exponentialRampToValueAtTime(0.001, act.at + CLICK)
+    gain.connect(this.#context.destination)
+    const source = new OscillatorNode(this.#context, { frequency: act.high ? HIGH : LOW })
+    source.connect(gain)
+    source.start(act.at)
+    source.stop(act.at + CLICK)
+    source.addEventListener("ended", () => gain.disconnect())
+    this.#clicking = [...this.#clicking.filter(({ at }) => at > act.at - 5), { source, at: act.at }]
+  }
+}
+
+/**
+ * Has a sound fall from a time on, and end.
+ * @param {Voice} voice
+ * @param {number} from
+ */
+function fall(voice, from) {
+  const { source, gain, at, falls } = voice
+  if (from <= at) source.stop()
+  if (from <= at || from >= falls) return
+  voice.falls = Math.max(from, at + FADE) // it rises first
+  gain.gain.cancelScheduledValues(voice.falls)
+  gain.gain.setValueAtTime(1, voice.falls)
+  gain.gain.linearRampToValueAtTime(0, voice.falls + FADE)
+  source.stop(voice.falls + FADE)
+}

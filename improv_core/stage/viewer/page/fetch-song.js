@@ -1,0 +1,45 @@
+// @ts-check
+// The song and the time, from the server.
+
+import { withToken } from "./token.js"
+
+/** @typedef {{ bytes: ArrayBuffer | null, tag: string, same: boolean, problem: string }} SongAnswer */
+
+/**
+ * The song that the server has; `same` if it is the one with this tag. `problem` says why there is none.
+ * @param {string} file
+ * @param {string} tag
+ * @returns {Promise<SongAnswer>}
+ */
+export async function fetchSong(file, tag) {
+  const problem = `${file} did not arrive: reload this page.`
+  try {
+    const answer = await fetch(withToken("song"), { headers: tag ? { "If-None-Match": tag } : {} })
+    if (answer.status === 304) return { bytes: null, tag, same: true, problem: "" }
+    if (!answer.ok) return { bytes: null, tag: "", same: false, problem }
+    const isLine = answer.headers.get("Content-Type")?.startsWith("text/")
+    if (isLine) return { bytes: null, tag: "", same: false, problem: await answer.text() }
+    return { bytes: await answer.arrayBuffer(), tag: answer.headers.get("ETag") ?? "", same: false, problem: "" }
+  } catch {
+    return { bytes: null, tag: "", same: false, problem }
+  }
+}
+
+/** A website has no files: its song is dropped onto the page. @param {string} file @returns {Promise<SongAnswer>} */
+export async function missSong(file) {
+  return { bytes: null, tag: "", same: false, problem: `This website doesn't have ${file}: drop it onto this page.` }
+}
+
+/** The server's Unix time, in seconds; null if it doesn't answer. @returns {Promise<number | null>} */
+export async function fetchTime() {
+  try {
+    const answer = await fetch(withToken("time"))
+    const time = answer.ok ? Number(await answer.text()) : NaN
+    return Number.isFinite(time) ? time : null
+  } catch {
+    return null
+  }
+}
+
+/** The time of this browser, which is that of its workers, too. */
+export const ownTime = async () => Date.now() / 1000

@@ -1,0 +1,175 @@
+// @ts-check
+// When which sound is heard: a song and a click, locked to the beat. Pure: nothing here knows a browser. All times are
+// in seconds on the audio context's clock, as heard: what the context plays at a time is heard at that time.
+
+/** @typedef {{ time: number, beat: number, pace: number, until: number }} BeatLine at `time` it is this beat, and beats pass at `pace` a second, up to beat `until` */
+/** @typedef {{ time: number, position: number, rate: number }} SongLine at `time` this position of the song is to be heard, in seconds from its beginning, and positions pass at this rate */
+/** @typedef {{ page: number, audio: number }} Hearing at this time of the page, in seconds, what the context plays at this time of its own is heard */
+/**
+ * What plays: the song itself from a position on, at a speed; or grains of it up to a time, made for a line.
+ * @typedef {{ kind: "song", time: number, position: number, speed: number }} PlaysSong
+ * @typedef {{ kind: "grains", until: number, line: SongLine, next: number | null }} PlaysGrains `next`: the position that follows the last grain
+ * @typedef {PlaysSong | PlaysGrains | null} Plays
+ */
+/**
+ * @typedef {{ act: "end", at: number } | { act: "start", at: number, position: number, speed: number }
+ *   | { act: "bend", at: number, speed: number } | { act: "grain", at: number, position: number, length: number }} Act
+ */
+/** @typedef {{ until: number, line: BeatLine } | null} Clicks those up to a time are scheduled, for a line */
+/** @typedef {{ act: "click", at: number, high: boolean } | { act: "unclick", at: number }} ClickAct */
+
+export const SLOWEST = 0.5 // of the song's own speed: beyond these two, there is no song
+export const FASTEST = 2
+export const BEND = 0.005 // of the speed, by which the song itself is bent: nobody hears that
+const CLOSE = 0.0005 // seconds that the song may be off before it is bent
+const FAR = 0.008 // seconds beyond which it jumps, with a short fade
+const MENDING = 1 // seconds in which it would be right again if bent without limit
+const FINEST = 0.0001 // of the speed: smaller changes are not worth it
+const SMEAR = 0.01 // seconds by which a grain may be off at its ends
+const SHORTEST = 0.04 // seconds of a grain
+const LONGEST = 0.25
+const KEPT = 15 // hearings
+const MOVED = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
+const AGREEING = 3 // hearings that have to differ
+const SAME = 0.003 // seconds by which clicks may be off before they are scheduled again
+
+/**
+ * The hearings to go by after another one. If what is heard has moved, such as after a sleep or to another loudspeaker,
+ * those before don't count; a single one that is far off says only that the machine was busy.
+ * @param {Hearing[]} hearings
+ * @param {Hearing} hearing
+ */
+export function heard(hearings, hearing) {
+  const all = [...hearings, hearing].slice(-KEPT)
+  const latest = all.slice(-AGREEING)
+  const moved = latest.every((each) => Math.abs(shift([each]) - shift(all)) > MOVED)
+  return moved ? latest : all
+}
+
+/** How many seconds the audio context's clock is ahead of the page's, for what is heard. @param {Hearing[]} hearings */
+export function shift(hearings) {
+  const shifts = hearings.map(({ page, audio }) => audio - page).sort((one, two) => one - two)
+  return shifts[Math.floor(shifts.length / 2)] ?? 0
+}
+
+/**
+ * The line of beats that a transport message describes; null if nothing plays.
+ * @param {{ state: string, beat: number, beats: number | null, tempo: number, wall: number }} transport
+ * @param {number} lead by how many seconds the audio context's clock, as heard, is ahead of the server's
+ * @returns {BeatLine | null}
+ */
+export function beatLine({ state, beat, beats, tempo, wall }, lead) {
+  return state === "playing" ? { time: wall + lead, beat, pace: tempo / 60, until: beats ?? Infinity } : null
+}
+
+/** @param {BeatLine} line @param {number} time */
+export function beatAt({ time: begun, beat, pace }, time) {
+  return beat + (time - begun) * pace
+}
+
+/**
+ * What is to be heard of a song; null if nothing is.
+ * @param {BeatLine | null} line
+ * @param {{ firstBeat: number, tempo: number }} song where beat 0 is in it, and the tempo at which it has its own speed
+ * @returns {SongLine | null}
+ */
+export function songLine(line, { firstBeat, tempo }) {
+  if (!line) return null
+  const rate = (line.pace * 60) / tempo
+  const [slow, fast] = [SLOWEST - 1e-9, FASTEST + 1e-9]
+  return rate < slow || rate > fast ? null : { time: line.time, position: firstBeat + (line.beat * 60) / tempo, rate }
+}
+
+/** @param {SongLine} line @param {number} time */
+export function positionAt({ time: begun, position, rate }, time) {
+  return position + (time - begun) * rate
+}
+
+/**
+ * What has to be done so that the right position is heard: nothing, a bend, a jump with a fade, or grains, which keep
+ * the pitch at another speed. `now` is the earliest time for which something can be scheduled, and `ahead` the time up
+ * to which it should be. `length` is that of the song, and `align` finds the position near `wanted` at which a grain
+ * joins best what comes after `from`.
+ * @param {Plays} plays
+ * @param {SongLine | null} line
+ * @param {{ now: number, ahead: number, length: number, align?: (from: number, wanted: number) => number }} how
+ * @returns {[Plays, Act[]]}
+ */
+export function follow(plays, line, { now, ahead, length, align = (_, wanted) => wanted }) {
+  const bends = line !== null && Math.abs(line.rate - 1) <= BEND
+  /** @type {Act[]} */
+  const end = plays ? [{ act: "end", at: now }] : []
+  if (!line || positionAt(line, now) >= length || positionAt(line, ahead) < 0) return [null, end]
+  if (bends && plays?.kind === "song") {
+    const position = plays.position + (now - plays.time) * plays.speed
+    const late = positionAt(line, now) - position
+    const asked = line.rate + (Math.abs(late) > CLOSE ? within(late / MENDING, BEND) : 0)
+    const speed = Math.abs(asked - plays.speed) > FINEST ? asked : plays.speed
+    if (Math.abs(late) <= FAR && speed === plays.speed) return [plays, []]
+    if (Math.abs(late) <= FAR) return [{ kind: "song", time: now, position, speed }, [{ act: "bend", at: now, speed }]]
+  }
+  if (bends) {
+    const at = Math.max(now, line.time - line.position / line.rate)
+    const position = Math.max(positionAt(line, at), 0)
+    return [{ kind: "song", time: at, position, speed: line.rate }, [...end, { act: "start", at, position, speed: line.rate }]]
+  }
+  const goesOn = plays?.kind === "grains" && plays.until >= now && isNear(plays.line, line, plays.until)
+  return grains(goesOn ? plays : null, line, { now, ahead, length, align, acts: goesOn ? [] : end })
+}
+
+/**
+ * Grains of the song up to a time, each at its own speed, so that the pitch stays.
+ * @param {PlaysGrains | null} plays
+ * @param {SongLine} line
+ * @param {{ now: number, ahead: number, length: number, align: (from: number, wanted: number) => number, acts: Act[] }} how
+ * @returns {[Plays, Act[]]}
+ */
+function grains(plays, line, { now, ahead, length, align, acts }) {
+  const span = grainLength(line.rate)
+  let until = plays?.until ?? Math.max(now, line.time - line.position / line.rate)
+  let next = plays?.next ?? null
+  while (until < ahead && positionAt(line, until) < length) {
+    const wanted = Math.max(positionAt(line, until + span / 2) - span / 2, 0) // right in its middle
+    const position = next === null ? wanted : Math.max(align(next, wanted), 0)
+    acts.push({ act: "grain", at: until, position, length: span })
+    until += span
+    next = position + span
+  }
+  return [{ kind: "grains", until, line, next }, acts]
+}
+
+/** How long a grain is, in seconds: short enough that nothing in it is heard too early or too late. @param {number} rate */
+export function grainLength(rate) {
+  return Math.min(Math.max((2 * SMEAR * rate) / Math.abs(1 - rate), SHORTEST), LONGEST)
+}
+
+/** @param {SongLine} one @param {SongLine} two @param {number} time */
+function isNear(one, two, time) {
+  return Math.abs(positionAt(one, time) - positionAt(two, time)) / two.rate <= FAR && Math.abs(one.rate - two.rate) <= BEND
+}
+
+/** @param {number} value @param {number} most */
+function within(value, most) {
+  return Math.min(Math.max(value, -most), most)
+}
+
+/**
+ * The clicks to schedule, or to take back because their beats come at other times now.
+ * @param {Clicks} clicks
+ * @param {BeatLine | null} line
+ * @param {{ now: number, ahead: number, bar: number | null }} how
+ * @returns {[Clicks, ClickAct[]]}
+ */
+export function click(clicks, line, { now, ahead, bar }) {
+  const off = clicks && (!line || Math.abs(beatAt(clicks.line, clicks.until) - beatAt(line, clicks.until)) > SAME * line.pace)
+  /** @type {ClickAct[]} */
+  const acts = off ? [{ act: "unclick", at: now }] : []
+  if (!line) return [null, acts]
+  const from = Math.max(clicks && !off ? clicks.until : now, now)
+  const [first, end] = [beatAt(line, from), Math.min(beatAt(line, Math.max(ahead, from)), line.until - 1e-6)]
+  for (let beat = Math.ceil(Math.max(first, line.beat) - 1e-6); beat < end; beat++) {
+    const at = line.time + (beat - line.beat) / line.pace
+    if (at >= from - 1e-6) acts.push({ act: "click", at, high: bar !== null && beat % bar === 0 })
+  }
+  return [{ until: Math.max(ahead, from), line }, acts]
+}

@@ -1,0 +1,213 @@
+// @ts-check
+// The sound of a dance: its song, from the server or from a file that somebody drops onto the page, and a click.
+
+import { aheadBy, answered } from "./ahead.js"
+import { find, findA } from "./elements.js"
+import { fetchSong, fetchTime } from "./home.js"
+import { settings } from "./keys.js"
+
+/** @import { TimeAnswer } from "./ahead.js" */
+/** @import { Audio, Performance, Song } from "./audio.js" */
+/** @import { Clock } from "./clock.js" */
+/** @import { Messages } from "./messages.js" */
+/** @typedef {NonNullable<Messages["score"]["music"]>} Music */
+
+const ASKING = 5000 // milliseconds between two questions about the server's time
+const PATIENCE = 300 // milliseconds in which a browser turns sound on, if it does without a click
+const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
+const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
+
+export class Sound {
+  #clock
+  #say
+  /** @type {Promise<Audio> | null} */
+  #audio = null
+  /** @type {Audio | null} */
+  #loaded = null
+  #open = false // whether the server is heard
+  /** @type {Pick<Messages["score"], "tempo" | "bar" | "generation"> | null} */
+  #score = null
+  /** @type {Music | null} */
+  #music = null // of the score
+  /** @type {{ file: string, tag: string, buffer: AudioBuffer } | null} */
+  #served = null
+  /** @type {{ name: string, buffer: AudioBuffer } | null} */
+  #dropped = null
+  #clicks = false
+  /** @type {TimeAnswer[]} */
+  #answers = []
+  #asking = 0 // the timer that asks for the time
+
+  /**
+   * `say` tells people, also those who listen.
+   * @param {Clock} clock
+   * @param {(line: string) => void} say
+   */
+  constructor(clock, say) {
+    this.#clock = clock
+    this.#say = say
+    for (const gesture of ["click", "keydown", "pointerup"]) addEventListener(gesture, () => this.#turnOn(), true)
+    find("metronome").addEventListener("click", () => this.#setClicks(!this.#clicks))
+    addEventListener("dragover", (event) => {
+      if (event.dataTransfer?.types.includes("Files")) event.preventDefault()
+    })
+    addEventListener("drop", (event) => {
+      const file = event.dataTransfer?.files[0]
+      if (!file) return
+      event.preventDefault()
+      this.#take(file)
+    })
+    const chosen = findA("song-file", HTMLInputElement)
+    find("choose-song").addEventListener("click", () => chosen.click())
+    chosen.addEventListener("change", () => {
+      const [file] = chosen.files ?? []
+      if (file) this.#take(file)
+      chosen.value = ""
+    })
+    if (settings.get("clicks", false)) this.#setClicks(true)
+  }
+
+  /** What plays, for whoever measures it. */
+  get audio() {
+    return this.#loaded
+  }
+
+  /** Whether the server is heard: without it, nobody knows whether robots still dance. @param {boolean} open */
+  connect(open) {
+    this.#open = open
+    this.#answers = []
+    if (open && this.#music) this.#load(this.#music)
+    this.#run()
+  }
+
+  /** Takes the song, the tempo, and the bar of a score. @param {Messages["score"]} score */
+  show(score) {
+    const isNew = score.generation !== this.#score?.generation
+    this.#score = score
+    this.#music = score.music
+    if (!score.music?.file) this.#served = null
+    else if (isNew) this.#load(score.music)
+    this.#showSong()
+    this.#run()
+  }
+
+  /** The transport has changed. */
+  take() {
+    this.#run()
+  }
+
+  /** Whether there is something to play. */
+  get #has() {
+    return this.#clicks || this.#song !== null
+  }
+
+  /** @returns {Song | null} */
+  get #song() {
+    const buffer = (this.#dropped ?? this.#served)?.buffer
+    return buffer ? { buffer, firstBeat: this.#music?.first_beat ?? 0, volume: this.#music?.volume ?? 1 } : null
+  }
+
+  /** @returns {Performance} */
+  #performance() {
+    const ahead = aheadBy(this.#answers) ?? this.#clock.now() - performance.now() / 1000
+    const transport = this.#open ? this.#clock.transport : NOTHING
+    const { tempo = 60, bar = null } = this.#score ?? {}
+    return { transport, ahead, tempo, bar, clicks: this.#clicks, song: this.#song }
+  }
+
+  /** Gets the song from the server, unless it is here already. @param {Music} music */
+  async #load({ file }) {
+    const audio = await this.#ready()
+    const known = this.#served?.file === file ? this.#served : null
+    const answer = await fetchSong(file, known?.tag ?? "")
+    if (this.#music?.file !== file || answer.same) return
+    this.#served = null
+    const buffer = answer.bytes && (await decoded(audio, answer.bytes))
+    if (this.#music?.file !== file) return
+    if (buffer) this.#served = { file, tag: answer.tag, buffer }
+    this.#showLine(buffer ? "" : answer.problem || `${file} can't be played: this browser doesn't know its format.`)
+    this.#showSong()
+    this.#run()
+  }
+
+  /** Takes a file that somebody has dropped onto the page, or chosen. It stays in this browser. @param {File} file */
+  async #take(file) {
+    const audio = await this.#ready()
+    this.#turnOn()
+    const buffer = file.size > MOST_BYTES ? null : await file.arrayBuffer().then((bytes) => decoded(audio, bytes), () => null)
+    if (buffer) this.#dropped = { name: file.name, buffer }
+    const problem = file.size > MOST_BYTES ? `has more than ${MOST_BYTES / 1024 ** 2} MB` : "can't be played: this browser doesn't know its format"
+    this.#showLine(buffer ? "" : `${file.name} ${problem}.`)
+    this.#showSong()
+    this.#run()
+  }
+
+  /** @param {boolean} clicks */
+  async #setClicks(clicks) {
+    this.#clicks = clicks
+    settings.set("clicks", clicks)
+    find("metronome").setAttribute("aria-pressed", String(clicks))
+    if (clicks) await this.#ready()
+    this.#run()
+  }
+
+  /** Sound itself, loaded once it is needed. */
+  #ready() {
+    this.#audio ??= import("./audio.js").then(({ Audio }) => {
+      this.#loaded = new Audio(() => this.#performance(), () => this.#showOff())
+      setTimeout(() => this.#showOff(), PATIENCE)
+      return this.#loaded
+    })
+    return this.#audio
+  }
+
+  async #turnOn() {
+    await this.#loaded?.turnOn()
+    this.#showOff()
+  }
+
+  #run() {
+    const runs = this.#has && this.#open && this.#clock.playing
+    this.#loaded?.run(runs)
+    if (runs && !this.#asking) {
+      this.#asking = window.setInterval(() => this.#ask(), ASKING)
+      this.#ask()
+    }
+    if (!runs) {
+      clearInterval(this.#asking)
+      this.#asking = 0
+    }
+    this.#showOff()
+  }
+
+  async #ask() {
+    const sent = performance.now() / 1000
+    const wall = await fetchTime()
+    if (wall !== null) this.#answers = answered(this.#answers, { sent, wall, received: performance.now() / 1000 })
+  }
+
+  /** Says that sound needs a click, if it does. */
+  #showOff() {
+    find("sound-on").hidden = !this.#has || (this.#loaded?.isOn ?? true)
+  }
+
+  /** @param {string} line */
+  #showLine(line) {
+    find("song-line").hidden = !line
+    find("song-line").textContent = line
+    if (line) this.#say(line)
+  }
+
+  #showSong() {
+    const name = this.#dropped?.name ?? this.#served?.file ?? ""
+    find("song-name").textContent = name || "none: drop a file onto this page, or"
+  }
+}
+
+/**
+ * @param {Audio} audio
+ * @param {ArrayBuffer} bytes
+ */
+function decoded(audio, bytes) {
+  return audio.decode(bytes).catch(() => null)
+}

@@ -1,0 +1,126 @@
+"""The song that pages play: opened only in the folder of its improv.toml, and served in ranges."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from improv_core.plain import message as in_plain_text
+from improv_core.score.music import Music, is_inside, is_song
+
+if TYPE_CHECKING:
+    from aiohttp import web
+
+MOST_BYTES = 128 * 1024 * 1024
+"""The largest file. As browsers decode it, a song takes several times as much memory."""
+CHUNK = 256 * 1024
+"""Bytes that are read at once."""
+CONTENT_TYPES = {
+    ".wav": "audio/wav",
+    ".mp3": "audio/mpeg",
+    ".ogg": "audio/ogg",
+    ".flac": "audio/flac",
+    ".m4a": "audio/mp4",
+}
+
+
+class SongError(Exception):
+    """There is no song to play. The message is one line for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class Song:
+    """An open file, its size in bytes, its type, and a tag that changes whenever the file does."""
+
+    file: BinaryIO
+    size: int
+    content_type: str
+    tag: str
+
+
+def open_song(music: Music | None) -> Song:
+    """Open the file of a song. It may take as long as the disk does. Raises SongError."""
+    if not music or not music.file or not music.folder:
+        raise SongError("This dance has no song.")
+    name = in_plain_text(music.file)
+    if not is_song(music.file) or not is_inside(music.file):
+        raise SongError(f"{name} can't be played.")
+    try:
+        folder = Path(music.folder).resolve(strict=True)
+        path = (folder / music.file).resolve(strict=True)
+        if not path.is_relative_to(folder):
+            raise SongError(f"{name} is a link out of the folder of improv.toml: put the song itself there.")
+        if not is_song(path.name):
+            raise SongError(f"{name} can't be played.")
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+        opened = os.open(path, flags)
+    except FileNotFoundError:
+        raise SongError(f"{name} is not beside improv.toml: put it there, and play again.") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or "its name is not valid"
+        raise SongError(f"{name} can't be read: {reason}.") from None
+    try:
+        about = os.fstat(opened)
+        if not stat.S_ISREG(about.st_mode):
+            raise SongError(f"{name} is not a file.")
+        if about.st_size > MOST_BYTES:
+            raise SongError(f"{name} has more than {MOST_BYTES // 1024**2} MB: save it as MP3, or take a part of it.")
+        file = os.fdopen(opened, "rb")
+    except BaseException:
+        os.close(opened)
+        raise
+    tag = f'"{about.st_mtime_ns:x}-{about.st_size:x}"'
+    return Song(file, about.st_size, CONTENT_TYPES[path.suffix.lower()], tag)
+
+
+def range_of(header: str | None, size: int) -> range | None:
+    """The bytes that a `Range` header asks for: all of them if there is none, or one that we don't know. None if it
+    asks for bytes that aren't there."""
+    found = re.fullmatch(r"bytes=(\d{0,18})-(\d{0,18})", header or "", re.ASCII)
+    if not found or not any(found.groups()):
+        return range(size)
+    first, last = found.groups()
+    if not first:
+        asked = range(max(size - int(last), 0), size)
+    else:
+        asked = range(int(first), min(int(last) + 1, size) if last else size)
+    return asked or None
+
+
+async def serve(request: web.Request, music: Music | None) -> web.StreamResponse:
+    """Answer with the song, or 304 if the page has it already, or a line of text if there is none to play: browsers
+    would report an error of the page for a status that is one."""
+    from aiohttp import web
+
+    try:
+        song = await asyncio.to_thread(open_song, music)
+    except SongError as problem:
+        return web.Response(text=str(problem))
+    with song.file:
+        headers = {"ETag": song.tag, "Accept-Ranges": "bytes"}
+        if request.headers.get("If-None-Match") == song.tag:
+            return web.Response(status=304, headers=headers)
+        asked = range_of(request.headers.get("Range"), song.size)
+        if asked is None and song.size:
+            return web.Response(status=416, headers={"Content-Range": f"bytes */{song.size}"})
+        part = asked or range(0)
+        whole = len(part) == song.size
+        if not whole:
+            headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{song.size}"
+        answer = web.StreamResponse(status=200 if whole else 206, headers=headers)
+        answer.content_type = song.content_type
+        answer.content_length = len(part)
+        await answer.prepare(request)
+        song.file.seek(part.start)
+        left = len(part)
+        while left and (chunk := await asyncio.to_thread(song.file.read, min(left, CHUNK))):
+            await answer.write(chunk)
+            left -= len(chunk)
+        if left and request.transport:  # the file has become shorter: what came so far must not look like all of it
+            request.transport.abort()
+        return answer

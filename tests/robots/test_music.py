@@ -1,0 +1,80 @@
+"""The section `[music]` of an `improv.toml`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import Robots, read_robots
+from improv_core.score.music import Music
+from improv_core.score.score_json import from_json, to_json
+
+
+def check(text: str, music: Music | None, *messages: str) -> Robots:
+    """What is read from an improv.toml in /dances, and what is reported."""
+    robots = read_robots(text, Path("/dances/improv.toml"))
+    assert robots.music == music
+    assert [each.message for each in robots.diagnostics] == list(messages)
+    return robots
+
+
+def test_without_the_section_there_is_no_music() -> None:
+    check("", None)
+
+
+def test_a_song_is_beside_the_file_or_deeper() -> None:
+    check('[music]\nfile = "song.mp3"', Music("song.mp3", "/dances"))
+    check(
+        '[music]\nfile = "sounds/Song.WAV"\nfirst_beat = -0.5\nvolume = 0.25',
+        Music("sounds/Song.WAV", "/dances", -0.5, 0.25),
+    )
+
+
+def test_where_the_first_beat_is_can_be_set_for_a_song_that_people_choose() -> None:
+    check("[music]\nfirst_beat = 0.35", Music("", "/dances", 0.35))
+
+
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [
+        *(
+            (
+                file,
+                "pages can't play this: write a file that ends in `.wav`, `.mp3`, `.ogg`, `.flac`, or `.m4a`",
+            )
+            for file in ("song", "song.txt", ".wav")
+        ),
+        *(
+            (
+                file,
+                'pages can\'t get this: put the song beside this file, and write its name: `"song.mp3"`',
+            )
+            for file in ("../song.mp3", "/song.mp3", "a/../../song.mp3", "C:/song.mp3", "a\\\\..\\\\song.mp3")
+        ),
+    ],
+)
+def test_a_song_that_pages_cannot_play_is_a_warning_and_the_dance_plays(file: str, message: str) -> None:
+    assert check(f'[music]\nfile = "{file}"', Music("", "/dances"), message).ok
+
+
+def test_wrong_values_are_errors_as_everywhere() -> None:
+    check("[music]\nfile = 7", Music("", "/dances"), "write `file` as text, in quotes")
+    check("[music]\nvolume = 2", Music("", "/dances"), "write `volume` in shares, from 0 to 1")
+    check("music = 1", Music("", "/dances"), "write `music` as a section: `[music]`")
+    check("[music]\nfil = 'a.wav'", Music("", "/dances"), "`fil` is not valid here: did you mean `file`?")
+
+
+def test_a_score_takes_the_song_to_the_stage() -> None:
+    robots = read_robots('[music]\nfile = "song.ogg"\nfirst_beat = 0.35', Path("/dances/improv.toml"))
+    score = score_of(analyze("ada $ forward", robots))
+    assert from_json(json.loads(json.dumps(to_json(score)))).music == score.music == Music("song.ogg", "/dances", 0.35)
+
+
+def test_a_score_with_a_song_of_another_kind_is_refused() -> None:
+    score = json.loads(json.dumps(to_json(score_of(analyze("ada $ forward", read_robots("[music]"))))))
+    with pytest.raises(ValueError, match="volume"):
+        from_json({**score, "music": {**score["music"], "volume": "loud"}})

@@ -1,0 +1,77 @@
+"""Songs for tests, whose sound says where in the song one is; and an ear for what a page plays."""
+
+from __future__ import annotations
+
+import math
+import struct
+from array import array
+from pathlib import Path
+from typing import Any
+
+RATE = 44_100
+
+TAP = """
+const made = window.AudioContext
+const connect = AudioNode.prototype.connect
+const processor = `registerProcessor("ear", class extends AudioWorkletProcessor {
+  process([[left]]) {
+    this.port.postMessage([currentTime, left ? left[0] : 0])
+    return true
+  }
+})`
+window.contexts = []
+window.listening = null
+window.AudioContext = class extends made {
+  constructor(options) {
+    super(options)
+    window.contexts.push(this)
+  }
+}
+AudioNode.prototype.connect = function (to, ...more) {
+  const done = connect.call(this, to, ...more)
+  if (to === this.context.destination && this.context.ear) connect.call(this, this.context.ear)
+  return done
+}
+window.hear = async () => {
+  const [context] = window.contexts
+  await context.audioWorklet.addModule(URL.createObjectURL(new Blob([processor], { type: "text/javascript" })))
+  context.ear = new AudioWorkletNode(context, "ear")
+  window.heard = []
+  context.ear.port.onmessage = ({ data: [time, value] }) => window.heard.push([time, value])
+}
+"""
+
+
+def ramp(seconds: float) -> bytes:
+    """A WAV file whose sound rises evenly from -1/2 at its beginning to 1/2 at its end, so that one sample says where
+    in it one is. As numbers with a fraction, so that this is exact to less than a millisecond."""
+    count = round(seconds * RATE)
+    samples = array("f", (place / count - 0.5 for place in range(count)))
+    return wav(samples.tobytes(), kind=3, width=4)
+
+
+def clicks(seconds: float, tempo: float, first: float = 0.0) -> bytes:
+    """A WAV file with a short tone at each beat, the first one `first` seconds after its beginning."""
+    rate = 8_000
+    samples = array("h", bytes(2 * round(seconds * rate)))
+    beat = first
+    while beat < seconds - 0.05:
+        start = round(beat * rate)
+        for place in range(rate // 25):
+            samples[start + place] = round(20_000 * math.sin(place) * math.exp(-place / 80))
+        beat += 60 / tempo
+    return wav(samples.tobytes(), kind=1, width=2, rate=rate)
+
+
+def wav(data: bytes, kind: int, width: int, rate: int = RATE) -> bytes:
+    """A WAV file with one channel; `kind` 1 has whole numbers, and 3 numbers with a fraction."""
+    form = struct.pack("<HHIIHH", kind, 1, rate, rate * width, width, 8 * width)
+    body = b"WAVE" + b"fmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(data)) + data
+    return b"RIFF" + struct.pack("<I", len(body)) + body
+
+
+def improv_toml(folder: Path, song: bytes, **keys: Any) -> str:
+    """An improv.toml with this song, which is put into the folder."""
+    (folder / "song.wav").write_bytes(song)
+    lines = "".join(f"{key} = {value}\n" for key, value in keys.items())
+    return f'[music]\nfile = "song.wav"\n{lines}'

@@ -1,0 +1,139 @@
+"""The sound of a dance in a real browser. modules/music.test.js asks what is heard when; the benchmark `song` measures
+how exactly."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.stage.viewer.conftest import Show, wait, watch
+from tests.stage.viewer.songs import clicks, improv_toml
+
+DANCE = "beat 120\nbar 3\nada $ repeat (forward left)\n"
+SONG = clicks(200, 120)
+RIGHT = "Math.abs(improv.song - (0.5 + improv.beat / 2)) < 0.25"
+"""Whether the page plays the position that belongs to the beat. The benchmark measures how exactly."""
+OSCILLATORS = """
+const start = OscillatorNode.prototype.start
+window.clicks = []
+OscillatorNode.prototype.start = function (at) {
+  window.clicks.push([at, this.frequency.value])
+  return start.call(this, at)
+}
+"""
+
+NEEDS_A_CLICK = """
+const resume = AudioContext.prototype.resume
+let clicked = false
+addEventListener("click", () => (clicked = true), true)
+AudioContext.prototype.resume = function () {
+  return clicked ? resume.call(this) : new Promise(() => {})
+}
+window.AudioContext = class extends AudioContext {
+  constructor(options) {
+    super(options)
+    this.suspend()
+  }
+}
+"""
+"""As browsers are: for a browser, what Playwright evaluates on a page is a person who clicks."""
+
+
+@pytest.fixture
+def dance(page: Page, show: Show, tmp_path: Path) -> Page:
+    """A page on which DANCE plays with its song, whose first beat is after half a second."""
+    show.play(DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    watch(page, show).locator("#stage").click()  # before that, browsers play nothing
+    return page
+
+
+def test_the_page_plays_the_song_at_the_beat_and_through_pause_seek_and_stop(dance: Page) -> None:
+    wait(dance, RIGHT)
+    dance.locator("#play").click()
+    wait(dance, "improv.transport.state === 'paused' && improv.song === null")
+    dance.locator("#play").click()
+    wait(dance, RIGHT)
+    dance.locator("#restart").click()
+    wait(dance, f"improv.beat < 4 && {RIGHT}")
+    dance.locator("#stop").click()
+    wait(dance, "improv.transport.state === 'stopped' && improv.song === null")
+    expect(dance.locator("#song-line")).to_be_hidden()
+    expect(dance.locator("#sound-on")).to_be_hidden()
+
+
+def test_a_save_plays_on_with_the_song_which_is_not_sent_again(dance: Page, show: Show, tmp_path: Path) -> None:
+    wait(dance, RIGHT)
+    with dance.expect_response(re.compile("/song")) as answer:
+        show.play(DANCE, '[music]\nfile = "song.wav"\nfirst_beat = 0.5', when="now", folder=tmp_path)
+    assert answer.value.status == 304
+    wait(dance, RIGHT)
+
+
+def test_a_song_that_is_not_there_is_one_line_and_the_dance_plays(page: Page, show: Show, tmp_path: Path) -> None:
+    show.play(DANCE, '[music]\nfile = "gone.mp3"', folder=tmp_path)
+    watch(page, show)
+    expect(page.get_by_text("gone.mp3 is not beside improv.toml: put it there, and play again.").first).to_be_visible()
+    assert page.evaluate("improv.transport.state") == "playing"
+
+
+def test_a_file_that_is_no_song_is_one_line(page: Page, show: Show, tmp_path: Path) -> None:
+    show.play(DANCE, improv_toml(tmp_path, b"no song"), folder=tmp_path)
+    watch(page, show)
+    line = "song.wav can't be played: this browser doesn't know its format."
+    expect(page.locator("#song-line")).to_have_text(line)
+    assert page.evaluate("improv.transport.state") == "playing"
+
+
+def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
+    show.play(DANCE)
+    watch(page, show)
+    sent: list[str] = []
+    page.on("request", lambda request: sent.append(request.method))
+    page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": SONG})
+    wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
+    page.get_by_role("button", name="Sound").click()
+    expect(page.locator("#song-name")).to_have_text("own.wav")
+    page.evaluate(
+        """() => {
+          const dataTransfer = new DataTransfer()
+          dataTransfer.items.add(new File(["text"], "notes.txt"))
+          document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }))
+        }"""
+    )
+    line = "notes.txt can't be played: this browser doesn't know its format."
+    expect(page.locator("#song-line")).to_have_text(line)
+    wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
+    assert set(sent) == {"GET"}
+
+
+def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) -> None:
+    page.add_init_script(OSCILLATORS)
+    show.play(DANCE)
+    watch(page, show)
+    page.get_by_role("button", name="Sound").click()
+    page.get_by_role("button", name="Click on each beat").click()
+    wait(page, "window.clicks.length > 6")
+    page.get_by_role("button", name="Click on each beat").click()
+    made = page.evaluate("window.clicks")
+    gaps = [later - before for (before, _), (later, _) in pairwise(made)]
+    assert [round(gap, 2) for gap in gaps] == [0.5] * len(gaps)
+    high = [frequency > 1500 for _, frequency in made]
+    first = high.index(True)
+    assert high == [(place - first) % 3 == 0 for place in range(len(high))]
+
+
+def test_where_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(
+    page: Page, show: Show, tmp_path: Path
+) -> None:
+    page.add_init_script(NEEDS_A_CLICK)
+    show.play(DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    watch(page, show)
+    expect(page.get_by_role("button", name="Click for sound")).to_be_visible()
+    assert page.evaluate("[improv.transport.state, improv.song]") == ["playing", None]
+    page.locator("#stage").click()
+    wait(page, RIGHT)
+    expect(page.get_by_role("button", name="Click for sound")).to_be_hidden()

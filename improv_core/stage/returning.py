@@ -16,8 +16,6 @@ from typing import NamedTuple
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.obstacles import Obstacle
 from improv_core.score.profiles import Profile, slow_speeds
-from improv_core.score.score import Preflight
-from improv_core.stage.preflight import Standing, is_there
 from improv_core.stage.setpoints import Setpoint
 
 HORIZON = 120.0
@@ -99,11 +97,6 @@ def toward(pose: Pose, place: Pose, profile: Profile, around: Clearance) -> Twis
         return Twist(yaw=turning)
     twist = Twist(min(GAIN * far, linear), yaw=turning)
     return STILL if _comes_near(pose, pose.after(twist, AHEAD), profile.radius, around) else twist
-
-
-def may_join(place: Rendezvous, pose: Pose, limits: Preflight, now: float) -> bool:
-    """Whether its part goes on from here now, and a robot is there."""
-    return place.begins <= now and is_there(Standing(place.pose, pose), limits)
 
 
 def _seconds(pose: Pose, place: Pose, profile: Profile) -> float:

@@ -11,7 +11,8 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Exact
 from improv_core.score.obstacles import obstacles
 from improv_core.stage.cast import closed_part
-from improv_core.stage.returning import ROOM, Clearance, Rendezvous, goal, may_join, places, toward
+from improv_core.stage.preflight import Standing, is_there
+from improv_core.stage.returning import ROOM, Clearance, Rendezvous, goal, places, toward
 from improv_core.stage.run import Run
 
 PERIOD = 0.05
@@ -51,7 +52,7 @@ class Returns:
         self._waiting: set[str] = set()  # robots of which people know that they wait until all are seen
         self._driving: set[str] = set()  # robots of which people know that they drive back
         self._stuck: dict[str, float] = {}  # when robots that have no way look for one again
-        self._scene: tuple[object, int] = (None, 0)
+        self._playing: tuple[object, ...] = ()  # what goals and ways are for
         self._looked = -math.inf
 
     @property
@@ -69,8 +70,8 @@ class Returns:
 
     def look(self, run: Run, back: Collection[str], seen: Sightings) -> list[HomeStep]:
         """What all robots do now that are `back` and may move."""
-        if (scene := (run.score, run.scene)) != self._scene:
-            self._scene, self._goals, self._stuck = scene, {}, {}
+        if (playing := (run.score, run.scene, run.transport)) != self._playing:  # parts are elsewhere at other times
+            self._playing, self._goals, self._stuck = playing, {}, {}
         self._looked = seen.now
         steps = [*(HomeStep(robot, STILL) for robot in self._told.keys() - back)]
         self._waiting &= {*back}
@@ -102,9 +103,9 @@ class Returns:
         world = run.score.world
         room = max(world.keep_apart or 0.0, world.margin) + ROOM
         around = Clearance(others, [*obstacles(world)], room, world.margin)
-        place = self._goals.get(robot)
-        if place and may_join(place, pose, run.score.safety.preflight, seen.now) and seen.now <= place.ends + PERIOD:
-            self._goals.pop(robot)
+        place, ideal = self._goals.get(robot), seen.ideal.get(robot)
+        if ideal and is_there(Standing(ideal, pose), run.score.safety.preflight):
+            self._goals.pop(robot, None)
             self._waiting.discard(robot)
             self._driving.discard(robot)
             yield HomeStep(robot, None, f"{robot} is back in its place and goes on")

@@ -188,7 +188,7 @@ def test_something_in_the_world_is_in_its_way() -> None:
 
 
 def test_nobody_can_foresee_what_senses_decide() -> None:
-    floor = returning("beat 60\nr s $ repeat (if near forward else backward)\n")
+    floor = returning("beat 60\nr s $ repeat 3 forward repeat (if near left else right)\n")
     assert "r finds no way to where it should be: carry it there" in floor.lines
     assert floor.stands()
 
@@ -228,6 +228,16 @@ def test_after_a_pause_it_drives_on_and_nobody_has_to_put_it_in_its_place() -> N
     assert floor.states[-1] == "playing"
     assert not floor.stands()
     until_back(floor)
+
+
+@pytest.mark.parametrize("factor", [0.25, 3.0])
+def test_it_goes_on_only_where_its_part_is_although_the_speed_changes(factor: float) -> None:
+    floor = returning(SQUARE)
+    floor.player.set_speed(factor, floor.now)
+    while BACK not in floor.lines:
+        floor.move(STEP)
+        assert floor.now < 1100
+    assert floor.off < 0.15
 
 
 def test_a_save_meanwhile_does_not_make_it_dance_elsewhere() -> None:

@@ -27,18 +27,21 @@ PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.
 """What a browser needs of the npm package `pyodide`."""
 PACKAGES = {
     "improv_core": (
-        "commands",
-        "page",
-        "site/website.py",
-        "site/guide.py",
-        "site/docs",
-        "site/examples",
         "__main__.py",
+        "classroom/",
+        "commands/",
+        "ide/robots_file/",
+        "remote/",
+        "site/docs/",
+        "site/examples/",
+        "site/guide.py",
+        "site/website.py",
+        "stage/sinks/ros",
     ),
-    "lark": ("tools", "__pyinstaller"),
+    "lark": ("tools/", "__pyinstaller/"),
     "segno": ("cli.py",),
 }
-"""The Python packages that run in the browser, and what of each doesn't."""
+"""The Python packages that run in the browser, and what of each doesn't: how the paths begin there."""
 CODE = (".py", ".lark", ".json")
 LEFT_OUT = ("senses/bump",)
 """The programs of the gallery that can't be played there: nobody bumps into anything."""
@@ -144,7 +147,7 @@ def _archive() -> bytes:
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
         for package, left_out in PACKAGES.items():
             for name, data in _code(resources.files(package), ""):
-                if not any(name == each or name.startswith(f"{each}/") or f"/{each}/" in name for each in left_out):
+                if not name.startswith(left_out):
                     info = zipfile.ZipInfo(f"{package}/{name}", SAME_TIME)
                     info.compress_type = zipfile.ZIP_DEFLATED
                     file.writestr(info, data)

@@ -1,4 +1,4 @@
-"""The website in Chromium, over a network of 10 Mbit/s: how soon one can write and play there, and frames."""
+"""The website in Chromium, over a network of 10 Mbit/s: how soon one can write and play there, typing, and frames."""
 
 from __future__ import annotations
 
@@ -36,6 +36,44 @@ FRAMES = """() => new Promise((done) => {
   }
   requestAnimationFrame(look)
 })"""
+KEYS = 200
+BETWEEN = 120.0
+"""Milliseconds from key to key: ten words a minute more than most people type."""
+LINES = 100
+PROGRAM = "\n".join(
+    [
+        "beat 80",
+        *(f"step{n} = repeat {n % 4 + 1} (forward || left) ease scale {n}/9 right" for n in range(1, LINES - 4)),
+    ]
+    + [f"{robot} $ {' '.join(f'step{n}' for n in range(first, LINES - 4, 4))}" for first, robot in enumerate("abcd", 1)]
+)
+WATCH = """
+  const Plain = Worker
+  window.keys = []
+  window.drawn = []
+  window.answered = []
+  window.Worker = class extends Plain {
+    asked = []
+    constructor(...values) {
+      super(...values)
+      this.addEventListener("message", ({ data }) => {
+        if (data.message?.startsWith('{"type": "analyzed"')) answered.push([this.asked.shift(), performance.now()])
+      })
+    }
+    postMessage(message) {
+      if (message.request?.startsWith('{"type":"analyze"')) this.asked.push(performance.now())
+      super.postMessage(message)
+    }
+  }
+  addEventListener("input", ({ timeStamp }) => {
+    keys.push(timeStamp)
+    const frame = new MessageChannel()
+    frame.port1.onmessage = () => drawn.push(performance.now() - timeStamp)
+    requestAnimationFrame(() => frame.port2.postMessage(null))
+  }, true)
+"""
+"""Keeps when keys came, how long each took until a frame with it was drawn, and when texts were asked about and
+answered."""
 COMPRESSED = (".js", ".mjs", ".css", ".html", ".json", ".wasm")
 
 
@@ -62,6 +100,7 @@ def run(quick: bool) -> None:
                 context.close()
             print_row("first visit, 10 Mbit/s", *_figures(firsts), "≤ 2 s / 12 s")
             print_row("second visit, offline", *_figures(seconds), "≤ 2 s / 5 s")
+            _print_typing(browser.new_page(viewport={"width": 1280, "height": 800}), address, quick)
             _print_frames(browser.new_page(viewport={"width": 1280, "height": 800}), address)
             browser.close()
 
@@ -79,6 +118,30 @@ def _visit(page: Page, go: Callable[[], Any]) -> tuple[float, float]:
     writing = time.monotonic() - begin
     wait(page, OPENED)
     return writing, time.monotonic() - begin
+
+
+def _print_typing(page: Page, address: str, quick: bool) -> None:
+    """From a key in a long program to a frame that shows it, and to its colors and mistakes."""
+    page.add_init_script(WATCH)
+    page.goto(address)
+    wait(page, OPENED)
+    page.locator("#text").fill(f"{PROGRAM}\n")
+    wait(page, "answered.length > 0 && answered.at(-1)[0] > keys.at(-1)")
+    page.evaluate("keys.length = drawn.length = answered.length = 0")
+    page.locator("#text").press_sequentially(
+        ("e $ step9 (left) " * KEYS)[: KEYS // 4 if quick else KEYS], delay=BETWEEN
+    )
+    wait(page, "answered.length > 0 && answered.at(-1)[0] >= keys.at(-1)")
+    keys, drawn, answered = page.evaluate("[keys, drawn, answered]")
+    colored = [next(end for asked, end in answered if asked >= key) - key for key in keys]
+    for what, times in (("the frame that shows it", drawn), ("its colors and mistakes", colored)):
+        times.sort()
+        print_row(
+            f"from a key in {LINES} lines to {what}",
+            f"p50 {median(times):.0f} ms",
+            f"p95 {times[int(0.95 * len(times))]:.0f} ms",
+            "≤ 50 ms",
+        )
 
 
 def _print_frames(page: Page, address: str) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import re
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -41,7 +43,38 @@ def test_python_files_of_the_command_line_stay_out(pyodide: Path, tmp_path: Path
     build(tmp_path / "site", pyodide)
     names = zipfile.ZipFile(io.BytesIO((tmp_path / "site" / "improv.zip").read_bytes())).namelist()
     assert {"improv_core/site/home.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
-    assert not [name for name in names if "/commands/" in name or "/page/" in name or "__pycache__" in name]
+    assert not [name for name in names if re.search("/commands/|/page/|/remote/|sinks/ros|__pycache__", name)]
+
+
+def test_the_python_files_need_no_others(pyodide: Path, tmp_path: Path) -> None:
+    build(tmp_path / "site", pyodide)
+    zipfile.ZipFile(tmp_path / "site" / "improv.zip").extractall(tmp_path / "files")
+    scene = """
+import asyncio, sys
+sys.path = [each for each in sys.path if "site-packages" not in each and each] + [sys.argv[1]]
+from improv_core.site.home import Home
+
+async def play():
+    told, ready = [], asyncio.Event()
+    home = Home(told.append, lambda number: None)
+    serving = asyncio.create_task(home.serve("", "[robots.ada]\\nprofile = 1", 0, 0.0, ready.set))
+    await ready.wait()
+    for text in ("fly = lift || left\\nada $ near", "ada is puppet\\nada $ forward || head left"):
+        home.hear('{"type": "analyze", "number": 1, "text": "%s"}' % text)
+    home.use("[world]\\nsize = [4, 4]")
+    home.hear('{"type": "complete", "number": 1, "offset": 2}')
+    home.hear('{"type": "write", "number": 1, "text": "ada $ left", "revision": "0"}')
+    while not any('"state": "playing"' in each for each in told):
+        await asyncio.sleep(0.01)
+    assert home.code("x") and home.paths()
+    serving.cancel()
+
+asyncio.run(asyncio.wait_for(play(), 60))
+"""
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", scene, tmp_path / "files"], capture_output=True, text=True, timeout=90, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_same_files_make_the_same_website(pyodide: Path, tmp_path: Path) -> None:
@@ -80,6 +113,10 @@ def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
             assert name["height"] < 40, f"{width} wide: {name}"
             expect(page.get_by_role("button", name="Save and play")).to_be_in_viewport(ratio=1)
             keep(page, f"site-name-{width}.png")
+        page.set_viewport_size({"width": 390, "height": 500})  # a phone's keyboard is open
+        paper = page.locator("#paper").bounding_box()
+        assert paper
+        assert paper["height"] > 80
 
 
 @pytest.mark.slow("starts Python in a browser, three times")

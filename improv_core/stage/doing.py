@@ -166,7 +166,8 @@ def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
 
 
 def _drive(act: acts.Guide, tracks: Tracks, now: float) -> None:
-    tracks.drive(act.robot, act.twist, now)
+    tracks.sink.send(act.robot, act.twist, tracks.run.transport.performed(now))
+    tracks.watches.tell(act.robot, act.twist, now)
 
 
 def _go_on(act: acts.GoOn, tracks: Tracks, now: float) -> None:

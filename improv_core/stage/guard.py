@@ -13,6 +13,7 @@ from improv_core.score.motion import Pose
 from improv_core.stage.events import TooNear
 from improv_core.stage.fault_lines import in_one_phrase
 from improv_core.stage.nearness import Proximity
+from improv_core.stage.odometry import Odometry
 from improv_core.stage.run import Run
 from improv_core.stage.sinks import RawPose, Sink
 
@@ -26,10 +27,11 @@ class Guard:
         self._told: set[str] = set()  # robots that people know are not guarded
         self._lost: set[str] = set()  # those of which no poses come now
         self._delayed: set[str] = set()  # those whose poses come too late
+        self._misdated: set[str] = set()  # those whose poses have stamps of another time
 
     def forget(self) -> None:
         """Name all robots again that aren't guarded, since somebody has restarted everything."""
-        self._told, self._lost, self._delayed = set(), set(), set()
+        self._told, self._lost, self._delayed, self._misdated = set(), set(), set(), set()
 
     def hear(self, poses: Iterable[RawPose]) -> None:
         """Take measured poses."""
@@ -57,6 +59,12 @@ class Guard:
         must_be_seen = self._sink.real and run.mode == "playing" and run.score.safety.sight
         return self._proximity.fresh_until(_ours(run)) if must_be_seen else math.inf
 
+    def lines(self, run: Run, odometry: Odometry, now: float) -> Iterator[str]:
+        """What people should know about poses and what depends on them, each once."""
+        yield from self.news(run, now)
+        yield from self.clocks(run, odometry.clocks())
+        yield from self.delays(run, odometry.ages())
+
     def news(self, run: Run, now: float) -> Iterator[str]:
         """Lines about robots that aren't guarded, each once."""
         if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing":
@@ -73,15 +81,29 @@ class Guard:
             yield f"`keep_apart` doesn't guard {in_one_phrase(sorted(new))} now: no pose came for {OLDEST} s"
         self._lost = lost
 
+    def clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
+        """Lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. They are so
+        many seconds `ahead`."""
+        if not self._sink.real or run.mode != "playing":
+            return
+        parts = run.score.parts
+        for robot in _dependent(run):
+            if robot not in ahead or robot in self._misdated or parts[robot].use_sim_time:
+                continue
+            self._misdated.add(robot)
+            seconds = ahead[robot]
+            off = f"{abs(seconds):.1f} s {'ahead of' if seconds > 0 else 'behind'}"
+            yield (
+                f"the clock that stamps poses of {robot} is {off} this machine's, so nobody knows how old they are: "
+                "they count from when they come; synchronize the clocks, such as with chrony"
+            )
+
     def delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
         """Lines about robots whose poses come too late to be of use. `ages` are how old they were at least when they
         came, in seconds."""
         if not self._sink.real or run.mode != "playing":
             return
-        keeps = run.score.world.keep_apart is not None or run.score.safety.sight
-        guarded = _guarded(run) if keeps else {}
-        late = {robot for robot, part in run.score.parts.items() if part.follow or robot in guarded}
-        late = {robot for robot in late if ages.get(robot, 0.0) > OLDEST}
+        late = {robot for robot in _dependent(run) if ages.get(robot, 0.0) > OLDEST}
         if new := late - self._delayed:
             seconds = max(ages[robot] for robot in new)
             yield (
@@ -97,6 +119,13 @@ class Guard:
 def _ours(run: Run) -> list[str]:
     """The robots that this stage moves."""
     return [robot for robot, part in run.score.parts.items() if not part.elsewhere]
+
+
+def _dependent(run: Run) -> list[str]:
+    """The robots for which it matters how old their poses are."""
+    keeps = run.score.world.keep_apart is not None or run.score.safety.sight
+    guarded = _guarded(run) if keeps else {}
+    return [robot for robot, part in run.score.parts.items() if part.follow or robot in guarded]
 
 
 def _guarded(run: Run) -> Mapping[str, float]:

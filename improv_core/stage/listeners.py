@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Set
 from typing import NamedTuple
 
 from improv_core.score.score import Score
@@ -49,7 +49,8 @@ class Listeners:
         self.away: set[str] = set()
         """Robots that once listened and no longer do."""
         self.standing: set[str] = set()
-        """Robots that were away, and stand until the next scene or the next play."""
+        """Robots that were away, and stand until the next scene or the next play, or drive back."""
+        self._returns = False
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
         self.gone: set[str] = set()
@@ -66,7 +67,8 @@ class Listeners:
         self._robots = list(score.parts)
         self._heard = self._heard.difference(entering)
         self.away = self.away.difference(entering)
-        self.standing = self.standing & score.parts.keys() if score.safety.rejoin == "return" else set()
+        self._returns = score.safety.rejoin == "return"
+        self.standing = self.standing & score.parts.keys() if self._returns else set()
         for robot in entering:
             self._met.setdefault(robot, now)
 
@@ -134,9 +136,9 @@ class Listeners:
         return must_stand
 
     @property
-    def back(self) -> set[str]:
-        """Robots that stand although they listen again."""
-        return self.standing - self.away
+    def returning(self) -> Set[str]:
+        """Those that will drive to where their parts have them, once they listen."""
+        return self.standing if self._returns else frozenset()
 
     def news(self) -> Iterator[str]:
         """The lines that have come up since the last call. Lines that differ only in their topic are one."""

@@ -16,6 +16,7 @@ from improv_core.stage.doing import do
 from improv_core.stage.events import Event
 from improv_core.stage.gate import time_left
 from improv_core.stage.reports import Told
+from improv_core.stage.returns import HomeStep, Sightings
 from improv_core.stage.run import Run
 from improv_core.stage.sinks import Sink
 from improv_core.stage.tracks import Tracks
@@ -106,13 +107,24 @@ class Machine:
         if self._sink.real and (line := tracks.queue.repeats.news()):
             tracks.tell({"type": "warning", "message": line})
         if now >= self._returns_due:
-            return events.Returning(tracks.steps(now))
+            return events.Returning(self._steps(now))
         return self._look_around(now)
 
     @property
     def _returns_due(self) -> float:
         """When to look at robots that drive back to their parts."""
-        return self._tracks.returns.due(self.run, self._tracks.listeners.standing)
+        return self._tracks.returns.due(self.run, self._tracks.listeners.returning)
+
+    def _steps(self, now: float) -> list[HomeStep]:
+        """What robots do now that drive back to their parts."""
+        run, tracks, over = self.run, self._tracks, self._tracks.cast.over
+        ready = tracks.listeners.returning - tracks.listeners.away
+        back = [robot for robot in run.score.parts if robot in ready and not run.is_silent(robot, ())]
+        ideal = {robot: each.ideal for robot, each in tracks.odometry.places(now).items()}
+        doubtful = [robot for robot in back if tracks.odometry.is_doubtful(robot, now)]
+        ends = run.transport.clock(run.transport.end(run.ends(over)))
+        seen = Sightings(now, run.beat(now, over), tracks.guard.poses(run, now), ideal, doubtful, ends)
+        return tracks.returns.look(run, back, seen)
 
     def _look_around(self, now: float) -> Event | None:
         """Check a few robots: for faults, and if that is due, whether they listen."""

@@ -135,6 +135,12 @@ class Odometry:
             self._tracks[robot].youngest = math.inf
         return found
 
+    def clocks(self) -> dict[str, float]:
+        """By how many seconds the clocks that stamp robots' poses are ahead of ours at least, or less than 0, behind
+        at most: of the robots whose clock doesn't agree."""
+        known = {robot: track.least for robot, track in self._tracks.items() if track.least < math.inf}
+        return {robot: -least for robot, least in known.items() if not AHEAD <= least <= BEHIND}
+
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one; None if it can't be compared."""
         track = self._tracks.get(raw.robot)

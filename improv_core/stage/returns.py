@@ -60,10 +60,9 @@ class Returns:
         """The robots that are on their way."""
         return self._goals.keys()
 
-    def due(self, run: Run, standing: Collection[str]) -> float:
-        """The time on the clock at which to look; infinite if nobody drives back. `standing` are robots that were
-        away."""
-        if run.mode != "playing" or run.score.safety.rejoin != "return" or not (standing or self._told):
+    def due(self, run: Run, returning: Collection[str]) -> float:
+        """The time on the clock at which to look; infinite if nobody is `returning`."""
+        if run.mode != "playing" or not (returning or self._told):
             return math.inf
         soonest = min((place.begins for place in self._goals.values() if place.begins > self._looked), default=math.inf)
         return min(self._looked + PERIOD, soonest)

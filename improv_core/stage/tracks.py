@@ -27,9 +27,8 @@ from improv_core.stage.listeners import Listeners
 from improv_core.stage.messages import SIMULATED, Poses
 from improv_core.stage.odometry import Odometry
 from improv_core.stage.open_part import TooManyChangesError
-from improv_core.stage.preflight import Standing
 from improv_core.stage.reports import Told
-from improv_core.stage.returns import HomeStep, Returns, Sightings
+from improv_core.stage.returns import Returns
 from improv_core.stage.run import EMPTY, Run
 from improv_core.stage.sensing import Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
@@ -297,24 +296,8 @@ class Tracks:
     def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
         """A robot stands although its part goes on: where it will go on itself, if it comes back, is where its part
         has it then."""
-        returns = self.run.score.safety.rejoin == "return" and mover.robot in self.listeners.standing
-        if returns and not mover.part and isinstance(velocity, Twist):
+        if mover.robot in self.listeners.returning and not mover.part and isinstance(velocity, Twist):
             self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
-
-    def drive(self, robot: str, twist: Twist, now: float) -> None:
-        """Tell a robot to move that drives back to its part."""
-        self.sink.send(robot, twist, self.run.transport.performed(now))
-        self.watches.tell(robot, twist, now)
-
-    def steps(self, now: float) -> list[HomeStep]:
-        """What robots do that drive back to their parts."""
-        run, over = self.run, self.cast.over
-        back = [robot for robot in run.score.parts if robot in self.listeners.back and not run.is_silent(robot, ())]
-        ideal = {robot: each.ideal for robot, each in self.odometry.places(now).items()}
-        doubtful = [robot for robot in back if self.odometry.is_doubtful(robot, now)]
-        ends = run.transport.clock(run.transport.end(run.ends(over)))
-        seen = Sightings(now, run.beat(now, over), self.guard.poses(run, now), ideal, doubtful, ends)
-        return self.returns.look(run, back, seen)
 
     # What is known and told
 
@@ -322,6 +305,7 @@ class Tracks:
         """What is known at a time on the clock when an event is decided."""
         entering = isinstance(event, (Load, Due)) and self.run.score.open and not self.sink.real
         poses = self.sink.poses() if entering else {}
+        places = self.odometry.places(now) if self.sink.real else {}
         return Facts(
             now,
             self.sink.real,
@@ -330,18 +314,11 @@ class Tracks:
             frozenset(self.listeners.standing),
             self.sensing.held,
             poses,
-            self._places(now),
+            {robot: each for robot, each in places.items() if robot not in self.listeners.returning},
             self.wall() if self.run.gate else 0.0,
             self.guard.unseen(self.run, now),
             self.watches.unreached if self.sink.real else (),
         )
-
-    def _places(self, now: float) -> dict[str, Standing]:
-        """Where robots whose poses are in the world should be and stand, except those that drive back by themselves."""
-        if not self.sink.real:
-            return {}
-        drives = self.listeners.standing if self.run.score.safety.rejoin == "return" else ()
-        return {robot: each for robot, each in self.odometry.places(now).items() if robot not in drives}
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""
@@ -416,5 +393,5 @@ class Tracks:
 
     def tell_unguarded(self, now: float) -> None:
         """Report which real robots aren't guarded, or are seen too late, if people don't know that."""
-        for line in (*self.guard.news(self.run, now), *self.guard.delays(self.run, self.odometry.ages())):
+        for line in self.guard.lines(self.run, self.odometry, now):
             self.tell({"type": "warning", "message": line})

@@ -57,12 +57,11 @@ class Robot:
         rules: FaultRules | None = None,
         anyway: bool = False,
         follow: bool = False,
+        use_sim_time: bool = False,
     ) -> None:
         read = score(program)
-        parts = {
-            name: replace(part, odom=f"/{name}/odom", odom_frame=self.odom_frame, follow=follow)
-            for name, part in read.parts.items()
-        }
+        how: dict[str, Any] = {"odom_frame": self.odom_frame, "follow": follow, "use_sim_time": use_sim_time}
+        parts = {name: replace(part, odom=f"/{name}/odom", **how) for name, part in read.parts.items()}
         read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
         self.player.load(read, len(self.stage.told) + 1, when, self.stage.now, anyway=anyway)
 
@@ -466,6 +465,30 @@ def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in
         "check the network, or the clock that stamps them"
     )
     assert again == "poses of r come in time again"
+
+
+@pytest.mark.parametrize(
+    ("ahead", "use_sim_time", "says"),
+    [
+        (60.0, False, "59.9 s ahead of"),
+        (-60.0, False, "60.1 s behind"),
+        (0.02, False, None),
+        (60.0, True, None),  # it is that of a simulation
+    ],
+)
+def test_a_clock_that_does_not_agree_is_named_once(ahead: float, use_sim_time: bool, says: str | None) -> None:
+    """Then the age of its poses is not known."""
+    robot = Robot(frame=Pose(), odom_frame="world")
+    robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True, use_sim_time=use_sim_time)
+    for _ in range(60):
+        at = robot.stage.now
+        robot.player.measure([RawPose("r", LOCALIZATION, Pose(2 * (at - 1000)), at, "map", at - 0.08 + ahead)], at)
+        robot.run(0.05)
+    expected = (
+        f"the clock that stamps poses of r is {says} this machine's, so nobody knows how old they are: they count from "
+        "when they come; synchronize the clocks, such as with chrony"
+    )
+    assert robot.lines == ([expected] if says else [])
 
 
 def test_nobody_minds_poses_that_come_late_if_nothing_depends_on_them() -> None:

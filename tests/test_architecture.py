@@ -16,7 +16,14 @@ ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 MODULES = [*CORE, *sorted((ROOT / "improv_ls").rglob("*.py"))]
 
-MESSAGES = ["stage.commands", "stage.editing", "stage.fields", "stage.messages", "stage.typed_lines"]
+MESSAGES = [
+    "stage.clock_messages",
+    "stage.commands",
+    "stage.editing",
+    "stage.fields",
+    "stage.messages",
+    "stage.typed_lines",
+]
 BELOW_PROGRAM = ["slices", "plain", "text", "diagnostics", "score", "syntax", "robots"]
 ROWS: Mapping[str, Sequence[str]] = {
     "improv_core": [],
@@ -88,6 +95,8 @@ LIBRARIES = {
         ),
     ],
     "aiohttp": ["classroom/children.py", "classroom/teacher.py", "stage/viewer/application.py", "stage/viewer/song.py"],
+    "aalink": ["stage/link.py"],
+    "mido": ["stage/midi.py"],
     "defusedxml": ["robots/urdf.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "pythonosc": ["stage/osc_wire.py"],

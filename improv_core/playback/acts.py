@@ -11,6 +11,7 @@ from typing import Literal, TypedDict
 from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import Heard
 from improv_core.playback.start import SinkName
+from improv_core.score.score import OutsideClock
 from improv_core.stage.commands import Editing, Form, PlaceRobots, Watched
 from improv_core.stage.messages import Takeover, ToStage
 
@@ -65,7 +66,16 @@ class PassOn:
     stops: int
 
 
-Act = Send | SendScore | Announce | StartAgain | PassOn
+@dataclass(frozen=True, slots=True)
+class HearClock:
+    """Listen to this clock of music, and no longer to another one. A session that we are the first in has this tempo,
+    in beats per minute."""
+
+    clock: OutsideClock | None
+    tempo: float = 120.0
+
+
+Act = Send | SendScore | Announce | StartAgain | PassOn | HearClock
 
 
 class Loaded(TypedDict):

@@ -8,13 +8,15 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-from improv_core.playback.acts import Act, Announce, Failed, Loaded, Send, SendScore, StartAgain
+from improv_core.playback.acts import Act, Announce, Failed, HearClock, Loaded, Send, SendScore, StartAgain
 from improv_core.playback.asked import Decided, Now, asked
+from improv_core.playback.clock_process import HeardClock
 from improv_core.playback.show import PlayScore, Show
 from improv_core.playback.stage_process import Gone, Heard
 from improv_core.playback.start import SinkName
 from improv_core.score.score import Part, Score
-from improv_core.stage.messages import Armed, BendMessage, Ready, Takeover, ToStage, TransportMessage
+from improv_core.stage.clock_messages import BendMessage
+from improv_core.stage.messages import Armed, Ready, Takeover, ToStage, TransportMessage
 
 BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: what they decide has to arrive first."""
@@ -28,7 +30,7 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
     if message["type"] == "lacks":
         return _send_again(show, name, message["generation"])
     if message["type"] == "loaded":
-        return _loaded(show, message["play"]), []
+        return _loaded(show, message["play"])
     if message["type"] == "ready":
         return _started(show, name, message, now)
     if message["type"] == "failed":
@@ -147,12 +149,26 @@ def _send_again(show: Show, name: SinkName, generation: int) -> Decided:
     return show, []
 
 
-def _loaded(show: Show, play: PlayScore) -> Show:
+def heard_clock(show: Show, message: HeardClock) -> Decided:
+    """What follows from what is heard of a clock of music, which the stage that leads follows."""
+    if message["type"] == "anchor":
+        return show, _to(show.leader, message)
+    if message["type"] != "clock_gone":
+        return show, [Announce(message)]
+    line = f"the clock can't be heard any more: {message['message']}" if message["message"] else ""
+    said: list[Act] = [Announce({"type": "error", "message": line})] if line else []
+    return replace(show, clock=None), [HearClock(None), *said]
+
+
+def _loaded(show: Show, play: PlayScore) -> Decided:
     if play.generation == show.generation:  # it was sent again
-        return show
-    return replace(
+        return show, []
+    clock = play.score.clock if play.score.clock and play.score.clock.follow != "ros" else None
+    listens: list[Act] = [HearClock(clock, float(play.score.tempo))] if clock != show.clock else []
+    show = replace(
         show, played=play, latest=play, generation=play.generation, is_on=True, entered=None, halting=None, still=True
     )
+    return replace(show, clock=clock), listens
 
 
 def _gone(show: Show, name: SinkName, gone: Gone) -> Decided:

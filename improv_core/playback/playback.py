@@ -15,16 +15,28 @@ from functools import partial
 from typing import Protocol, TypeAlias
 from urllib.parse import urlsplit
 
-from improv_core.playback.acts import Act, Announce, Failed, Loaded, News, PassOn, Send, SendScore, StartAgain
+from improv_core.playback.acts import (
+    Act,
+    Announce,
+    Failed,
+    HearClock,
+    Loaded,
+    News,
+    PassOn,
+    Send,
+    SendScore,
+    StartAgain,
+)
 from improv_core.playback.asked import Decided, Now, Wish, asked
-from improv_core.playback.heard import heard
+from improv_core.playback.clock_process import ClockProcess, HeardClock
+from improv_core.playback.heard import heard, heard_clock
 from improv_core.playback.osc_link import OscLink
 from improv_core.playback.show import PlayScore, Show
 from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE
 from improv_core.playback.stops import KNOWN, Stops
-from improv_core.score.score import Host
+from improv_core.score.score import Host, OutsideClock
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.stage.commands import Editing, PageRequest
 from improv_core.stage.messages import Load, Problem, Ready, ToStage
@@ -58,6 +70,16 @@ Start: TypeAlias = Callable[[SinkName, Options, str, Hear, Stops], Awaitable[Run
 """The type of start.start_stage."""
 
 
+class RunningClock(Protocol):
+    """The part of clock_process.ClockProcess that a playback uses."""
+
+    def close(self) -> None: ...
+
+
+ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None]], RunningClock]
+"""Listens to a clock of music, and passes on what is heard of it. Raises OSError."""
+
+
 class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
@@ -72,6 +94,7 @@ class Playback:
         stops: Stops,
         start: Start = start_stage,
         edit: Edit | None = None,
+        listen_to: ListenTo = ClockProcess,
     ) -> None:
         self.options = options
         self.stops = stops
@@ -80,6 +103,8 @@ class Playback:
         self._listen = listen
         self._edit = edit
         self._start = start
+        self._listen_to = listen_to
+        self._clock: RunningClock | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stages: dict[SinkName, RunningStage] = {}
         self._written: dict[SinkName, RowsWritten] = {}  # what each has been sent
@@ -184,6 +209,7 @@ class Playback:
         for stage in stages:
             self.stops.discard(stage)
         self._stages.clear()
+        self._hear_clock(None)
         self._do((self.show.closed(), []))
 
     def stop(self) -> str:
@@ -247,9 +273,22 @@ class Playback:
                 task = asyncio.create_task(self._start_again(name))
                 self._replacing.add(task)
                 task.add_done_callback(self._replacing.discard)
+            case HearClock(clock, tempo):
+                self._hear_clock(clock, tempo)
             case PassOn(editing, stops):
                 if self._edit:
                     self._edit(editing, stops)
+
+    def _hear_clock(self, clock: OutsideClock | None, tempo: float = 0.0) -> None:
+        """Listen to a clock of music, and no longer to another one."""
+        if self._clock:
+            self._clock.close()
+        self._clock = None
+        if clock:
+            try:
+                self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.show, message)))
+            except OSError as error:
+                self._do(heard_clock(self.show, {"type": "clock_gone", "message": str(error.strerror)}))
 
     def _send_score(self, act: SendScore) -> None:
         name, play, stage = act.name, act.play, self._stages[act.name]

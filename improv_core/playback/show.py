@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from improv_core.playback.editions import Editions
 from improv_core.playback.start import SinkName
-from improv_core.score.score import Score
+from improv_core.score.score import OutsideClock, Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.commands import Cue, Force, Held, KeySense, OscSense, Released, Seek, Silence, Speed
 from improv_core.stage.editing import ProgramSource
@@ -74,6 +74,8 @@ class Show:
     halting: SinkName | None = None
     still: bool = True
     idle_score: Score | None = None
+    clock: OutsideClock | None = None
+    """The clock of music that is listened to."""
 
     @property
     def twin(self) -> SinkName | None:

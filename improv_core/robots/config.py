@@ -382,7 +382,11 @@ class _RobotsReading(TomlReading):
     def clock(self, value: Any) -> OutsideClock | None:
         table = self.table(("clock",), value)
         follow = cast(Follow | None, self.one_of(("clock", "follow"), table))
-        return OutsideClock(follow) if follow else None
+        port = self.text(("clock", "port"), table) or ""
+        if port and follow != "midi":
+            message = '`port` is a MIDI input: it works only with `follow = "midi"`'
+            self.at_key(("clock", "port"), message, given=(("clock",),))
+        return OutsideClock(follow, port) if follow else None
 
     def faults(self, value: Any) -> FaultRules:
         table = self.table(("on",), value)

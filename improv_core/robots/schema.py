@@ -17,7 +17,7 @@ from improv_core.robots.schema_osc import OSC
 from improv_core.robots.toml_positions import Keys
 from improv_core.score.faults import Fault, Response
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
-from improv_core.score.score import OdomFrame, Rejoin
+from improv_core.score.score import Follow, OdomFrame, Rejoin
 from improv_core.score.senses import Message
 
 MOST_BUTTON = 99
@@ -365,11 +365,13 @@ _PREFLIGHT = {
 }
 _CLOCK = {
     "follow": Key(
-        'the clock that gives the tempo: `"ros"`, the time of a simulation on `/clock`',
+        'the clock that gives the tempo: `"ros"`, the time of a simulation on `/clock`; `"midi"`, MIDI clock; or'
+        ' `"link"`, Ableton Link',
         default="none: beats pass at the program's tempo, by this machine's clock",
-        choices=("ros",),
-        example='"ros"',
+        choices=get_args(Follow),
+        example='"midi"',
     ),
+    "port": Key("the MIDI input to listen to, or the beginning of its name", default="the first one", example='"IAC"'),
 }
 _FORMATION = {
     "shape": Key(

@@ -25,7 +25,7 @@ if __name__ == "__main__":
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
-    if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph", "osc"):
+    if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph", "osc", "midi", "link"):
         sys.exit(import_module(f"improv_core.stage.{sys.argv.pop(1)}").main())
 
 from improv_core.score.joints import JointMotion

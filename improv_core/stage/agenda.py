@@ -54,7 +54,7 @@ def next_decision(run: Run, over: Duration) -> Due:
     due = NEVER
     if run.mode == "playing":
         due = Due(run.transport.end(run.ends(over)), Rank.SCENE if run.has_next_scene else Rank.END)
-    if run.clock and run.mode == "playing":
+    if run.clock and (run.mode == "playing" or (run.mode == "paused" and run.continues)):
         due = min(due, Due(run.clock.looks, Rank.BEND))
     if run.next and run.mode != "paused":
         due = min(due, Due(run.next.at, Rank.TAKEOVER))

@@ -13,7 +13,7 @@ from fractions import Fraction
 from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
 from improv_core.score.score import Score
-from improv_core.score.transport import BEATS_PER_BAR, Transport
+from improv_core.score.transport import Transport
 from improv_core.stage import events, gate, preflight
 from improv_core.stage.acts import (
     Act,
@@ -39,6 +39,8 @@ from improv_core.stage.run import Run
 from improv_core.stage.stopping import Decided, error_line, leave, warning_line
 from improv_core.stage.swap import joined
 
+OPENS = 0.05
+"""Seconds before the moment at which robots come in by a clock, from which on it is no longer moved."""
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
@@ -119,6 +121,8 @@ def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
         return replace(run, gate=_opened(run, run.gate, facts)), [Listen()]
     if run.mode != "paused":
         return run, []
+    if run.clock and run.clock.is_music and run.clock.rate and not (event.anyway or run.clock.silent):
+        return entering(replace(run, continues=True), facts), [Report()]
     places = {} if event.anyway else facts.places
     return play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, places)
 
@@ -128,8 +132,19 @@ def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
     if must_wait and run.mode == "playing":
         return _wait(run, facts)
     if not must_wait and run.mode == "paused" and run.continues:
-        return resume(run, events.Resume(), facts)
+        return play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, facts.places)
     return run, []
+
+
+def entering(run: Run, facts: Facts) -> Run:
+    """A pause is to end when a clock of music is at the beat of the performance: as a musician comes in again."""
+    clock, performed = run.clock, run.transport.performed(facts.now)
+    assert clock
+    if clock.enters is not None and abs(clock.enters - performed) < OPENS:
+        return run  # it is about to
+    left = clock.until(float(run.transport.origin), run.slope, run.bar, facts.now)
+    enters = performed + left if left < math.inf else None
+    return replace(run, clock=replace(clock, enters=enters, looks=math.inf if enters is None else enters))
 
 
 def stood(run: Run, event: events.Stood, facts: Facts) -> Decided:
@@ -219,8 +234,8 @@ def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
 
 def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
     """The gate once a person says that it should open: at the next bar of a clock that runs, or at once."""
-    left = run.clock.to_bar(run.slope, run.score.bar or BEATS_PER_BAR, facts.now) if run.clock else math.inf
-    if run.clock and run.clock.is_music and left < math.inf and not run.clock.silent:
+    left = run.clock.until(0, run.slope, run.bar, facts.now) if run.clock else math.inf
+    if left < math.inf:
         return replace(closed, begins=facts.wall + left, at_bar=True)
     return replace(closed, begins=-math.inf, at_bar=False, opened=facts.now)
 

@@ -13,11 +13,10 @@ from fractions import Fraction
 from improv_core.score.ceiling import ceiling
 from improv_core.score.movement import near
 from improv_core.score.peer_clock import bent
-from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage import events
 from improv_core.stage.acts import Act
 from improv_core.stage.agenda import Due
-from improv_core.stage.beginning import changed, go_on, waits
+from improv_core.stage.beginning import OPENS, changed, entering, go_on, waits
 from improv_core.stage.events import Facts
 from improv_core.stage.fields import FASTEST, SLOWEST
 from improv_core.stage.outside_clock import Following
@@ -28,8 +27,6 @@ LOOK = 0.25
 """Seconds until the clock is looked at again, although nothing was heard of it: a bend must not last too long."""
 NOTICED = 0.005
 """The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
-OPENS = 0.05
-"""Seconds before a bar from which on it is no longer moved: beat 0 is about to begin."""
 SOON = 0.95
 """The share of the tempo at which a robot would be too fast, from which on people are told."""
 
@@ -45,6 +42,8 @@ def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
         acts.append(warning_line(f"{clock.name} is heard again"))
     if run.mode == "waiting":
         return _at_bar(run, clock, facts), acts
+    if run.mode == "paused" and run.continues and clock.is_music:
+        return entering(run, facts), acts
     if clock.stands or run.mode == "paused":
         run, more = changed(run, events.Changed(), facts)
         return run, [*acts, *more]
@@ -64,6 +63,9 @@ def looked(run: Run, due: Due, facts: Facts) -> Decided:
     clock, acts = run.clock, list[Act]()
     assert clock
     now = run.transport.clock(due.at)
+    if run.mode == "paused":
+        clock = replace(clock, enters=None, looks=math.inf)
+        return changed(replace(run, clock=clock), events.Changed(), facts)
     if clock.is_lost(now) and not clock.silent:
         clock = replace(clock, silent=True)
         run = replace(run, clock=clock)
@@ -93,7 +95,7 @@ def _bend(run: Run, performed: float, facts: Facts) -> Decided:
     beat = run.beat(now, facts.over)
     if not clock.slope:  # playing began without it
         clock = clock.aligned(run.slope, float(beat), now)
-    late = clock.late(float(beat), run.score.bar or BEATS_PER_BAR, now)
+    late = clock.late(float(beat), run.bar, now)
     pace = run.pace_at(bent(clock.anchor, late) if clock.anchor else 0.0)
     rests = clock.silent and abs(pace / run.pace - 1) < NOTICED
     run, acts = _warned(replace(run, clock=replace(clock, looks=math.inf if rests else performed + LOOK)))
@@ -130,5 +132,5 @@ def _at_bar(run: Run, clock: Following, facts: Facts) -> Run:
     gate = run.gate
     if not gate or not gate.at_bar or (gate.ready and abs(gate.begins - facts.wall) < OPENS):
         return run
-    left = clock.to_bar(run.slope, run.score.bar or BEATS_PER_BAR, facts.now)
+    left = clock.until(0, run.slope, run.bar, facts.now)
     return replace(run, gate=replace(gate, begins=facts.wall + left))

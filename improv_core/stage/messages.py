@@ -12,6 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict, cast
 
+from improv_core.stage.clock_messages import AnchorMessage, BendMessage
 from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.fields import Moment, Patience, PoseJson
@@ -49,7 +50,7 @@ END_LIMIT = 3.0
 
 
 def helper(name: str, *arguments: str) -> list[str]:
-    """The command that starts a helper process of a stage: `standby`, `reader`, `publisher`, or `osc`."""
+    """The command that starts a helper process of a stage, such as the `standby`, or one that listens to a clock."""
     return [sys.executable, str(FOLDER), name, *arguments]
 
 
@@ -221,27 +222,6 @@ class Pressed(TypedDict):
     type: Literal["pressed"]
     topics: Sequence[str]
     count: int
-
-
-class AnchorMessage(TypedDict):
-    """Heard of a clock of music: where it was `at` a monotonic time, its tempo in beats per minute (0: it stands), how
-    many seconds usually pass until the next one, and how often it has jumped."""
-
-    type: Literal["anchor"]
-    at: float
-    beat: float
-    tempo: float
-    period: float
-    jumps: int
-
-
-class BendMessage(TypedDict):
-    """The stage that leads was at a beat `at` a monotonic time, and follows a clock at this pace since then."""
-
-    type: Literal["bend"]
-    at: float
-    beat: float
-    pace: float
 
 
 class Ping(TypedDict):

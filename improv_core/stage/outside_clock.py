@@ -31,6 +31,7 @@ class Following:
     `anchor` is what was heard last (None: nothing yet). Beat `ours` is to be played when the clock is at `theirs`, and
     from there on `slope` beats for each unit of its phase. With `silent`, nothing is heard of it anymore. `looks` is
     the performance time at which to look at it again. With `warned`, people know that it is too fast for a robot.
+    A pause that ends `enters` where the beat of the performance is the clock's, at this performance time.
     """
 
     follow: Follow
@@ -41,6 +42,7 @@ class Following:
     silent: bool = False
     looks: float = math.inf
     warned: bool = False
+    enters: float | None = None
 
     @property
     def is_music(self) -> bool:
@@ -60,7 +62,7 @@ class Following:
     def stands(self) -> bool:
         """Whether robots have to wait for it."""
         if self.is_music:
-            return self.anchor is not None and not self.anchor.rate
+            return self.enters is not None or (self.anchor is not None and not self.anchor.rate)
         return self.anchor is None or self.silent
 
     def is_lost(self, now: float) -> bool:
@@ -95,12 +97,12 @@ class Following:
             off = math.remainder(off, bar)
         return off / float(self.slope) / self.rate
 
-    def to_bar(self, slope: Fraction, bar: int, now: float) -> float:
-        """Seconds until its next bar begins; infinite if that isn't known."""
-        if not self.anchor or not self.rate:
+    def until(self, beat: float, slope: Fraction, bar: int, now: float) -> float:
+        """Seconds until it is at this beat of a bar; infinite if that isn't known, or if it isn't of music."""
+        if not self.anchor or not self.rate or not self.is_music or self.silent:
             return math.inf
-        beat = self.anchor.phase_at(now) * float(slope)
-        return ((math.floor(beat / bar) + 1) * bar - beat) / float(slope) / self.rate
+        ours = self.beat(now) if self.slope == slope else self.anchor.phase_at(now) * float(slope)
+        return (beat - ours) % bar / float(slope) / self.rate
 
 
 def followed(before: Following | None, wanted: OutsideClock | None, real: bool) -> Following | None:

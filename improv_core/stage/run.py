@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
 from improv_core.score.score import Score
-from improv_core.score.transport import Switch, Transport
+from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 from improv_core.stage.gate import Gate
 from improv_core.stage.interlocks import EmergencyStops
 from improv_core.stage.messages import State, is_silent
@@ -75,6 +75,11 @@ class Run:
     def tempo(self) -> Fraction:
         """The actual tempo in beats per minute, including the speed factor and the pace of a clock from outside."""
         return self.score.tempo * self.speed * self.pace
+
+    @property
+    def bar(self) -> int:
+        """How many beats a bar has."""
+        return self.score.bar or BEATS_PER_BAR
 
     @property
     def slope(self) -> Fraction:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from improv_core.stage import events
@@ -92,6 +93,8 @@ def leave(run: Run, mode: Mode, facts: Facts) -> Decided:
     """Stop all robots here."""
     run = run.left_at(run.beat(facts.now, facts.over))
     following = run.next if mode == "paused" else None
+    if run.clock:
+        run = replace(run, clock=replace(run.clock, enters=None, looks=math.inf))
     return replace(run, mode=mode, continues=False, too_near=(), next=following), [Zero(), Report()]
 
 

@@ -8,11 +8,13 @@ from inspect import signature
 from typing import Any
 
 from improv_core.playback.acts import News
+from improv_core.playback.clock_process import HeardClock
 from improv_core.playback.playback import Playback, RunningStage
 from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName
 from improv_core.playback.stops import Stops
+from improv_core.score.score import OutsideClock
 from improv_core.stage.commands import Editing
 from improv_core.stage.messages import (
     FromStage,
@@ -74,6 +76,17 @@ class Fake:
         return [message["type"] for message in self.sent]
 
 
+class FakeClock:
+    """A process that listens to a clock, and says what a test has it say."""
+
+    def __init__(self, clock: OutsideClock, tempo: float, hear: Callable[[HeardClock], None]) -> None:
+        self.clock, self.tempo, self.say = clock, tempo, hear
+        self.alive = True
+
+    def close(self) -> None:
+        self.alive = False
+
+
 class Fakes:
     """A playback on ROS 2 and the simulator, both faked, and what it tells its listener."""
 
@@ -81,16 +94,25 @@ class Fakes:
         self.stages: list[Fake] = []
         self.news: list[News] = []
         self.edits: list[tuple[Editing, int]] = []
+        self.clocks: list[FakeClock] = []
         self.fails: set[str] = set()
         self.held: set[SinkName] = set()  # these stages only start
         self.released = asyncio.Event()  # once this is set
         self.stops = Stops()
         self.playback = Playback(
-            Options("both"), lambda message, leads: self.news.append(message), self.stops, self._start
+            Options("both"),
+            lambda message, leads: self.news.append(message),
+            self.stops,
+            self._start,
+            listen_to=self._listen_to,
         )
 
     def edit(self, editing: Editing, asked: int) -> None:
         self.edits.append((editing, asked))
+
+    def _listen_to(self, clock: OutsideClock, tempo: float, hear: Callable[[HeardClock], None]) -> FakeClock:
+        self.clocks.append(FakeClock(clock, tempo, hear))
+        return self.clocks[-1]
 
     async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
         if sink in self.held:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from improv_core.playback.acts import Act, Announce, Failed, PassOn, Send, SendScore, StartAgain
+from improv_core.playback.acts import Act, Announce, Failed, HearClock, PassOn, Send, SendScore, StartAgain
 from improv_core.playback.asked import Now, Wish, asked
 from improv_core.playback.heard import heard
 from improv_core.playback.show import PlayScore, Show
@@ -75,10 +75,10 @@ class Story:
             self.show, self.acts = heard(self.show, name, message, now)
         else:
             self.show, self.acts = asked(self.show, event, now)
-        for act in self.acts:
+        for act in [*self.acts]:
             if isinstance(act, SendScore) and act.asked:
                 self.show, more = heard(self.show, act.name, {"type": "loaded", "play": act.play}, now)
-                assert not more
+                self.acts += more
         return [in_words(act) for act in self.acts]
 
     def sent(self, name: SinkName) -> list[Any]:
@@ -119,6 +119,8 @@ def in_words(act: Act) -> str:
             return str(said.get("message", said["type"])) + ("" if leads else " (the other)")
         case StartAgain(name):
             return f"start {name}"
+        case HearClock(clock):
+            return f"listen to {clock.follow}" if clock else "listen to no clock"
         case PassOn(_, stops):
             return f"pass on, after {stops} stops"
 

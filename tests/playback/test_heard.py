@@ -12,6 +12,7 @@ from improv_core.playback.heard import BEHIND
 from improv_core.playback.start import SinkName
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.score.score import OutsideClock
 from improv_core.stage.messages import Armed, Decided, Pressed, Sensed
 from tests.playback.story import DANCE, FAILED, GONE, READY, Event, From, Story, at, play, tell
 
@@ -22,6 +23,7 @@ DECIDED: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, "ge
 ARMED: Armed = {"type": "armed", "generation": 1, "armed": True, "begins": None}
 DISARMED: Armed = {"type": "armed", "generation": 1, "armed": False, "begins": None}
 OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
+MUSIC = replace(DANCE, clock=OutsideClock("midi"))
 GHOST = score_of(analyze("ghost $ repeat forward\n"))
 BUTTON: dict[str, Any] = {"waits_for": ["button 4 on /joy"]}
 
@@ -48,6 +50,11 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", at("playing", 1, pace=1.5)), ["simulator: score 1 from beat 0", "simulator: bend", "transport"]),
         (("ros", at("playing", 1, 1.0, pace=1.6)), ["simulator: bend", "transport"]),
         (("simulator", at("playing", 1, 1.0, pace=1.6)), ["transport (the other)"]),
+    ],
+    "a score follows the clock of music, and later ones don't": [
+        (play(MUSIC), ["ros: score 1", "listen to midi"]),
+        (play(MUSIC), ["ros: score 2"]),
+        (play(), ["ros: score 3", "listen to no clock"]),
     ],
     "a new stage dies, too, while robots may be moving": [
         (play(), ["ros: score 1"]),

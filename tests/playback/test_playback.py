@@ -23,7 +23,7 @@ from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import Safety, Score
+from improv_core.score.score import OutsideClock, Safety, Score
 from improv_core.stage.commands import Conduct, Editing
 from improv_core.stage.messages import Pressed
 from tests.playback.fakes import LIMIT, Fake, Fakes, performed
@@ -69,6 +69,30 @@ async def test_a_page_request_made_before_a_stop_does_not_move_robots_after_it(
     assert leader.kinds == ["load", "stop"]
     twin.say({"type": "request", "command": command})
     assert leader.kinds == ["load", "stop", sent]
+
+
+@performed
+async def test_the_stage_that_leads_is_told_what_is_heard_of_the_clock_that_its_score_follows(fakes: Fakes) -> None:
+    follows = PlayScore(replace(DANCE, clock=OutsideClock("midi", "IAC")), "dance.improv", 0)
+    await fakes.playback.play(follows)
+    await fakes.playback.play(follows)
+    (clock,) = fakes.clocks
+    assert (clock.clock, clock.tempo) == (OutsideClock("midi", "IAC"), 120)
+    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
+    clock.say({"type": "anchor", "at": 1.0, "beat": 2.0, "tempo": 100.0, "period": 0.02, "jumps": 0})
+    clock.say({"type": "warning", "message": "the cable is gone"})
+    assert (leader.kinds, twin.kinds) == (["load", "load", "anchor"], [])
+    assert fakes.lines == ["the cable is gone"]
+    await fakes.begin()
+    assert not clock.alive
+    await fakes.playback.play(follows)
+    clock = fakes.clocks[-1]
+    clock.say({"type": "clock_gone", "message": "it crashed"})
+    assert fakes.lines[-1] == "the clock can't be heard any more: it crashed"
+    await fakes.playback.play(follows)
+    assert len(fakes.clocks) == 3, "a save starts it again"
+    await fakes.playback.close()
+    assert not fakes.clocks[-1].alive
 
 
 @performed

@@ -117,6 +117,8 @@ def written(keys: Keys, value: str) -> str:
         needed = "message = 'std_msgs/Bool'\n" if keys[-1] == "topic" else needed
     if keys[0] == "robots" and keys[-1] == "follow":
         needed = "profile = 'turtlebot4'\nodom = 'pose'\n"
+    if keys == ("clock", "port"):
+        needed = "follow = 'midi'\n"
     names = [str(name) for name in keys if isinstance(name, str)]
     if keys[-1] == 0:
         value = f"[{value}]"

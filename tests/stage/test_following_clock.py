@@ -150,7 +150,10 @@ def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None
     assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["the MIDI clock"])
     stage.run(2)
     stage.player.hear_clock(again, stage.now)
+    assert stage.states[-1] == "paused", "it comes in at its own beat of the bar"
+    stage.run(2.1)
     assert stage.states[-1] == "playing"
+    assert abs(math.remainder(float(stage.player.run.beat(stage.now, math.inf)) - 4.2, 4)) < 0.01
     stage.player.hear_clock(replace(stands, at=stage.now), stage.now)
     stage.player.pause(stage.now)
     stage.player.hear_clock(replace(again, at=stage.now), stage.now)
@@ -158,6 +161,24 @@ def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None
     stage.player.stop(stage.now)
     stage.player.hear_clock(replace(again, at=stage.now, jumps=2), stage.now)
     assert stage.states[-1] == "stopped"
+
+
+def test_who_resumes_what_a_person_has_paused_comes_in_at_the_beat_of_the_clock() -> None:
+    stage = stage_following("midi")
+    phase: Phase = lambda now: now * 2  # noqa: E731
+    told = anchors(phase, 20, 1 / 48, jitter=0.0)
+    play(stage, [each for each in told if each.at < START + 10], 10)
+    stage.player.pause(stage.now)
+    play(stage, [each for each in told if START + 10 <= each.at < START + 11.3], 11.3)
+    stage.player.resume(stage.now)
+    play(stage, [each for each in told if each.at >= START + 11.3], 20)
+    assert stage.states[-1] == "playing"
+    assert max(errors(stage, phase, since=11.3)) < 0.003
+    stage.player.pause(stage.now)
+    stage.player.resume(stage.now)
+    stage.player.stop(stage.now)
+    stage.run(5)
+    assert stage.states[-1] == "stopped", "a stop counts while it waits to come in"
 
 
 def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> None:

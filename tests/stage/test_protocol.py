@@ -9,6 +9,7 @@ from typing import Any, get_type_hints
 
 import pytest
 
+from improv_core.stage.clock_messages import FromClock
 from improv_core.stage.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
 from improv_core.stage.osc_messages import FromOsc, ToOsc
 from improv_core.stage.publisher_messages import FromPublisher, ToPublisher
@@ -30,6 +31,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="
         ("From the standby", FromStandby),
         ("To the publisher", ToPublisher),
         ("From the publisher", FromPublisher),
+        ("From the clock", FromClock),
         ("To the reader", ToReader),
         ("From the reader", FromReader),
         ("To the process that speaks OSC", ToOsc),

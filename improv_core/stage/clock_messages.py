@@ -1,0 +1,44 @@
+"""The messages about a clock from outside that is followed (docs/protocol.md). Standard library only."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+
+class AnchorMessage(TypedDict):
+    """Heard of a clock of music: where it was `at` a monotonic time, its tempo in beats per minute (0: it stands), how
+    many seconds usually pass until the next one, and how often it has jumped."""
+
+    type: Literal["anchor"]
+    at: float
+    beat: float
+    tempo: float
+    period: float
+    jumps: int
+
+
+class BendMessage(TypedDict):
+    """The stage that leads was at a beat `at` a monotonic time, and follows a clock at this pace since then."""
+
+    type: Literal["bend"]
+    at: float
+    beat: float
+    pace: float
+
+
+class ClockWarning(TypedDict):
+    """One line for people about the clock that is listened to."""
+
+    type: Literal["warning"]
+    message: str
+
+
+class ClockError(TypedDict):
+    """One line for people: why the clock can't be heard. The process ends."""
+
+    type: Literal["error"]
+    message: str
+
+
+FromClock = AnchorMessage | ClockWarning | ClockError
+"""From the process that listens to MIDI clock or Ableton Link, to the parent."""

@@ -1,0 +1,183 @@
+"""The process that listens to a clock of music: from bytes on a cable, or a Link session, to what its parent hears."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.util
+import os
+import sys
+import time
+from collections.abc import Awaitable, Callable
+from functools import wraps
+from pathlib import Path
+
+import pytest
+
+from improv_core.playback.clock_process import ClockProcess, HeardClock
+from improv_core.score.score import OutsideClock
+from improv_core.stage import link, midi
+from tests.needs import lacking
+
+LIMIT = 30.0
+TICK = 1 / 48
+"""Seconds, at 120 beats per minute."""
+
+
+class Listening:
+    """A process that listens, and what is heard of it."""
+
+    def __init__(self, clock: OutsideClock, tempo: float = 120.0) -> None:
+        self.heard: list[HeardClock] = []
+        self._changed = asyncio.Event()
+        self.process = ClockProcess(clock, tempo, self._hear)
+
+    def _hear(self, message: HeardClock) -> None:
+        self.heard.append(message)
+        self._changed.set()
+
+    async def until(self, fits: Callable[[HeardClock], bool]) -> HeardClock:
+        """The first message that fits, as soon as it has come."""
+
+        async def look() -> HeardClock:
+            while True:
+                for message in self.heard:
+                    if fits(message):
+                        return message
+                self._changed.clear()
+                await self._changed.wait()
+
+        return await asyncio.wait_for(look(), LIMIT)
+
+
+def in_a_loop(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
+    @wraps(test)
+    def run(**given: object) -> None:
+        asyncio.run(test(**given))  # type: ignore[arg-type]
+
+    return run
+
+
+@pytest.fixture
+def cable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    path = tmp_path / "cable"
+    os.mkfifo(path)
+    monkeypatch.setenv("MIDO_BACKEND", "midi_cable")
+    monkeypatch.setenv("MIDI_CABLE", str(path))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    return path
+
+
+def send(cable: Path, count: int) -> None:
+    """A start, and ticks at 120 beats per minute."""
+    with cable.open("wb", buffering=0) as bytes_to:
+        begin = time.monotonic()
+        bytes_to.write(b"\xfa")
+        for tick in range(count):
+            time.sleep(max(begin + tick * TICK - time.monotonic(), 0))
+            bytes_to.write(b"\xf8")
+        bytes_to.write(b"\xfc")
+
+
+@in_a_loop
+async def test_ticks_on_a_cable_are_heard_by_the_parent(cable: Path) -> None:
+    listening = Listening(OutsideClock("midi", "cab"))
+    sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
+    anchor = await listening.until(lambda message: message["type"] == "anchor" and message["beat"] > 3)
+    assert anchor["type"] == "anchor"
+    assert anchor["tempo"] == pytest.approx(120, rel=0.05)
+    assert anchor["at"] == pytest.approx(time.monotonic(), abs=5)
+    stands = await listening.until(lambda message: message["type"] == "anchor" and message["tempo"] == 0)
+    assert stands["type"] == "anchor"
+    assert stands["beat"] == 4
+    await sending
+    listening.process.close()
+
+
+@pytest.mark.slow("it is looked for inputs every two seconds")
+@in_a_loop
+async def test_a_cable_that_is_pulled_is_a_line(cable: Path) -> None:
+    listening = Listening(OutsideClock("midi"))
+    await asyncio.to_thread(send, cable, 2)
+    await asyncio.to_thread(cable.unlink)
+    gone = await listening.until(lambda message: message["type"] == "warning")
+    assert gone == {
+        "type": "warning",
+        "message": "the MIDI input cable is gone: it is used again once it is back",
+    }
+    assert await listening.until(
+        lambda message: message["type"] == "warning" and "there is no" in message["message"]
+    ) == {"type": "warning", "message": "there is no MIDI input: connect one"}
+    listening.process.close()
+
+
+@in_a_loop
+async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: Path) -> None:
+    listening = Listening(OutsideClock("midi", "IAC"))
+    warning = await listening.until(lambda message: message["type"] == "warning")
+    assert warning["type"] == "warning"
+    assert warning["message"] == "there is no MIDI input whose name begins with IAC: there are cable"
+    listening.process.close()
+
+
+@in_a_loop
+async def test_what_is_not_installed_is_a_line_that_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MIDO_BACKEND", "nobody_has_this")
+    listening = Listening(OutsideClock("midi"))
+    assert await listening.until(lambda message: message["type"] == "clock_gone") == {
+        "type": "clock_gone",
+        "message": "",
+    }
+    assert listening.heard[0] == {"type": "error", "message": midi.LACKS}
+
+
+@in_a_loop
+async def test_a_process_that_ends_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MIDO_BACKEND", "midi_cable")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))  # it lacks the name of its cable
+    listening = Listening(OutsideClock("midi"))
+    error = await listening.until(lambda message: message["type"] == "error")
+    assert error["type"] == "error"
+    assert error["message"] == "this machine has no MIDI: 'MIDI_CABLE'"
+
+
+PEER = """
+import asyncio, sys
+from aalink import Link
+async def main():
+    link = Link(90.0)
+    link.enabled = True
+    while not link.num_peers:
+        await asyncio.sleep(0.1)
+    link.tempo = 97.0
+    await asyncio.to_thread(sys.stdin.read)
+asyncio.run(main())
+"""
+"""A musician, who joins the session and then changes its tempo."""
+
+
+@pytest.mark.slow("members of a session find each other")
+@in_a_loop
+async def test_a_link_session_is_heard_while_others_are_in_it() -> None:
+    if not importlib.util.find_spec("aalink"):
+        lacking('Ableton Link is under the GPL: pip install "improv-ls[link]"')
+    listening = Listening(OutsideClock("link"), 110)
+    peer = await asyncio.create_subprocess_exec(sys.executable, "-c", PEER, stdin=asyncio.subprocess.PIPE)
+    try:
+        first = await listening.until(lambda each: each["type"] == "anchor" and round(each["tempo"]) == 97)
+        assert first["type"] == "anchor"
+        later = await listening.until(lambda each: each["type"] == "anchor" and each["at"] > first["at"] + 1)
+        assert later["type"] == "anchor"
+        passed = (later["beat"] - first["beat"]) * 60 / (later["at"] - first["at"])
+        assert passed == pytest.approx(97, rel=0.01)
+    finally:
+        assert peer.stdin
+        peer.stdin.close()
+        await peer.wait()
+        listening.process.close()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("aalink") is not None, reason="aalink is installed")
+@in_a_loop
+async def test_without_aalink_a_line_says_what_it_is_and_under_which_license() -> None:
+    listening = Listening(OutsideClock("link"))
+    assert await listening.until(lambda message: message["type"] == "error") == {"type": "error", "message": link.LACKS}

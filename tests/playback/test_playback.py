@@ -77,7 +77,7 @@ async def test_the_stage_that_leads_is_told_what_is_heard_of_the_clock_that_its_
     await fakes.playback.play(follows)
     await fakes.playback.play(follows)
     (clock,) = fakes.clocks
-    assert (clock.clock, clock.tempo) == (OutsideClock("midi", "IAC"), 120)
+    assert (clock.clock, clock.tempo) == (OutsideClock("midi", "IAC"), float(DANCE.tempo))
     leader, twin = fakes.latest("ros"), fakes.latest("simulator")
     clock.say({"type": "anchor", "at": 1.0, "beat": 2.0, "tempo": 100.0, "period": 0.02, "jumps": 0})
     clock.say({"type": "warning", "message": "the cable is gone"})

@@ -116,6 +116,7 @@ class FarEnd:
         self._asked = hanging.Unanswered(looked=time.monotonic())
         self._begun = b""  # of a line for the stage, as long as it is short
         self._child: Child | None = None
+        self._ending = False
         self.over = threading.Event()
         """The stage has ended, or will never start."""
 
@@ -129,8 +130,10 @@ class FarEnd:
             self._child = child
             threading.Thread(target=self._write, args=(child,), daemon=True).start()
             self._read(child)
-            if child.wait() and child.last_error:
-                self.fail(f"stage {child.last_error}")
+            code = child.wait()
+            if not self._ending:
+                killed = code is None or code < 0
+                self.fail(f"stage {child.last_error or ('it was killed' if killed else 'it exited unexpectedly')}")
         finally:
             os.close(self._stops_there)
             self.over.set()
@@ -166,6 +169,7 @@ class FarEnd:
 
     def end(self) -> None:
         """End the stage, which stops its robots. One that takes too long is killed."""
+        self._ending = True
         self._input.put(None)
         os.close(self._stops_here)
         if self._child and not self.over.wait(END_LIMIT):

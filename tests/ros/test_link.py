@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -13,25 +14,33 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.stage_process import Stage
+from improv_core.playback.stage_process import Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score_json import to_json
 from improv_core.stage.messages import ToStage
-from tests.processes import descendants, wait_until_gone
+from tests.processes import command_of, descendants, wait_until_gone
 from tests.remote.sshd import Host, a_host
-from tests.ros.conftest import LIMIT, Listen
+from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
 
 pytestmark = pytest.mark.slow("a real ssh server, and a stage of ROS 2 that finds its robots")
+
+
+ADA, BOB = "ada@laptop/1", "bob@desk/2"
 
 
 @pytest.fixture
 def host(tmp_path: Path, ros_env: Mapping[str, str]) -> Iterator[Host]:
     """The machine of the robots. What a person has set here does not hold there."""
-    there = {name: value for name, value in ros_env.items() if os.environ.get(name) != value}
-    with a_host(tmp_path, there) as host:
+    with a_host(tmp_path, set_there(ros_env)) as host:
         yield host
+
+
+def set_there(env: Mapping[str, str], **limits: float) -> dict[str, str]:
+    """The variables that these tests set, with these limits."""
+    limited = {**env, **with_limits(**limits)} if limits else env
+    return {name: value for name, value in limited.items() if os.environ.get(name) != value}
 
 
 class Parent:
@@ -110,3 +119,68 @@ def test_a_dance_is_played_where_the_robots_are_and_stops_with_its_parent(host: 
     wait_until_gone(started, LIMIT)
     assert host.versions() == [version]
     assert [path.name for path in host.home.iterdir() if path.name != ".ros"] == []
+
+
+def plays(parent: Parent, turtle: Listener, **fields: Any) -> None:
+    """A robot dances there, without end."""
+    parent.load("turtle1 $ repeat forward", **fields)
+    turtle.wait(lambda heard: heard["x"] == 2)
+
+
+def process_of(*words: str) -> int:
+    """The one process below this one whose command contains these words."""
+    commands = {pid: command_of(pid).decode().replace("\0", " ") for pid in descendants(os.getpid())}
+    (pid,) = [pid for pid, command in commands.items() if all(word in command for word in words)]
+    return pid
+
+
+def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Host, listen: Listen) -> None:
+    turtle = listen("/turtle1/cmd_vel")
+    with a_parent(host, by=ADA) as first:
+        plays(first, turtle)
+        with pytest.raises(StageError, match=r"^ada@laptop plays on it, so you can't: ask them to stop\. "):
+            Parent(host, host.command(by=BOB))
+        with a_parent(host, by=ADA) as again:
+            first.wait(
+                says("error", message="its end of the link has ended: another link of the same Improv takes over")
+            )
+            turtle.wait(lambda heard: heard["x"] == 0)
+            plays(again, turtle)
+    with a_parent(host, by=BOB) as other:
+        plays(other, turtle)
+
+
+def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
+    host: Host, ros_env: Mapping[str, str], listen: Listen
+) -> None:
+    host.install_python(set_there(ros_env, stage__messages__SILENCE_LIMIT=0.5))
+    turtle = listen("/turtle1/cmd_vel")
+    with a_parent(host) as parent:
+        plays(parent, turtle, patience=0.5)
+        os.kill(process_of("ssh -T"), signal.SIGSTOP)
+        cut = time.monotonic()
+        stood = turtle.wait(lambda heard: heard["x"] == 0)
+        assert stood["at"] - cut < 1.5  # 0.5 s, on a busy machine
+        parent.wait(says("error", message="the link has been silent for 1.5 s; its robots have stopped by themselves"))
+        parent.wait(says("gone"))
+
+
+@pytest.mark.parametrize("words", [("remote far",), ("remote near",), ("ssh -T",)], ids=str)
+def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: Listen, words: tuple[str, ...]) -> None:
+    turtle = listen("/turtle1/cmd_vel")
+    with a_parent(host) as parent:
+        plays(parent, turtle)
+        os.kill(process_of(*words), signal.SIGKILL)
+        turtle.wait(lambda heard: heard["x"] == 0)
+        parent.wait(says("gone"))
+
+
+def test_a_stage_that_hangs_is_ended_beside_the_robots(host: Host, ros_env: Mapping[str, str], listen: Listen) -> None:
+    host.install_python(set_there(ros_env, stage__messages__HANG_LIMIT=0.9))
+    turtle = listen("/turtle1/cmd_vel")
+    with a_parent(host) as parent:
+        plays(parent, turtle)
+        os.kill(process_of("improv_core/stage --sink ros"), signal.SIGSTOP)
+        turtle.wait(lambda heard: heard["x"] == 0)
+        told = parent.wait(says("error"))["message"]  # the standby beside it may have been first
+        assert told in ("its stage did not answer for 0.9 s, so it was ended", "its stage failed: it was killed")

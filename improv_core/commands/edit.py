@@ -11,7 +11,9 @@ from zlib import crc32
 
 import click
 
+from improv_core.commands import count_in as counting
 from improv_core.commands import parameters, scenes
+from improv_core.commands.count_in import CountIn
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
@@ -41,6 +43,7 @@ NEVER = -1
 @parameters.port
 @parameters.no_browser
 @parameters.osc_network
+@counting.options
 @parameters.continues
 @scenes.options
 def command(
@@ -49,6 +52,7 @@ def command(
     port: int,
     no_browser: bool,
     osc_network: bool,
+    count_in: CountIn,
     when: When,
     wanted: WantedScenes,
 ) -> None:
@@ -69,11 +73,18 @@ def command(
         file = make(file)
     version = read_version(file)
     options = parameters.options(file, backend, port or _usual_port(file), osc_network=osc_network)
-    sys.exit(run(edit(file, version, options, when, wanted, browser=not no_browser)))
+    sys.exit(run(edit(file, version, options, when, wanted, count_in, browser=not no_browser)))
 
 
 async def edit(
-    path: Path, version: Version, options: Options, when: When, wanted: WantedScenes, *, browser: bool
+    path: Path,
+    version: Version,
+    options: Options,
+    when: When,
+    wanted: WantedScenes,
+    count_in: CountIn,
+    *,
+    browser: bool,
 ) -> int:
     """Let pages edit a program until interrupted, and play the wanted scenes of it; the exit code. Raises
     StageError."""
@@ -82,6 +93,7 @@ async def edit(
         options,
         browser=False,
         scenes=wanted,
+        count_in=count_in,
         edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
     ) as performing:
         desk = _Desk(performing, path, version, when)

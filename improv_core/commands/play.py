@@ -12,8 +12,10 @@ from pathlib import Path
 
 import click
 
+from improv_core.commands import count_in as counting
 from improv_core.commands import parameters, scenes
 from improv_core.commands.begin_time import moment
+from improv_core.commands.count_in import CountIn
 from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
@@ -47,6 +49,7 @@ def _time(text: str) -> datetime:
 @parameters.port
 @parameters.no_browser
 @parameters.osc_network
+@counting.options
 @scenes.options
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
@@ -66,6 +69,7 @@ def command(
     port: int,
     no_browser: bool,
     osc_network: bool,
+    count_in: CountIn,
     wanted: WantedScenes,
     fast: bool,
     seconds: float | None,
@@ -85,6 +89,8 @@ def command(
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
+    if fast and (count_in.wanted or count_in.bell):
+        raise CommandError("--fast begins at once: leave out --count-in and --bell")
     if fast and (armed or begins):
         raise CommandError("--fast begins at once: leave out --armed and --at")
     if fast:
@@ -104,6 +110,7 @@ def command(
         stays=stays,
         senses=senses,
         wanted=wanted,
+        count_in=count_in,
         anyway=force,
         arming={"begins": begins.timestamp()} if begins else {} if armed else None,
     )
@@ -133,6 +140,7 @@ async def play(
     recorder: Recorder | None = None,
     senses: Sequence[Sensed] | None = None,
     wanted: WantedScenes | None = None,
+    count_in: CountIn | None = None,
     anyway: bool = False,
     arming: Arming | None = None,
 ) -> int:
@@ -142,7 +150,9 @@ async def play(
 
     Raises StageError; OSError and ValueError if unrecorded.
     """
-    async with performance(options, browser=browser, quiet=report, recorder=recorder, scenes=wanted) as performing:
+    async with performance(
+        options, browser=browser, quiet=report, recorder=recorder, scenes=wanted, count_in=count_in or CountIn()
+    ) as performing:
         await performing.play(analysis, path, senses=senses, anyway=anyway, arming=arming)
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
         if performing.refused.is_set():

@@ -21,11 +21,12 @@ def perform(
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).
 
-    With `senses`, robots sense these and nothing else. A clock from outside isn't followed: it is in no hurry.
+    With `senses`, robots sense these and nothing else. A clock from outside isn't followed, and nobody counts: it is
+    in no hurry.
     """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0
-    player.load(replace(score, clock=None), 1, "restart", now, senses=senses)
+    player.load(replace(score, clock=None, count_in=False), 1, "restart", now, senses=senses)
     while (deadline := player.deadline(now)) is not None:
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.state == "playing":

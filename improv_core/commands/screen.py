@@ -12,15 +12,17 @@ import click
 from improv_core.commands.begin_time import countdown
 from improv_core.plain import printable
 from improv_core.playback.beats import each_beat
-from improv_core.stage.messages import TransportMessage
+from improv_core.stage.messages import CountJson, TransportMessage
 
 
 class Screen:
-    """What a performance prints; a `quiet` one prints only complaints. Calls `lost` if it can't be written."""
+    """What a performance prints; a `quiet` one prints only complaints. Calls `lost` if it can't be written. If it
+    `rings`, the terminal's bell rings with each beat that is counted before beat 0."""
 
-    def __init__(self, quiet: bool, lost: Callable[[], object]) -> None:
+    def __init__(self, quiet: bool, lost: Callable[[], object], *, rings: bool = False) -> None:
         self._quiet = quiet
         self._lost = lost
+        self._rings = rings
         self._counter: asyncio.Task[None] | None = None
         self._beat = ""
         self._left = ""  # how long until it begins
@@ -54,11 +56,11 @@ class Screen:
         if transport["state"] == "playing" and self.is_live:
             self._counter = asyncio.create_task(self._count(transport))
 
-    def count_down(self, begins: float) -> None:
-        """Show in the last line how long it is until this Unix time."""
+    def count_down(self, begins: float, count: CountJson | None = None) -> None:
+        """Show in the last line how long it is until this Unix time, and count the last beats before it."""
         self._stop_counter()
         if self.is_live:
-            self._counter = asyncio.create_task(self._count_down(begins))
+            self._counter = asyncio.create_task(self._count_down(begins, count))
 
     def close(self) -> None:
         """End the last line."""
@@ -77,12 +79,25 @@ class Screen:
             self._clear()
             self._show()
 
-    async def _count_down(self, begins: float) -> None:
-        while (left := begins - time.time()) > 0:
+    async def _count_down(self, begins: float, count: CountJson | None) -> None:
+        counted = count["beats"] * count["period"] if count else 0.0
+        while (left := begins - time.time()) > counted:
             self._left = f"begins in {countdown(left)}"
             self._clear()
             self._show()
-            await asyncio.sleep(left % 1 or 1.0)
+            await asyncio.sleep(min(left % 1 or 1.0, left - counted))
+        if count:
+            await self._count_in(begins, count)
+
+    async def _count_in(self, begins: float, count: CountJson) -> None:
+        """Show the number of each beat before this Unix time, from 1 on."""
+        for left in range(count["beats"], 0, -1):
+            await asyncio.sleep(begins - left * count["period"] - time.time())
+            self._left = f"count-in {count['beats'] - left + 1}/{count['beats']}"
+            self._clear()
+            if self._rings:
+                self._write("\a", nl=False)
+            self._show()
 
     def _stop_counter(self) -> None:
         if self._counter:

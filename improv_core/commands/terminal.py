@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import signal
 import threading
+import time
 import webbrowser
 from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Mapping, Sequence
 from datetime import datetime, timezone
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from improv_core.commands.begin_time import in_words
+from improv_core.commands.count_in import CountIn
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.keys import pressed
 from improv_core.commands.scenes import WantedScenes
@@ -59,6 +61,7 @@ BROWSER_LIMIT = 5.0
 
 HINT = "o or Enter opens the page again, Ctrl-C ends"
 """The last line of the terminal while keys are heard: an address works only once."""
+NO_COUNT = CountIn()
 HINT_ARMED = "Space or Enter begins, Ctrl-C ends"
 """The last line of the terminal while a program is armed."""
 
@@ -95,9 +98,10 @@ async def performance(
     hears_keys: bool = True,
     edit: Edit | None = None,
     scenes: WantedScenes | None = None,
+    count_in: CountIn = NO_COUNT,
 ) -> AsyncIterator[TerminalSession]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = TerminalSession(options, quiet, recorder, edit, scenes)
+    performing = TerminalSession(options, quiet, recorder, edit, scenes, count_in)
     reached = performing.listen()
     loop, ours = asyncio.get_running_loop(), threading.get_ident()
     interrupts: list[int] = []
@@ -146,8 +150,10 @@ class TerminalSession:
         recorder: Recorder | None,
         edit: Edit | None,
         scenes: WantedScenes | None = None,
+        count_in: CountIn = NO_COUNT,
     ) -> None:
         self._scenes = scenes or WantedScenes()
+        self._count_in = count_in
         self.stops = Stops()
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
         self.rehearses = False
@@ -170,7 +176,7 @@ class TerminalSession:
         self.broken = asyncio.Event()  # a stage has ended by itself
         self.refused = asyncio.Event()  # robots are not in their places, and there is no page
         # If nobody can see what the robots do, they stop; `main` says why.
-        self.screen = Screen(quiet, self.interrupted.set)
+        self.screen = Screen(quiet, self.interrupted.set, rings=count_in.bell)
 
     @property
     def is_playing(self) -> bool:
@@ -259,7 +265,7 @@ class TerminalSession:
         self.rehearses = only.moved
         self.present(path)
         self.finished.clear()
-        score = score_of(only.analysis)
+        score = self._count_in.of(score_of(only.analysis))
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
         wanted = PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway, arming=arming)
@@ -385,15 +391,19 @@ class TerminalSession:
             self.screen.hint(HINT_ARMED if message["armed"] else HINT if self.has_page else "")
         if not message["armed"]:
             return
+        begins, count = message["begins"], message.get("count")
+        if begins and count and begins - time.time() <= count["beats"] * count["period"]:
+            self.screen.count_down(begins, count)
+            return
         ways = [
             *(["Space or Enter"] if self._hears_keys else []),
             *(["Play on the page"] if self.has_page else []),
             *(["the service ~/play"] if self.playback.show.is_real else []),
         ]
         at = ""
-        if begins := message["begins"]:
+        if begins:
             at = f"at {in_words(datetime.fromtimestamp(begins), datetime.now())}, or "
-            self.screen.count_down(begins)
+            self.screen.count_down(begins, count)
         self.screen.say(f"armed: all is ready, and begins {at}with {', or '.join(ways)}")
 
     def _follow(self, transport: TransportMessage, leads: bool) -> None:

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
+from improv_core.commands import count_in as counting
 from improv_core.commands import parameters, scenes
+from improv_core.commands.count_in import CountIn
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import TerminalSession, first, performance, run
@@ -33,6 +35,7 @@ ANSWERS = {
 @parameters.port
 @parameters.no_browser
 @parameters.osc_network
+@counting.options
 @parameters.continues
 @scenes.options
 @parameters.force
@@ -42,6 +45,7 @@ def command(
     port: int,
     no_browser: bool,
     osc_network: bool,
+    count_in: CountIn,
     when: When,
     wanted: WantedScenes,
     force: bool,
@@ -50,11 +54,18 @@ def command(
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
     options = parameters.options(file, backend, port, osc_network=osc_network)
-    sys.exit(run(watch(file, options, when, wanted, browser=not no_browser, anyway=force)))
+    sys.exit(run(watch(file, options, when, wanted, count_in, browser=not no_browser, anyway=force)))
 
 
 async def watch(
-    path: Path, options: Options, when: When, wanted: WantedScenes, *, browser: bool, anyway: bool = False
+    path: Path,
+    options: Options,
+    when: When,
+    wanted: WantedScenes,
+    count_in: CountIn,
+    *,
+    browser: bool,
+    anyway: bool = False,
 ) -> int:
     """Play a program, or the wanted scenes of it, and again at every save, until interrupted; the exit code. Raises
     ReadError and StageError.
@@ -62,7 +73,7 @@ async def watch(
     A save takes effect as `when` says. A program that does not exist yet is waited for, if its folder exists.
     """
     saved = saved_or_awaited(path)
-    async with performance(options, browser=browser, scenes=wanted) as performing:
+    async with performance(options, browser=browser, scenes=wanted, count_in=count_in) as performing:
         await first(_follow(performing, path, saved, when, anyway), performing.interrupted.wait())
     return INTERRUPTED
 

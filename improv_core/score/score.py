@@ -171,7 +171,7 @@ class Score:
     and `osc` says who else does, which stages aren't told.
     `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
     With a `clock`, it is played as fast as that clock says.
-    `music` is the song that pages play.
+    `music` is the song that pages play. With `count_in`, a bar is counted before beat 0.
     """
 
     tempo: Fraction
@@ -188,6 +188,7 @@ class Score:
     clock: OutsideClock | None = None
     music: Music | None = None
     osc: Osc | None = None
+    count_in: bool = False
     scene_begins: tuple[Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -136,6 +136,7 @@ def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
         "safety": asdict(score.safety),
         "publish": score.publish,
         "bar": score.bar,
+        "count_in": score.count_in,
         "clock": score.clock and asdict(score.clock),
         "scene_names": list(score.scene_names),
         "music": asdict(score.music) if score.music else None,
@@ -224,6 +225,7 @@ class _ScoreJson(TypedDict):
     safety: _SafetyJson
     publish: bool
     bar: int | None
+    count_in: bool
     clock: _ClockJson | None
     scene_names: Sequence[str]
     music: Mapping[str, Any] | None
@@ -304,7 +306,8 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     music = checked(Music, data["music"]) if data["music"] else None
     text, offsets = data["text"], dict(data["offsets"])
     clock = data["clock"] and OutsideClock(**data["clock"])
-    rest = {"publish": data["publish"], "bar": bar, "scene_names": names, "clock": clock, "music": music}
+    rest = {name: data[name] for name in ("publish", "count_in")}
+    rest |= {"bar": bar, "scene_names": names, "clock": clock, "music": music}
     return Score(tempo, parts, text, offsets, world, rules, **rest)
 
 

@@ -63,6 +63,8 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
     if run.clock and run.clock.is_music:
         clock = replace(run.clock, ours=0.0, theirs=0.0, slope=Fraction(0), warned=False)
         run = replace(run, clock=clock, gate=run.gate or (Gate(at_bar=True) if run.moves else None))
+    elif load.score.count_in and run.moves and not load.entry:
+        run = replace(run, gate=gate.counted(run.gate, load.score.bar or load.beats_per_bar))
     run = replace(run, transport=Transport(zero, 0.0, 0, run.tempo))
     if not load.entry:
         return run, [Listen([robot for robot in before if robot in load.score.parts])]
@@ -97,7 +99,8 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
             return run, acts
         if event.moving:
             acts.append(Still(event.moving))
-        return replace(run, gate=replace(run.gate, ready=True)), [*acts, Report()]
+        ready = gate.made_ready(run.gate, facts.now, facts.wall, run.beat_period)
+        return replace(run, gate=ready), [*acts, Report()]
     if event.moving is None:
         # A look at robots that were waited for has taken 0.2 s, while the network found them: beat 0 comes after it.
         return replace(run, is_due=True), acts
@@ -233,10 +236,14 @@ def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
 
 
 def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
-    """The gate once a person says that it should open: at the next bar of a clock that runs, or at once."""
+    """The gate once a person says that it should open: at the next bar of a clock that runs, after a count, or at
+    once."""
     left = run.clock.until(0, run.slope, run.bar, facts.now) if run.clock else math.inf
     if left < math.inf:
-        return replace(closed, begins=facts.wall + left, at_bar=True)
+        return replace(closed, begins=facts.wall + left, at_bar=True, count=0)
+    if closed.count:
+        counts = gate.counts(closed, facts.wall)
+        return closed if counts else gate.counting(closed, facts.now, facts.wall, run.beat_period)
     return replace(closed, begins=-math.inf, at_bar=False, opened=facts.now)
 
 

@@ -60,7 +60,7 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
         then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
     if (then.gate or then.is_due) and then.mode != "waiting":
         then = replace(then, gate=None, is_due=False)
-    if gate.is_ready(run.gate) != gate.is_ready(then.gate):
+    if gate.is_ready(run.gate) != gate.is_ready(then.gate) or gate.begins_to_count(run.gate, then.gate):
         acts = [*acts, Tell(gate.message(then.gate, then.generation))]
     return then, acts
 

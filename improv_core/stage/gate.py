@@ -1,9 +1,9 @@
-"""What holds beat 0 back once everything is ready: a person, or a time on the wall clock. Pure functions."""
+"""What holds beat 0 back once everything is ready: a person, a time on the wall clock, a count. Pure functions."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from improv_core.stage.messages import Armed, Arming
 
@@ -15,12 +15,19 @@ LATE = 0.01
 class Gate:
     """Beat 0 waits for a person, or until the wall clock says `begins`, in Unix time. It is `ready` once it waits for
     nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0.
-    With `at_bar`, a clock that is followed says when its next bar begins, and so do we."""
+    With `at_bar`, a clock that is followed says when its next bar begins, and so do we.
+
+    So many beats, the `count`, are counted before beat 0, each of `period` seconds (0: not yet known). Once it is
+    ready, they are counted at once if it opens `by_itself`, and otherwise when a person opens it, or before its time.
+    """
 
     begins: float = math.inf
     ready: bool = False
     opened: float | None = None
     at_bar: bool = False
+    count: int = 0
+    period: float = 0.0
+    by_itself: bool = False
 
     def is_open(self, wall: float) -> bool:
         return wall >= self.begins
@@ -31,9 +38,39 @@ def made_of(arming: Arming | None) -> Gate | None:
     return None if arming is None else Gate(arming.get("begins", math.inf))
 
 
+def counted(gate: Gate | None, beats: int) -> Gate:
+    """A gate before which so many beats are counted; without one, they begin once everything is ready."""
+    return replace(gate or Gate(by_itself=True), count=beats)
+
+
+def made_ready(gate: Gate, now: float, wall: float, period: float) -> Gate:
+    """A gate once everything is ready, with beats of `period` seconds."""
+    if gate.count and gate.by_itself:
+        return counting(gate, now, wall, period)
+    return replace(gate, ready=True, period=period if gate.count else 0.0)
+
+
+def counting(gate: Gate, now: float, wall: float, period: float) -> Gate:
+    """A gate whose count begins now. The beats that it counts end at beat 0, which is known from here on."""
+    left = gate.count * period
+    return replace(gate, ready=True, begins=wall + left, opened=now + left, period=period)
+
+
+def counts(gate: Gate, wall: float) -> bool:
+    """Whether the beats before beat 0 are being counted."""
+    return gate.ready and gate.count > 0 and gate.begins - wall <= gate.count * gate.period
+
+
+def begins_to_count(before: Gate | None, after: Gate | None) -> bool:
+    """Whether it has become known when a count ends."""
+    if not before or not after or not before.ready:
+        return False
+    return after.count > 0 and before.begins != after.begins
+
+
 def beat_zero(gate: Gate | None, now: float) -> float:
     """When beat 0 is, in monotonic seconds: as its gate was opened, unless robots were still looked at for long."""
-    return gate.opened if gate and gate.opened is not None and now - gate.opened < LATE else now
+    return gate.opened if gate and gate.opened is not None and abs(now - gate.opened) < LATE else now
 
 
 def is_ready(gate: Gate | None) -> bool:
@@ -56,4 +93,7 @@ def message(gate: Gate | None, generation: int) -> Armed:
     """What people are shown: whether a score is armed, and when it begins by itself."""
     armed = gate if is_ready(gate) else None
     begins = armed.begins if armed and armed.begins < math.inf else None
-    return {"type": "armed", "generation": generation, "armed": armed is not None, "begins": begins}
+    told: Armed = {"type": "armed", "generation": generation, "armed": armed is not None, "begins": begins}
+    if armed and begins and armed.count:
+        told["count"] = {"beats": armed.count, "period": armed.period}
+    return told

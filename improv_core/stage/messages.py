@@ -111,14 +111,25 @@ class Misplaced(TypedDict):
     robots: Mapping[str, MisplacedRobot]
 
 
-class Armed(TypedDict):
-    """Whether a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
-    `begins` by itself (null: never), in Unix time."""
+class CountJson(TypedDict):
+    """So many `beats` are counted before beat 0, each of so many seconds (`period`)."""
 
+    beats: int
+    period: float
+
+
+class _Armed(TypedDict):
     type: Literal["armed"]
     generation: int
     armed: bool
     begins: float | None
+
+
+class Armed(_Armed, total=False):
+    """Whether a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
+    `begins` by itself (null: never), in Unix time. The last beats before that may be counted."""
+
+    count: CountJson
 
 
 class Arming(TypedDict, total=False):

@@ -72,6 +72,11 @@ class Run:
     pace: Fraction = Fraction(1)
 
     @property
+    def beat_period(self) -> float:
+        """How many seconds a beat takes."""
+        return float(60 / self.tempo)
+
+    @property
     def tempo(self) -> Fraction:
         """The actual tempo in beats per minute, including the speed factor and the pace of a clock from outside."""
         return self.score.tempo * self.speed * self.pace

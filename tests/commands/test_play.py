@@ -101,6 +101,7 @@ def test_play_needs_no_standard_input(tmp_path: Path) -> None:
     [
         (["--fast", "--armed"], "--fast begins at once"),
         (["--fast", "--at", "20:15"], "--fast begins at once"),
+        (["--fast", "--count-in"], "--fast begins at once"),
         (["--at", "soon"], "'soon' is no time: write 20:15, or 2026-11-24T20:15:00+01:00"),
         (["--at", "2020-01-01T20:15"], "2020-01-01T20:15 has passed: it is 2"),
     ],

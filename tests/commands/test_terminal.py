@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
+import re
+import time
 from typing import Any
 
 import pytest
 
+from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import TerminalSession
 from improv_core.playback.start import Options
 from improv_core.score.motion import Pose
@@ -96,3 +100,19 @@ def test_the_report_names_robots_that_are_not_in_their_places(session: TerminalS
 
 def entry(robot: str, begins: float, ends: float | None, seconds: float) -> dict[str, Any]:
     return {"robot": robot, "kind": "silent", "from": begins, "to": ends, "worst": {"seconds": seconds}}
+
+
+def test_the_terminal_counts_before_beat_0_and_rings_if_it_is_asked_to(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Screen, "is_live", True)
+    for rings in (False, True):
+
+        async def count(rings: bool = rings) -> None:
+            screen = Screen(False, lambda: None, rings=rings)
+            await screen._count_down(time.time() + 0.05, {"beats": 3, "period": 0.01})
+
+        asyncio.run(count())
+        shown = capsys.readouterr().out
+        assert re.findall(r"count-in \d/\d", shown) == ["count-in 1/3", "count-in 2/3", "count-in 3/3"]
+        assert shown.count("\a") == 3 * rings

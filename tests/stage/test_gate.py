@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
 from improv_core.score.motion import Twist
+from improv_core.score.score import Score
 from improv_core.stage.gate import Gate
 from improv_core.stage.listeners import PATIENCE
 from improv_core.stage.machine import LOOK_WHILE_ARMED
+from improv_core.stage.messages import CountJson
 from improv_core.stage.player import Player
 from tests.stage.test_player import Stage, score
 
@@ -29,8 +31,8 @@ class Armed:
     def __post_init__(self) -> None:
         self.stage.player = Player(self.stage.sink, self.stage.told.append, lambda: self.stage.now + self.ahead)
 
-    def load(self, gate: Gate | None) -> None:
-        self.stage.player.load(DANCE, 1, "restart", self.stage.now, gate=gate)
+    def load(self, gate: Gate | None, dance: Score = DANCE) -> None:
+        self.stage.player.load(dance, 1, "restart", self.stage.now, gate=gate)
 
     @property
     def zero(self) -> float | None:
@@ -41,6 +43,83 @@ class Armed:
     @property
     def says(self) -> list[bool]:
         return [message["armed"] for message in self.stage.told if message["type"] == "armed"]
+
+    @property
+    def counts(self) -> list[tuple[float, CountJson | None]]:
+        """When beat 0 was said to be, in seconds since the stage was started, and which beats are counted before it."""
+        told = [message for message in self.stage.told if message["type"] == "armed" and message["begins"]]
+        return [(round((each["begins"] or 0) - 1000.0 - self.ahead, 3), each.get("count")) for each in told]
+
+
+COUNTED = replace(DANCE, count_in=True)
+FOUR: CountJson = {"beats": 4, "period": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("dance", "zero", "count"),
+    [
+        (COUNTED, 4.0, FOUR),
+        (replace(COUNTED, bar=3), 3.0, {"beats": 3, "period": 1.0}),
+        (replace(score("beat 120\nr $ forward\n"), count_in=True), 2.0, {"beats": 4, "period": 0.5}),
+    ],
+)
+def test_a_bar_is_counted_before_beat_0_which_is_known_from_its_beginning(
+    dance: Score, zero: float, count: CountJson
+) -> None:
+    armed = Armed()
+    armed.load(None, dance)
+    armed.stage.run(0)
+    assert armed.counts == [(zero, count)]
+    armed.stage.run(6)
+    assert armed.zero == pytest.approx(zero, abs=1e-6)
+    assert armed.says == [True, False]
+    assert armed.stage.lines == []
+
+
+def test_a_count_begins_once_all_robots_listen() -> None:
+    armed = Armed()
+    armed.stage.sink.deaf = {"r": "nothing is listening on /r/cmd_vel"}
+    armed.load(None, COUNTED)
+    armed.stage.run(PATIENCE + 10)
+    (zero, _), *rest = armed.counts
+    assert rest == []
+    assert zero > PATIENCE + 4 - 0.1
+    assert armed.zero == pytest.approx(zero, abs=1e-6)
+
+
+def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
+    armed = Armed()
+    armed.load(Gate(), COUNTED)
+    armed.stage.run(10)
+    assert armed.counts == []
+    armed.stage.player.resume(armed.stage.now)
+    armed.stage.run(2)
+    armed.stage.player.resume(armed.stage.now)
+    armed.stage.run(10)
+    assert armed.counts == [(14.0, FOUR)]
+    assert armed.zero == pytest.approx(14, abs=1e-6)
+
+
+def test_the_last_bar_before_a_time_is_counted() -> None:
+    armed = Armed()
+    armed.load(Gate(1000.0 + AHEAD + 20), COUNTED)
+    armed.stage.run(30)
+    assert armed.counts == [(20.0, FOUR)]
+    assert armed.zero == pytest.approx(20, abs=1e-3)
+
+
+def test_a_stop_ends_a_count_and_a_takeover_has_none() -> None:
+    armed = Armed()
+    armed.load(None, COUNTED)
+    armed.stage.run(2)
+    armed.stage.player.stop(armed.stage.now)
+    armed.stage.run(10)
+    assert (armed.stage.player.state, armed.says) == ("stopped", [True, False])
+    armed.load(None)
+    armed.stage.run(1)
+    armed.stage.player.load(COUNTED, 2, "now", armed.stage.now)
+    armed.stage.run(0.1)
+    assert (armed.stage.player.state, armed.stage.player.generation) == ("playing", 2)
 
 
 @pytest.mark.parametrize(

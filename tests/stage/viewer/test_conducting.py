@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from collections.abc import Callable, Iterator
 from datetime import datetime
 
@@ -12,6 +13,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.stage.messages import CountJson
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import (
@@ -99,6 +101,19 @@ def test_the_page_says_when_it_begins_by_itself(page: Page, show: Show, keep: Ke
     watch(page, show)
     expect(page.locator("#state-word")).to_have_text(re.compile("^armed for .*:15"))
     keep(page, "armed-at.png")
+
+
+def test_the_page_counts_the_beats_before_beat_0(page: Page, show: Show, keep: Keep) -> None:
+    show.play(LONG, arming={})
+    watch(page, show)
+    expect(page.locator("#state-word")).to_have_text("armed")
+    count: CountJson = {"beats": 4, "period": 100.0}
+    show.tell({"type": "armed", "generation": 1, "armed": True, "begins": time.time() + 250, "count": count})
+    expect(page.locator("#state-word")).to_have_text("count-in")
+    expect(page.locator("#beat-now")).to_have_text("2")
+    keep(page, "count-in.png")
+    show.tell({"type": "armed", "generation": 1, "armed": True, "begins": time.time() + 50, "count": count})
+    expect(page.locator("#beat-now")).to_have_text("4")
 
 
 def test_stepping_stops_at_whole_beats(stage: Page) -> None:

@@ -93,6 +93,18 @@ export class Clock {
 }
 
 /**
+ * The beat that is counted before beat 0, from 1 on, and how much of it has passed; the number is 0 if none is counted.
+ * @param {Messages["armed"] | null} armed
+ * @param {number} now the server's Unix time, in seconds
+ */
+export function countIn(armed, now) {
+  if (!armed?.begins || !armed.count) return { number: 0, passed: 0 }
+  const { beats, period } = armed.count
+  const left = Math.max((armed.begins - now) / period - 1e-6, 0)
+  return left > beats ? { number: 0, passed: 0 } : { number: Math.min(beats - Math.ceil(left) + 1, beats), passed: 1 - (left % 1) }
+}
+
+/**
  * A position in words, which count from 1.
  * @param {number} beat whole, from 0
  * @param {number | null} bar how many beats a bar has

@@ -1,6 +1,7 @@
 // @ts-check
 // The bar: what plays, and the buttons that control it.
 
+import { countIn } from "./clock.js"
 import { find } from "./elements.js"
 import { LIMITS } from "./requests.js"
 
@@ -145,7 +146,17 @@ export class Controls {
     this.showBeat()
   }
 
+  /** While beats are counted before beat 0: shows which. */
+  showCount() {
+    const { number, passed } = countIn(this.#armed, this.#clock.now())
+    if (!number) return
+    find("state-word").textContent = this.#armedWord()
+    find("beat-now").textContent = whole(number)
+    find("lamp").style.setProperty("--pulse", (1 + 0.5 * (1 - passed) ** 3).toFixed(2))
+  }
+
   #armedWord() {
+    if (countIn(this.#armed, this.#clock.now()).number) return "count-in"
     const begins = this.#armed?.begins
     return begins ? `armed for ${new Date(1000 * begins).toLocaleTimeString()}` : "armed"
   }
@@ -171,6 +182,7 @@ export class Controls {
   /** The state in words, for screen readers. */
   spoken() {
     const { state, tempo, beats, beat } = this.#clock.transport
+    if (countIn(this.#armed, this.#clock.now()).number) return "count-in"
     if (this.#armed) return `${this.#armedWord()}: press Play to begin`
     if (state === "paused") return `paused at ${this.#clock.words}`
     if (state !== "playing") return state

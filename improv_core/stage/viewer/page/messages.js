@@ -153,7 +153,7 @@ const MESSAGES = {
     waits: flag,
     robots: mapOf(shape({ place: pose, pose: nullOr(pose), line: text })),
   }),
-  armed: shape({ generation: count, armed: flag, begins: nullOr(number) }),
+  armed: shape({ generation: count, armed: flag, begins: nullOr(number), count: maybe(shape({ beats: count, period: positive })) }),
   meetings: shape({
     generation: count,
     from: number,

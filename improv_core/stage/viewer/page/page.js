@@ -317,6 +317,7 @@ function frame() {
   if (wall.show(performance.now())) showLost()
   if (open) program.want(beat)
   if (clock.playing && open && controls.showBeat()) showPosition()
+  controls.showCount()
   program.place(motion.newest, now)
   lights.show(clock.atStart ? null : program.current, beat, (index) => stage.color(index), stage.colors.ink)
   view.draw(now, beat)

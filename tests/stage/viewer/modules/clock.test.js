@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Clock } from "../../../../improv_core/stage/viewer/page/clock.js"
+import { Clock, countIn } from "../../../../improv_core/stage/viewer/page/clock.js"
 
 const playing = { generation: 1, restarted: 1, state: "playing", beat: 2, beats: 100, tempo: 60, performed: 2 }
 
@@ -15,4 +15,14 @@ test("a page counts on from the beat of the latest message, also if its clock is
     clock.take({ type: "transport", ...playing, wall: 4999 + hour })
     assert.equal(clock.beat(), 3)
   }
+})
+
+test("the beats before beat 0 are counted from 1, and only these", () => {
+  const armed = { type: "armed", generation: 1, armed: true, begins: 100, count: { beats: 4, period: 0.5 } }
+  const counted = (now) => countIn(armed, now).number
+  assert.deepEqual([97.9, 98, 98.25, 98.5, 99, 99.5, 99.9, 100.2].map(counted), [0, 1, 1, 2, 3, 4, 4, 4])
+  assert.ok(Math.abs(countIn(armed, 98.375).passed - 0.75) < 1e-3)
+  assert.equal(countIn({ ...armed, count: undefined }, 99).number, 0)
+  assert.equal(countIn({ ...armed, begins: null }, 99).number, 0)
+  assert.equal(countIn(null, 99).number, 0)
 })

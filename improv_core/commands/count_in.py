@@ -1,0 +1,37 @@
+"""Options that count a bar before beat 0, so that people and robots start together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import wraps
+from typing import Any
+
+import click
+
+from improv_core.score.score import Score
+
+
+@dataclass(frozen=True, slots=True)
+class CountIn:
+    """Whether a bar is counted before beat 0 although improv.toml doesn't say so, and whether the terminal's `bell`
+    rings with it."""
+
+    wanted: bool = False
+    bell: bool = False
+
+    def of(self, score: Score) -> Score:
+        """The score, which is counted in if that is wanted."""
+        return replace(score, count_in=True) if self.wanted else score
+
+
+def options(command: Callable[..., None]) -> Callable[..., None]:
+    """Adds `--count-in` and `--bell` to a command, which gets what they say as `count_in`."""
+
+    @click.option("--count-in", "wanted_count", is_flag=True, help="Count one bar before the dance begins.")
+    @click.option("--bell", is_flag=True, help="Ring the terminal's bell with the count.")
+    @wraps(command)
+    def with_count(*given: Any, wanted_count: bool, bell: bool, **others: Any) -> None:
+        command(*given, count_in=CountIn(wanted_count, bell), **others)
+
+    return with_count

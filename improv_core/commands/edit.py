@@ -45,6 +45,7 @@ NEVER = -1
 @parameters.osc_network
 @counting.options
 @parameters.continues
+@parameters.at_bar
 @scenes.options
 def command(
     file: Path | None,

@@ -41,6 +41,9 @@ continues = click.option(
     default="restart",
     help="Robots whose part a save doesn't change keep dancing.",
 )
+at_bar = click.option(
+    "--continue-at-bar", "when", flag_value="bar", help="The same, and a save takes effect at the next bar."
+)
 force = click.option("--force", is_flag=True, help="Begin even if robots are not in their places.")
 osc_network = click.option(
     "--osc-network", is_flag=True, help="Exchange OSC messages also with other machines, as improv.toml says."

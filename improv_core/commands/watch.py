@@ -37,6 +37,7 @@ ANSWERS = {
 @parameters.osc_network
 @counting.options
 @parameters.continues
+@parameters.at_bar
 @scenes.options
 @parameters.force
 def command(

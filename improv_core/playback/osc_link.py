@@ -17,7 +17,7 @@ from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.json_pieces import dumps
 from improv_core.stage.messages import Armed, Sensed, State, TransportMessage, helper
-from improv_core.stage.osc_messages import FromOsc, OscExchange, PeerJson, ToOsc
+from improv_core.stage.osc_messages import FromOsc, PeerJson, ToOsc
 from improv_core.stage.typed_lines import ProtocolError, read_as
 
 Reach = Literal["nowhere", "here", "network"]
@@ -133,8 +133,8 @@ class OscLink:
         if osc != self._osc:
             self._osc = osc
             listen = _json(osc.listen) if osc.listen else None
-            exchange: OscExchange = {"type": "exchange", "send": [_json(peer) for peer in osc.send], "listen": listen}
-            self._put(exchange)
+            send = [_json(peer) for peer in osc.send]
+            self._put({"type": "exchange", "send": send, "listen": listen, "time_tags": osc.time_tags})
 
     def _put(self, message: ToOsc) -> None:
         assert self._process

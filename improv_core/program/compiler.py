@@ -71,6 +71,7 @@ def score_of(analysis: Analysis) -> Score:
         scene_names=tuple(analysis.scene_names),
         clock=cast.clock,
         music=cast.music,
+        count_in=cast.music is not None and cast.music.count_in,
     )
     if len(analysis.text) > LONGEST_TEXT:
         return score

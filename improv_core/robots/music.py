@@ -23,8 +23,9 @@ def read_music(reading: TomlReading, value: Any, path: Path | None) -> Music:
             ("music", "file"), 'pages can\'t get this: put the song beside this file, and write its name: `"song.mp3"`'
         )
         file = ""
+    count_in = reading.flag(("music", "count_in"), table)
     folder = str(path.absolute().parent) if path else ""
-    return Music(file, folder, numbers.get("first_beat", 0.0), numbers.get("volume", 1.0))
+    return Music(file, folder, numbers.get("first_beat", 0.0), numbers.get("volume", 1.0), count_in)
 
 
 def _endings() -> str:

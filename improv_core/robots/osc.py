@@ -8,7 +8,7 @@ from typing import Any
 
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
-from improv_core.score.osc import HERE, Osc, Peer
+from improv_core.score.osc import HERE, SONIC_PI, Osc, Peer
 
 _PEER = re.compile(r"([A-Za-z0-9][A-Za-z0-9.-]{0,252}):([0-9]{1,5})")
 LAST_PORT = 65535
@@ -23,7 +23,12 @@ def read_osc(reading: TomlReading, value: Any) -> Osc | None:
         reading.at_key(("osc", "host"), "`host` is where messages are heard: add `listen`, a port", given=(("osc",),))
     listen = Peer(host or HERE, port) if port is not None else None
     send = tuple(_peers(reading, ("osc", "send"), table["send"], listen)) if "send" in table else ()
-    return Osc(send, listen) if listen or send else None
+    time_tags = "time_tags" not in table or reading.flag(("osc", "time_tags"), table)
+    if time_tags and any(peer.port == SONIC_PI for peer in send):
+        reading.warn_value(
+            ("osc", "send"), "Sonic Pi, which listens on 4560, reads no bundles: add `time_tags = false`"
+        )
+    return Osc(send, listen, time_tags) if listen or send else None
 
 
 def _host(reading: TomlReading, keys: Keys, table: dict[str, Any]) -> str | None:
@@ -39,13 +44,13 @@ def _host(reading: TomlReading, keys: Keys, table: dict[str, Any]) -> str | None
 
 def _peers(reading: TomlReading, keys: Keys, value: Any, listen: Peer | None) -> list[Peer]:
     if not isinstance(value, list) or not value:
-        reading.at_value(keys, 'write `send` as a list of addresses: `["127.0.0.1:4560"]`')
+        reading.at_value(keys, 'write `send` as a list of addresses: `["127.0.0.1:9000"]`')
         return []
     found: list[Peer] = []
     for place, item in enumerate(value):
         written = _PEER.fullmatch(item) if isinstance(item, str) else None
         if not written or not 1 <= int(written[2]) <= LAST_PORT:
-            reading.at_value((*keys, place), 'write a host and a port: `"127.0.0.1:4560"`')
+            reading.at_value((*keys, place), 'write a host and a port: `"127.0.0.1:9000"`')
             continue
         peer = Peer(written[1], int(written[2]))
         if listen and peer.is_here and peer.port == listen.port:

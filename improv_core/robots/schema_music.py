@@ -15,6 +15,9 @@ MUSIC = _table(
             example='"song.mp3"',
         ),
         "first_beat": _number("where in the song beat 0 of the dance is", "seconds", -3600, 3600, "0"),
+        "count_in": Key(
+            "count one bar before each dance begins, with or without a song", "boolean", default="false", example="true"
+        ),
         "volume": _number("how loud it is, from silent to as loud as it was recorded", "shares", 0, 1, "1"),
     },
 )

@@ -23,7 +23,14 @@ OSC = {
         " `osc.network`",
         "array",
         default="nowhere",
-        items=Key("a program that hears OSC: its host and its UDP port", example='"127.0.0.1:4560"'),
-        example='["127.0.0.1:4560"]',
+        items=Key("a program that hears OSC: its host and its UDP port", example='"127.0.0.1:9000"'),
+        example='["127.0.0.1:9000"]',
+    ),
+    "time_tags": Key(
+        "send bundles with the time at which each thing was due; false for programs that read no bundles, such as Sonic"
+        " Pi",
+        "boolean",
+        default="true",
+        example="false",
     ),
 }

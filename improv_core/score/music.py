@@ -14,13 +14,14 @@ class Music:
     """A song. Beat 0 of the dance is `first_beat` seconds after the beginning of its file; `volume` is from 0 to 1.
 
     `file` is as it is written in an `improv.toml` in `folder`. It is empty if people choose one on the page; `folder`
-    is empty if there are no files.
+    is empty if there are no files. With `count_in`, a bar is counted before the dance begins.
     """
 
     file: str = ""
     folder: str = ""
     first_beat: float = 0.0
     volume: float = 1.0
+    count_in: bool = False
 
 
 def is_song(file: str) -> bool:

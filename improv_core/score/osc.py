@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+SONIC_PI = 4560
+"""The port on which Sonic Pi listens."""
 HERE = "127.0.0.1"
 """Where only programs on this machine are heard."""
 
@@ -26,10 +28,12 @@ class Peer(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Osc:
-    """Whom what plays is told to (`send`), and where requests are heard (`listen`; None: nowhere)."""
+    """Whom what plays is told to (`send`), and where requests are heard (`listen`; None: nowhere). With `time_tags`,
+    what is told comes in bundles with the time at which it was due."""
 
     send: tuple[Peer, ...] = ()
     listen: Peer | None = None
+    time_tags: bool = True
 
     @property
     def away(self) -> Peer | None:

@@ -74,6 +74,7 @@ class OscDesk:
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._out.setblocking(False)
         self._peers: list[tuple[str, int]] = []
+        self._time_tags = True
         self._voice, self._outlook, self._begins = osc_out.Voice(), Outlook(), list[WordBegins]()
         self._looks = math.inf  # when to look ahead again
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
@@ -146,13 +147,19 @@ class OscDesk:
         self._looks = now + LOOK_PERIOD if self._outlook.is_moving else math.inf
 
     def _send(self, due: Sequence[osc_out.OscDue]) -> None:
-        """Send messages, in a bundle for all that are due at the same time."""
+        """Send messages: in a bundle for all that are due at the same time, or each by itself."""
         offset = self._wall() - self._clock()
-        for at, together in itertools.groupby(due, lambda each: each.at):
-            bundle = osc_wire.written([(each.address, each.arguments) for each in together], at + offset)
+        if self._time_tags:
+            datagrams = [
+                osc_wire.written([(each.address, each.arguments) for each in together], at + offset)
+                for at, together in itertools.groupby(due, lambda each: each.at)
+            ]
+        else:
+            datagrams = [osc_wire.plain(each.address, each.arguments) for each in due]
+        for datagram in datagrams:
             for peer in self._peers:
                 try:
-                    self._out.sendto(bundle, peer)
+                    self._out.sendto(datagram, peer)
                 except OSError as error:
                     self._complain(f"OSC can't be sent to {peer[0]}:{peer[1]}: {error.strerror}", about=f"{peer}")
 
@@ -160,6 +167,7 @@ class OscDesk:
         for port in self.sockets:
             port.close()
         self._port, self._friends, self._peers = None, set(), []
+        self._time_tags = exchange["time_tags"]
         for peer in exchange["send"]:
             try:
                 host = socket.gethostbyname(peer["host"])

@@ -18,12 +18,13 @@ class PeerJson(TypedDict):
 
 
 class OscExchange(TypedDict):
-    """With whom to exchange messages from now on: what plays goes to these, and requests are heard there (null:
-    nowhere)."""
+    """With whom to exchange messages from now on: what plays goes to these, in bundles with `time_tags` or not, and
+    requests are heard there (null: nowhere)."""
 
     type: Literal["exchange"]
     send: Sequence[PeerJson]
     listen: PeerJson | None
+    time_tags: bool
 
 
 ToOsc = OscExchange | Plays | TransportMessage | Sensed | Armed

@@ -34,6 +34,13 @@ def read(datagram: bytes) -> list[OscMessage]:
     return [OscMessage(each.message.address, _plain(each.message.params), each.time) for each in packet.messages]
 
 
+def plain(address: str, arguments: Sequence[Argument]) -> bytes:
+    """A message without a time."""
+    from pythonosc.osc_message_builder import build_msg
+
+    return build_msg(address, [*arguments]).dgram
+
+
 def written(messages: Sequence[tuple[str, Sequence[Argument]]], due: float) -> bytes:
     """A bundle of messages that are due at a Unix time."""
     from pythonosc.osc_bundle_builder import OscBundleBuilder

@@ -150,7 +150,7 @@ def test_robots_in_an_unreadable_file_do_not_move(watch: Running, program: Path)
     assert watch.next() == KEEPS
 
 
-@pytest.mark.parametrize(("options", "begins"), [([], None), (["--continue"], {"s"})])
+@pytest.mark.parametrize(("options", "begins"), [([], None), (["--continue"], {"s"}), (["--continue-at-bar"], {"s"})])
 def test_a_save_edits_what_plays_if_it_is_to(program: Path, options: list[str], begins: set[str] | None) -> None:
     program.write_text("beat 240\nr $ repeat (forward left)\ns $ repeat forward\n")
     with watching(program, *options) as watch:

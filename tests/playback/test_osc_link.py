@@ -83,6 +83,7 @@ async def test_the_process_runs_while_a_score_asks_for_it_and_hears_what_the_lea
         "type": "exchange",
         "send": [{"host": "127.0.0.1", "port": 4560}],
         "listen": {"host": "127.0.0.1", "port": 7000},
+        "time_tags": True,
     }
     fakes.latest("simulator").tell("playing", beat=1.0)
     leader.say({"type": "armed", "generation": 2, "armed": False, "begins": None})

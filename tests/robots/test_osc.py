@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.robots.config import read_robots
 from improv_core.score.osc import Osc, Peer
 from tests.robots.test_config import check
 
-SONIC_PI = Peer("127.0.0.1", 4560)
+QLAB = Peer("127.0.0.1", 9000)
 
 
 @pytest.mark.parametrize(
@@ -17,10 +18,11 @@ SONIC_PI = Peer("127.0.0.1", 4560)
         ("[osc]", None),
         ("[osc]\nlisten = 7000", Osc(listen=Peer("127.0.0.1", 7000))),
         ('[osc]\nlisten = 7000\nhost = "192.168.1.2"', Osc(listen=Peer("192.168.1.2", 7000))),
-        ('[osc]\nsend = ["127.0.0.1:4560"]', Osc((SONIC_PI,))),
+        ('[osc]\nsend = ["127.0.0.1:9000"]', Osc((QLAB,))),
+        ('[osc]\nsend = ["127.0.0.1:4560"]\ntime_tags = false', Osc((Peer("127.0.0.1", 4560),), time_tags=False)),
         (
-            '[osc]\nsend = ["127.0.0.1:4560", "td.local:1"]\nlisten = 7000',
-            Osc((SONIC_PI, Peer("td.local", 1)), Peer("127.0.0.1", 7000)),
+            '[osc]\nsend = ["127.0.0.1:9000", "td.local:1"]\nlisten = 7000',
+            Osc((QLAB, Peer("td.local", 1)), Peer("127.0.0.1", 7000)),
         ),
     ],
 )
@@ -31,8 +33,8 @@ def test_osc_is_off_unless_it_is_asked_for(written: str, expected: Osc | None) -
 @pytest.mark.parametrize(
     ("osc", "away"),
     [
-        (Osc((SONIC_PI, Peer("localhost", 1)), Peer("127.0.1.1", 7000)), None),
-        (Osc((SONIC_PI, Peer("10.0.0.7", 1))), Peer("10.0.0.7", 1)),
+        (Osc((QLAB, Peer("localhost", 1)), Peer("127.0.1.1", 7000)), None),
+        (Osc((QLAB, Peer("10.0.0.7", 1))), Peer("10.0.0.7", 1)),
         (Osc(listen=Peer("0.0.0.0", 7000)), Peer("0.0.0.0", 7000)),
     ],
 )
@@ -46,25 +48,25 @@ def test_wrong_values() -> None:
         listen = 70000
                  ^^^^^ robots: write `listen` as a whole number from 1 to 65535
         port = 1
-        ^^^^ robots: `port` is not valid here: write one of `listen`, `host`, `send`
+        ^^^^ robots: `port` is not valid here: write one of `listen`, `host`, `send`, `time_tags`
     """)
     check("""
         [osc]
         listen = 7000
         host = "here"
                ^^^^^^ robots: write `host` as an IPv4 address of this machine, such as `"127.0.0.1"`
-        send = ["127.0.0.1:7000", "127.0.0.1", 4560, "a:0"]
+        send = ["127.0.0.1:7000", "127.0.0.1", 9000, "a:0"]
                 ^^^^^^^^^^^^^^^^ robots: Improv itself listens on this port: send to another one
-                                  ^^^^^^^^^^^ robots: write a host and a port: `"127.0.0.1:4560"`
-                                               ^^^^ robots: write a host and a port: `"127.0.0.1:4560"`
-                                                     ^^^^^ robots: write a host and a port: `"127.0.0.1:4560"`
+                                  ^^^^^^^^^^^ robots: write a host and a port: `"127.0.0.1:9000"`
+                                               ^^^^ robots: write a host and a port: `"127.0.0.1:9000"`
+                                                     ^^^^^ robots: write a host and a port: `"127.0.0.1:9000"`
     """)
     check("""
         [osc]
         host = "127.0.0.1"
         ^^^^ robots: `host` is where messages are heard: add `listen`, a port
-        send = "127.0.0.1:4560"
-               ^^^^^^^^^^^^^^^^ robots: write `send` as a list of addresses: `["127.0.0.1:4560"]`
+        send = "127.0.0.1:9000"
+               ^^^^^^^^^^^^^^^^ robots: write `send` as a list of addresses: `["127.0.0.1:9000"]`
         [senses.kick]
         osc = "a kick"
               ^^^^^^^^ robots: write `osc` as one word of letters, digits, `_`, and `-`
@@ -73,3 +75,10 @@ def test_wrong_values() -> None:
         timeout = 1
         ^^^^^^^ robots: OSC messages decide this sense, so `timeout` has no effect: remove it
     """)
+
+
+def test_sonic_pi_reads_no_bundles() -> None:
+    found = read_robots('[osc]\nsend = ["127.0.0.1:4560"]')
+    assert found.ok
+    line = "Sonic Pi, which listens on 4560, reads no bundles: add `time_tags = false`"
+    assert [each.message for each in found.diagnostics] == [line]

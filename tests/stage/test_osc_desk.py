@@ -136,7 +136,16 @@ def said_by(child: Child, count: int) -> list[FromOsc]:
 
 
 def exchange(port: int) -> ToOsc:
-    return {"type": "exchange", "send": [], "listen": {"host": "127.0.0.1", "port": port}}
+    return {"type": "exchange", "send": [], "listen": {"host": "127.0.0.1", "port": port}, "time_tags": True}
+
+
+def telling(port: int, *, time_tags: bool) -> ToOsc:
+    return {
+        "type": "exchange",
+        "send": [{"host": "localhost", "port": port}],
+        "listen": None,
+        "time_tags": time_tags,
+    }
 
 
 @pytest.fixture
@@ -162,7 +171,12 @@ def test_beats_are_heard_as_they_are_due(port: int) -> None:
         other.settimeout(LIMIT)
         play: ToOsc = {"type": "plays", "generation": 1, "score": to_json(score("r $ repeat forward"), RowsWritten())}
         now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=600.0)
-        to: ToOsc = {"type": "exchange", "send": [{"host": "localhost", "port": port}], "listen": None}
+        to: ToOsc = {
+            "type": "exchange",
+            "send": [{"host": "localhost", "port": port}],
+            "listen": None,
+            "time_tags": True,
+        }
         heard: list[tuple[OscMessage, int]] = []
         with running(to, play, now):
             while len(heard) < 6:  # state, word, and four beats
@@ -174,6 +188,20 @@ def test_beats_are_heard_as_they_are_due(port: int) -> None:
     assert ("/improv/word", "r", "forward") in said
     beats = [tag / 2**32 for each, tag in heard if each.address == "/improv/beat"]
     assert [round(later - beat, 3) for beat, later in itertools.pairwise(beats)] == [0.1] * 3
+
+
+def test_programs_that_read_no_bundles_hear_messages(port: int) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", port))
+        other.settimeout(LIMIT)
+        to: ToOsc = {
+            "type": "exchange",
+            "send": [{"host": "localhost", "port": port}],
+            "listen": None,
+            "time_tags": False,
+        }
+        with running(to, at("paused", 1)):
+            assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
 
 def test_a_port_that_is_taken_is_said(port: int) -> None:

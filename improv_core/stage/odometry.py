@@ -141,6 +141,11 @@ class Odometry:
         known = {robot: track.least for robot, track in self._tracks.items() if track.least < math.inf}
         return {robot: -least for robot, least in known.items() if not AHEAD <= least <= BEHIND}
 
+    def fits(self, raw: RawPose) -> bool:
+        """Whether a pose is of the robot that has this part now: one of another may have been on its way."""
+        track = self._tracks.get(raw.robot)
+        return not (track and raw.topic) or raw.topic == track.odom
+
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one; None if it can't be compared."""
         track = self._tracks.get(raw.robot)
@@ -180,6 +185,7 @@ class _Track:
     start: Pose
     legs: deque[_Leg] = field(init=False)
     topic: str = ""
+    odom: str | None = None
     frame: Pose | None = None
     in_world: bool = False
     aligned: int = 1
@@ -198,7 +204,7 @@ class _Track:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
 
     def cast(self, part: Part) -> None:
-        self.topic = part.topic
+        self.topic, self.odom = part.topic, part.odom
         self.profile = profile = part.profile
         motors = motors_of(beside_robots(profile), part.robot)
         self.accelerations = (motors.linear_acceleration, motors.angular_acceleration) if motors else (math.inf,) * 2

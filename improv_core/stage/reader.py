@@ -148,5 +148,8 @@ def _edge(edge: Edge) -> FromReader:
 
 
 def _pose(measured: RawPose) -> MeasuredPose:
-    robot, source, pose, at, frame, stamp = measured
-    return {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame, "stamp": stamp}
+    robot, source, pose, at, frame, stamp, topic = measured
+    found = to_pose_json(pose)
+    return {
+        "robot": robot, "source": source, "pose": found, "at": at, "frame": frame, "stamp": stamp, "topic": topic
+    }  # fmt: skip

@@ -48,7 +48,8 @@ class Unread(TypedDict):
 
 
 class MeasuredPose(TypedDict):
-    """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock.
+    """Where a robot is in the frame of its source (the type of the message on a topic), at a time on the monotonic
+    clock.
 
     `stamp` is the time in the message, on that clock if the clocks agree; null if it has none.
     """
@@ -59,6 +60,7 @@ class MeasuredPose(TypedDict):
     pose: PoseJson
     at: float
     stamp: float | None
+    topic: str
 
 
 class MeasuredPoses(TypedDict):

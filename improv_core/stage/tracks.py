@@ -345,7 +345,7 @@ class Tracks:
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""
-        run, poses = self.run, [*poses]
+        run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
         self.guard.hear(raw._replace(at=self.odometry.taken_at(raw)) for raw in poses)
         for comparison in found if self.sink.real else ():

@@ -24,12 +24,13 @@ from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import OdomFrame, Part, Safety
 from improv_core.stage.doing import REST
 from improv_core.stage.faults import QUIET
+from improv_core.stage.messages import When
 from improv_core.stage.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
 from improv_core.stage.player import Player
 from improv_core.stage.reports import Told
 from improv_core.stage.sinks import Noticed, RawJoints, RawPose
 from improv_core.stage.sinks.simulator import Simulator
-from tests.stage.test_player import Stage, score
+from tests.stage.test_player import Stage, numbered, score
 
 ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"
 FRAME = Pose(5, -3, 0, 2.5)
@@ -434,6 +435,31 @@ def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     found = odometry.take(RawPose("r", LOCALIZATION, Pose(0.6, 2), 1.2))
     assert found
     assert found.jump is None
+
+
+def test_a_pose_of_the_robot_that_had_the_part_before_shows_nothing_anymore() -> None:
+    """It was on its way while another one took over."""
+    robot = Robot(frame=Pose())
+    dance = numbered(score("r $ repeat 8 forward"))
+
+    def load(topic: str, when: When) -> None:
+        part = replace(dance.parts["r"], topic=f"{topic}/cmd_vel", odom=f"{topic}/odom")
+        robot.player.load(replace(dance, parts={"r": part}), len(robot.stage.told) + 1, when, robot.stage.now)
+
+    def see(topic: str, place: Pose) -> None:
+        now = robot.stage.now
+        robot.player.measure([RawPose("r", ODOMETRY, place, now, topic=f"{topic}/odom")], now)
+
+    load("/r", "restart")
+    for _ in range(10):
+        robot.run(0.1)
+        see("/r", Pose(2 * (robot.stage.now - 1000)))
+    load("/spare", "now")
+    for topic, place in (("/r", Pose(2.1)), ("/spare", Pose(-5, 3, 0, 2)), ("/spare", Pose(-5, 3, 0, 2))):
+        robot.run(0.1)
+        see(topic, place)
+    robot.run(0.5)
+    assert [line for line in robot.lines if "jumped" in line] == []
 
 
 @pytest.mark.parametrize(

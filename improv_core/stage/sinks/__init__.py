@@ -43,7 +43,8 @@ class RawPose(NamedTuple):
     """Where a robot is in the frame of its source: the type of the message, or the simulator.
 
     `at` is when it came, in monotonic seconds, and `frame` the name of that frame. `stamp` is the time in the message,
-    in monotonic seconds if its source's clock agrees with this machine's; None if it has none.
+    in monotonic seconds if its source's clock agrees with this machine's; None if it has none. `topic` is where it came
+    from; "" in the simulator.
     """
 
     robot: str
@@ -52,6 +53,7 @@ class RawPose(NamedTuple):
     at: float
     frame: str = ""
     stamp: float | None = None
+    topic: str = ""
 
 
 @dataclass(frozen=True, slots=True)

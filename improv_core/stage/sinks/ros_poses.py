@@ -62,7 +62,7 @@ class RosPoses:
             if taken and (pose := pose_in(taken[0], TEXTS[kind])):
                 at = _arrived(taken[1])
                 frame, stamp = frame_in(taken[0]), _stamped(stamp_in(taken[0]))
-                found += [RawPose(robot, kind, pose, at, frame, stamp) for robot in self._robots[topic]]
+                found += [RawPose(robot, kind, pose, at, frame, stamp, topic) for robot in self._robots[topic]]
         return found
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ from improv_core.plain import message as in_plain_text
 from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
 from improv_core.stage.messages import helper
-from improv_core.stage.reader_messages import FromReader, MeasuredPoses, SenseToRead, ToReader
+from improv_core.stage.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
 from improv_core.stage.sinks import Edge, RawJoints, RawPose, RawPoses
 
 START_LIMIT = 10.0
@@ -197,10 +197,7 @@ class RosReader:
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
     def _measure(self, message: MeasuredPoses) -> None:
-        poses = [
-            RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"], each["frame"], each["stamp"])
-            for each in message["poses"]
-        ]
+        poses = [_pose(each) for each in message["poses"]]
         self._posed |= {robot for robot, *_ in poses if robot in self._odometry}
         self._hear(RawPoses(poses))
 
@@ -213,6 +210,11 @@ class RosReader:
         now = self._clock()
         for sense in list(self._values):
             self._turn(sense, None, now)
+
+
+def _pose(each: MeasuredPose) -> RawPose:
+    where = each["robot"], each["source"], Pose(**each["pose"]), each["at"]
+    return RawPose(*where, each["frame"], each["stamp"], each["topic"])
 
 
 _Wanted = tuple[Mapping[RobotSense, Topic], Mapping[str, str], Mapping[str, str], Mapping[str, str], float]

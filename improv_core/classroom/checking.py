@@ -15,9 +15,10 @@ from improv_core.child import Child, Policy
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes, summary
+from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.score.score_json import to_json
 from improv_core.score.svg import plot
-from improv_core.services.merging import Dance, MergeError, merge
+from improv_core.services.merging import Dance, MergeError, merge, renamed
 from improv_core.stage.lines import own_output
 
 MODULE = "improv_core.classroom.checking"
@@ -81,6 +82,24 @@ def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
         return {"score": None, "text": "", "problem": str(problem), "notes": ()}
 
 
+def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
+    """The score of a child's dance for a real robot, with what its `improv.toml` says about it."""
+    dance = analyze(text)
+    problem, own = "", ""
+    if not dance.ok:
+        problem = look(text)["line"]
+    elif len(dance.all_robots) != 1:
+        problem = f"a real robot can perform a dance for one robot, and this is one for {len(dance.all_robots)}"
+    else:
+        own = renamed(dance, {dance.all_robots[0]: robot})
+        real = analyze(own, read_robots(toml, Path(FILE_NAME)))
+        if real.ok and [*real.all_robots] == [robot]:
+            return {"score": to_json(score_of(real)), "text": own, "problem": "", "notes": ()}
+        found = mistakes(Path("dance"), real)
+        problem = f"{robot} can't perform it: {found[0].message if found else 'the name means something in it'}"
+    return {"score": None, "text": own, "problem": f"{name}: {problem}", "notes": ()}
+
+
 class DanceReader:
     """Asks such a process, which starts with the first question. One question at a time."""
 
@@ -97,6 +116,11 @@ class DanceReader:
     async def prepare(self, dances: Sequence[tuple[str, str]]) -> Prepared:
         """The score of one dance, or of several together."""
         found: Prepared | None = await self._ask({"prepare": dances})
+        return found or {"score": None, "text": "", "problem": HEAVY, "notes": ()}
+
+    async def embody(self, name: str, text: str, robot: str, toml: str) -> Prepared:
+        """The score of a dance for a real robot."""
+        found: Prepared | None = await self._ask({"embody": (name, text, robot, toml)})
         return found or {"score": None, "text": "", "problem": HEAVY, "notes": ()}
 
     def close(self) -> None:
@@ -138,7 +162,13 @@ def _serve() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     for line in sys.stdin.buffer:
         question = json.loads(line)
-        say(look(question["look"]) if "look" in question else prepare(question["prepare"]))
+        say(_answer(question))
+
+
+def _answer(question: Mapping[str, Any]) -> Impression | Prepared:
+    if "look" in question:
+        return look(question["look"])
+    return embody(*question["embody"]) if "embody" in question else prepare(question["prepare"])
 
 
 if __name__ == "__main__":

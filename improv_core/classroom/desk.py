@@ -6,13 +6,14 @@ import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from improv_core.classroom.checking import DanceReader
-from improv_core.classroom.messages import Command, FromDesk
+from improv_core.classroom.checking import DanceReader, Prepared
+from improv_core.classroom.messages import Command, FromDesk, Perform
 from improv_core.classroom.room import Member
 from improv_core.plain import message, printable
 from improv_core.playback.playback import Playback
 from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
+from improv_core.robots.config import Robots
 from improv_core.score.score_json import from_json
 
 
@@ -31,11 +32,19 @@ class Handed:
 class Desk:
     """Has the dances looked at, and plays them. Use it from one event loop only.
 
-    `publish` gets what the teacher's pages show. `remove` sends a child out.
+    `publish` gets what the teacher's pages show. `remove` sends a child out. One of the real `robots` moves only when
+    the teacher has it perform a dance that is in front.
     """
 
-    def __init__(self, playback: Playback, publish: Callable[[FromDesk], None], remove: Callable[[int], None]) -> None:
+    def __init__(
+        self,
+        playback: Playback,
+        publish: Callable[[FromDesk], None],
+        remove: Callable[[int], None],
+        robots: Robots | None = None,
+    ) -> None:
         self._playback, self._publish, self._remove = playback, publish, remove
+        self._robots = robots or Robots()
         self._sent: dict[int, Handed] = {}
         self._waiting: dict[int, None] = {}
         self._wake = asyncio.Event()
@@ -62,7 +71,11 @@ class Desk:
 
     def messages(self) -> Sequence[FromDesk]:
         """All that a page has to know that was just opened."""
-        return [*(_shown(number, sent) for number, sent in self._sent.items()), {"type": "playing", "line": self._line}]
+        return [
+            {"type": "robots", "names": [*self._robots.robots]},
+            *(_shown(number, sent) for number, sent in self._sent.items()),
+            {"type": "playing", "line": self._line},
+        ]
 
     async def serve(self) -> None:
         """Impression at what children send, the latest of each, forever."""
@@ -91,6 +104,9 @@ class Desk:
         asked = self._playback.stops.count
         if self._plays:
             self._plays.cancel()
+        if command["type"] == "perform":
+            self._plays = asyncio.create_task(self._perform(command, asked))
+            return
         chosen = {number: self._sent[number] for number in command["numbers"] if number in self._sent}
         self._plays = asyncio.create_task(self._play(chosen, asked))
 
@@ -110,13 +126,29 @@ class Desk:
         names = " + ".join(sent.name for sent in chosen.values())
         self._say(f"Reading {names}")
         ready = await self._preparing.prepare([(sent.name, sent.text) for sent in chosen.values()])
+        await self._begin(ready, names, asked, simulated=True)
+
+    async def _perform(self, command: Perform, asked: int) -> None:
+        """Have a real robot perform a dance, unless a stop has come since the count of stops was `asked`."""
+        sent, robot = self._sent.get(command["number"]), command["robot"]
+        if sent is None or robot not in self._robots.robots:
+            return
+        if sent.count != command["count"]:
+            self._say(f"{sent.name} has sent another dance: look at it first")
+            return
+        self._say(f"Reading {sent.name}")
+        ready = await self._preparing.embody(sent.name, sent.text, robot, self._robots.text)
+        await self._begin(ready, f"{sent.name}, performed by {robot}", asked, simulated=False)
+
+    async def _begin(self, ready: Prepared, names: str, asked: int, *, simulated: bool) -> None:
+        """Play what was read, and say what plays, or why it doesn't."""
         if ready["score"] is None:
             self._say(message(ready["problem"]))
             return
         try:
             score = from_json(ready["score"])
             self._playback.present(names, "")
-            begun = await self._playback.play(PlayScore(score, names, asked))
+            begun = await self._playback.play(PlayScore(score, names, asked, simulated=simulated))
         except (StageError, ValueError) as problem:
             self._say(message(str(problem)))
             return

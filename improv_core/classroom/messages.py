@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Literal, TypedDict
 
 from improv_core.classroom.room import MOST_CHILDREN
@@ -28,6 +29,13 @@ class SentOut(TypedDict):
     number: int
 
 
+class RealRobots(TypedDict):
+    """The real robots that may dance what a child has sent."""
+
+    type: Literal["robots"]
+    names: Sequence[str]
+
+
 class NowPlaying(TypedDict):
     """What plays, or why nothing does."""
 
@@ -49,8 +57,17 @@ class Remove(TypedDict):
     number: int
 
 
-FromDesk = ChildShown | SentOut | NowPlaying
-Command = PlayThese | Remove
+class Perform(TypedDict):
+    """Have a real robot perform the dance of a child that was looked at: the one that it has sent as its `count`-th."""
+
+    type: Literal["perform"]
+    number: int
+    count: int
+    robot: str
+
+
+FromDesk = ChildShown | SentOut | NowPlaying | RealRobots
+Command = PlayThese | Remove | Perform
 
 
 def read(text: str) -> Command | None:
@@ -64,6 +81,8 @@ def read(text: str) -> Command | None:
     match found:
         case {"type": "remove", "number": int(number)}:
             return {"type": "remove", "number": number}
+        case {"type": "perform", "number": int(number), "count": int(count), "robot": str(robot)}:
+            return {"type": "perform", "number": number, "count": count, "robot": robot}
         case {"type": "play", "numbers": [*numbers]} if 0 < len(numbers) <= MOST_CHILDREN:
             return {"type": "play", "numbers": numbers} if all(isinstance(each, int) for each in numbers) else None
     return None

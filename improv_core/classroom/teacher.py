@@ -173,7 +173,7 @@ class _Seat:
         self._some = asyncio.Event()
 
     def put(self, message: FromDesk) -> None:
-        about = "playing" if message["type"] == "playing" else str(message["number"])
+        about = str(message["number"]) if message["type"] in ("child", "gone") else message["type"]
         self._waiting.pop(about, None)
         self._waiting[about] = message
         self._some.set()

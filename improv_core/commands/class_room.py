@@ -16,9 +16,12 @@ from improv_core.classroom.desk import Desk
 from improv_core.classroom.messages import FromDesk
 from improv_core.classroom.room import Member, new_code
 from improv_core.classroom.teacher import TeacherPage
+from improv_core.commands import parameters
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
+from improv_core.program.files import ReadError, robots_in
+from improv_core.robots.config import Robots
 from improv_core.stage.viewer.application import HOST
 
 NOWHERE = ("192.0.2.1", 9)
@@ -36,13 +39,21 @@ NOWHERE = ("192.0.2.1", 9)
     show_default=True,
     help="Port for the children; 0 picks a free one.",
 )
-def command(site: Path, address: str | None, port: int) -> None:
+@click.option(
+    "--robots",
+    "file",
+    metavar="FILE",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="An improv.toml: the teacher may have one of its real robots perform a dance.",
+)
+def command(site: Path, address: str | None, port: int, file: Path | None) -> None:
     """Let a class write dances on tablets, and play them in the simulator.
 
     SITE is a folder that `improv site` has built. Everybody on the room's network can load it from this machine; who
     knows the room's code can send dances. Only this machine has the teacher's page. Ctrl-C ends the class, and nothing
     of it is kept.
     """
+    robots = _robots(file) if file else None
     try:
         files = files_of(site)
         listening = socket.create_server((_confirmed(address, port), port))
@@ -50,7 +61,21 @@ def command(site: Path, address: str | None, port: int) -> None:
         raise CommandError(str(problem)) from None
     except OSError as error:
         raise CommandError(f"port {port} of {address or 'that address'} can't be used: {error.strerror}") from None
-    sys.exit(run(teach(listening, files)))
+    options = parameters.options(file, "both", 0) if file else Options(backend="sim")
+    sys.exit(run(teach(listening, files, options, robots)))
+
+
+def _robots(file: Path) -> Robots:
+    """The real robots that may perform. Raises CommandError."""
+    try:
+        robots = robots_in(file)
+    except ReadError as problem:
+        raise CommandError(str(problem)) from None
+    if not robots.ok:
+        raise CommandError(f"{file} has errors: `improv check {file}` shows them")
+    if not robots.robots:
+        raise CommandError(f"{file} names no robots: add a section such as [robots.turtle1]")
+    return robots
 
 
 def _confirmed(address: str | None, port: int) -> str:
@@ -81,21 +106,29 @@ def _own_address() -> str | None:
         return str(probe.getsockname()[0])
 
 
-async def teach(listening: socket.socket, files: Mapping[str, File]) -> int:
+async def teach(
+    listening: socket.socket, files: Mapping[str, File], options: Options, robots: Robots | None = None
+) -> int:
     """Have a class until interrupted; the exit code. Raises StageError."""
-    async with performance(Options(backend="sim"), browser=False, hears_keys=False) as performing:
-        await Class(performing, listening, files).teach()
+    async with performance(options, browser=False, hears_keys=False) as performing:
+        await Class(performing, listening, files, robots).teach()
     return INTERRUPTED
 
 
 class Class:
     """A class with its two servers."""
 
-    def __init__(self, performing: TerminalSession, listening: socket.socket, files: Mapping[str, File]) -> None:
+    def __init__(
+        self,
+        performing: TerminalSession,
+        listening: socket.socket,
+        files: Mapping[str, File],
+        robots: Robots | None = None,
+    ) -> None:
         self._loop = asyncio.get_running_loop()
         self._performing = performing
         self.code = new_code()
-        self.desk = Desk(performing.playback, self._publish, lambda number: self.children.remove(number))
+        self.desk = Desk(performing.playback, self._publish, lambda number: self.children.remove(number), robots)
         own = socket.create_server((HOST, 0))
         self.teacher = TeacherPage(own, self.desk.take, self._stop, performing.playback.link, self.desk.messages)
         self.children = Children(

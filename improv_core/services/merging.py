@@ -75,6 +75,11 @@ def merge(sources: Sequence[Dance]) -> Merged:
     return Merged(text, robots, notes)
 
 
+def renamed(analysis: Analysis, robots: Mapping[str, str]) -> str:
+    """A program whose robots have other names, by the old ones."""
+    return _edited(analysis.text, [Edit(span, new) for old, new in robots.items() for _, span in plays(analysis, old)])
+
+
 def _check(source: Dance) -> None:
     """Raise MergeError if a program can't be merged with any other."""
     name, analysis = source.name, source.analysis

@@ -14,7 +14,7 @@ from typing import Any
 import aiohttp
 import pytest
 
-from improv_core.classroom.checking import HEAVY, DanceReader, look, prepare
+from improv_core.classroom.checking import HEAVY, DanceReader, embody, look, prepare
 from improv_core.classroom.children import File, SiteFolderError, files_of
 from improv_core.classroom.messages import read
 from improv_core.commands.class_room import Class
@@ -166,7 +166,9 @@ def test_what_children_may_not_do_is_refused(what: str, body: Any, headers: dict
     "text",
     [
         "{}", "[]", "x", '{"type": "stop"}', '{"type": "play", "numbers": []}', '{"type": "play", "numbers": ["1"]}',
-        json.dumps({"type": "play", "numbers": [1] * 41}), '{"type": "remove", "number": 1e300}', "[" * 9_000,
+        json.dumps({"type": "play", "numbers": [1] * 41}), '{"type": "perform", "number": 1, "robot": "a"}',
+        '{"type": "perform", "number": 1, "count": "1", "robot": "a"}',
+        '{"type": "remove", "number": 1e300}', "[" * 9_000,
     ],
 )  # fmt: skip
 def test_what_is_no_command_of_the_teacher_is_dropped(text: str) -> None:
@@ -188,6 +190,64 @@ def test_dances_are_read_with_the_name_of_who_is_wrong() -> None:
     assert look("x = left")["line"] == "no robot plays anything yet"
     assert prepare([("Ada", "r $ left"), ("Bo", "r $ lft")])["problem"] == "Bo: it has errors: fix them first"
     assert prepare([("Ada", "r $ lft")])["problem"].startswith("Ada: line 1: ")
+
+
+ROBOTS = """
+[robots.turtle1]
+profile = "turtlesim"
+[profiles.slow]
+base = "turtlebot4"
+step = 0.5
+max_linear = 0.1
+[robots.heavy]
+profile = "slow"
+"""
+
+
+def test_a_real_robot_gets_the_dance_of_one_robot_within_its_limits() -> None:
+    ready = embody("Ada", "at = forward\nr at 1 2\nr $ at left\n", "turtle1", ROBOTS)
+    assert (ready["problem"], ready["text"]) == ("", "at = forward\nturtle1 at 1 2\nturtle1 $ at left\n")
+    assert ready["score"]
+    assert [*ready["score"]["parts"]] == ["turtle1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "robot", "problem"),
+    [
+        ("a b $ left", "turtle1", "Ada: a real robot can perform a dance for one robot, and this is one for 2"),
+        ("r $ lft", "turtle1", "Ada: line 1: `lft` is not defined: did you mean `left`?"),
+        ("turtle1 = left\nr $ turtle1", "turtle1", "Ada: turtle1 can't perform it: "),
+        ("r $ forward", "heavy", "Ada: heavy can't perform it: "),
+        ("r $ up", "heavy", "Ada: heavy can't perform it: "),
+    ],
+)
+def test_what_a_real_robot_can_not_perform_is_said(text: str, robot: str, problem: str) -> None:
+    ready = embody("Ada", text, robot, ROBOTS)
+    assert ready["score"] is None
+    assert ready["problem"].startswith(problem), ready["problem"]
+
+
+def test_without_real_robots_none_is_told_anything() -> None:
+    async def scenario() -> None:
+        async with a_class() as pages:
+            assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
+            await pages.post("send", {"secret": await pages.join("Ada"), "text": "r $ forward"})
+            await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+            await pages.live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
+            await pages.live.send_json({"type": "play", "numbers": [1]})
+            await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
+
+    asyncio.run(scenario())
+
+
+def test_the_file_of_real_robots_has_to_be_right(tmp_path: Path) -> None:
+    for name in (MARK, "class.js", "index.html"):
+        (tmp_path / name).write_text(HEAD)
+    for text, said in (("[robots.ada]\nprofile = 1\n", "has errors"), ("", "names no robots")):
+        (tmp_path / "improv.toml").write_text(text)
+        done = run("class", tmp_path, "--address", "127.0.0.1", "--robots", tmp_path / "improv.toml")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert said in done.stderr
 
 
 def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worker(tmp_path: Path) -> None:

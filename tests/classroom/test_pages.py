@@ -70,7 +70,8 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         keep(page, f"class-child-{width}.png")
 
-    send(address, "send", secret=send(address, "join", code=code, name="Bo")["secret"], text="s $ forwrd")
+    secret = send(address, "join", code=code, name="Bo")["secret"]
+    send(address, "send", secret=secret, text="s $ forwrd")
     page.goto(teacher)
     expect(page.locator("#children li")).to_have_count(2)
     expect(page.locator("#children .name").first).to_have_text("Ada <img>")
@@ -94,5 +95,9 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
     page.reload()  # the token is kept for this tab
     expect(page.locator("#children li")).to_have_count(2)
     page.locator("#children .look").last.click()
+    expect(page.locator("#front-real")).to_be_hidden()  # this class has no real robots
+    send(address, "send", secret=secret, text="s $ backward")
+    expect(page.locator("#front-line")).to_contain_text("Bo has sent another dance.")
+    expect(page.locator("#front-text")).to_have_text("s $ forwrd")  # what is looked at stays
     page.get_by_role("button", name="Send out").click()
     expect(page.locator("#children li")).to_have_count(1)

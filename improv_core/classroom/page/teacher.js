@@ -2,7 +2,7 @@
 // The teacher's page: the dances of a class, small; one in front; several together; and a stop for everything.
 
 /** @typedef {{ type: "child", number: number, name: string, count: number, ok: boolean, line: string, picture: string, text: string }} Child */
-/** @typedef {Child | { type: "gone", number: number } | { type: "playing", line: string }} Message */
+/** @typedef {Child | { type: "gone", number: number } | { type: "robots", names: string[] } | { type: "playing", line: string }} Message */
 
 const KEY = "improv.class.token"
 const given = document.querySelector("#token")?.getAttribute("content") ?? ""
@@ -14,7 +14,8 @@ if (location.search) history.replaceState(null, "", location.pathname)
 const children = new Map()
 /** @type {Set<number>} */
 const chosen = new Set()
-let front = 0
+/** @type {Child | undefined} */
+let front // as it was looked at: another dance that the child sends meanwhile doesn't take its place
 /** @type {WebSocket} */
 let socket
 
@@ -55,16 +56,20 @@ function connect() {
 /** @param {Message} message */
 function take(message) {
   if (message.type === "playing") say(message.line)
+  else if (message.type === "robots") showRobots(message.names)
   else if (message.type === "gone") {
     children.delete(message.number)
     chosen.delete(message.number)
     document.getElementById(`child-${message.number}`)?.remove()
-    if (front === message.number) dialog.close()
+    if (front?.number === message.number) dialog.close()
   } else {
     children.set(message.number, message)
     if (!message.ok) chosen.delete(message.number)
     draw(message)
-    if (front === message.number && dialog.open) show(message)
+    if (front?.number === message.number && dialog.open) {
+      if (front.count === message.count) show(message)
+      else find("front-line").textContent = `${message.name} has sent another dance. Close this one to look at it.`
+    }
   }
   play.disabled = chosen.size === 0
   const count = children.size
@@ -113,14 +118,21 @@ function picture(image, child, alt) {
 
 /** Brings a child's dance to the front. @param {Child} child */
 function show(child) {
-  front = child.number
+  front = child
   find("front-name").textContent = child.name
   find("front-line").textContent = child.line
   find("front-text").textContent = child.text
   picture(/** @type {HTMLImageElement} */ (find("front-picture")), child, "The paths of the robots")
   const own = /** @type {HTMLButtonElement} */ (find("front-play"))
   own.disabled = !child.ok
+  find("front-perform").toggleAttribute("disabled", !child.ok)
   if (!dialog.open) dialog.showModal()
+}
+
+/** @param {string[]} names of real robots */
+function showRobots(names) {
+  find("front-real").hidden = names.length === 0
+  find("front-robot").replaceChildren(...names.map((name) => new Option(name)))
 }
 
 /** @param {object} command */
@@ -143,12 +155,17 @@ play.addEventListener("click", () => send({ type: "play", numbers: [...chosen] }
 find("open-stage").addEventListener("click", () => open(withToken("stage"), "_blank", "noopener"))
 find("front-close").addEventListener("click", () => dialog.close())
 find("front-play").addEventListener("click", () => {
-  send({ type: "play", numbers: [front] })
+  send({ type: "play", numbers: [front?.number] })
   dialog.close()
 })
-find("front-remove").addEventListener("click", () => send({ type: "remove", number: front }))
+find("front-perform").addEventListener("click", () => {
+  const robot = /** @type {HTMLSelectElement} */ (find("front-robot")).value
+  send({ type: "perform", number: front?.number, count: front?.count, robot })
+  dialog.close()
+})
+find("front-remove").addEventListener("click", () => send({ type: "remove", number: front?.number }))
 find("front-save").addEventListener("click", () => {
-  const child = children.get(front)
+  const child = front
   if (!child) return
   const link = document.createElement("a")
   link.href = URL.createObjectURL(new Blob([child.text], { type: "text/plain;charset=utf-8" }))

@@ -1,0 +1,108 @@
+"""A dance of a child on a real robot: only once the teacher has looked at it, and until the teacher's stop."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import subprocess
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from improv_core.site.website import PYODIDE, build
+from tests.commands.command_line import IMPROV
+from tests.ros.conftest import Listen, Listener
+from tests.ros.dance import still
+
+pytestmark = pytest.mark.slow("starts a class with its stages, and a robot drives")
+LIMIT = 60.0
+
+
+@pytest.fixture
+def said(alone: Mapping[str, str], tmp_path: Path) -> Iterator[tuple[str, str, str]]:
+    """What a class says that has a real robot: the children's address, the code, and the teacher's."""
+    pyodide, site, robots = tmp_path / "pyodide", tmp_path / "site", tmp_path / "improv.toml"
+    pyodide.mkdir()
+    for name in PYODIDE:
+        (pyodide / name).write_text("")
+    build(site, pyodide)
+    robots.write_text('[robots.turtle1]\nprofile = "turtlesim"\n')
+    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0", "--robots", str(robots)]
+    with subprocess.Popen(command, text=True, env=alone, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as running:
+        assert running.stdout
+        lines = ""
+        while not (found := re.search(r"children: (\S+), code (\S+)\s.*teacher: (\S+) ", lines, re.DOTALL)):
+            line = running.stdout.readline()
+            assert line, lines
+            lines += line
+        yield found[1], found[2], found[3]
+        running.terminate()
+        running.communicate(timeout=LIMIT)
+
+
+def moving(message: Mapping[str, Any]) -> bool:
+    return not still(message)
+
+
+def test_a_real_robot_performs_only_what_was_looked_at_and_stops(said: tuple[str, str, str], listen: Listen) -> None:
+    address, code, teacher = said
+    turtle = listen("/turtle1/cmd_vel")
+
+    async def scenario() -> None:
+        async with aiohttp.ClientSession() as http, asyncio.timeout(3 * LIMIT):
+            own = {"Origin": address.rstrip("/")}
+            async with http.post(f"{address}class/join", json={"code": code, "name": "turtle1"}, headers=own) as answer:
+                secret = (await answer.json())["secret"]
+
+            async def send(text: str) -> None:
+                body, status = {"secret": secret, "text": text}, 429
+                while status == 429:  # once in a second
+                    async with http.post(f"{address}class/send", json=body, headers=own) as answer:
+                        status = answer.status
+                assert status == 200
+
+            base = teacher.partition("/?")[0]
+            async with http.get(teacher) as answer:
+                found = re.search(r'name="improv-token" content="(.+?)"', await answer.text())
+            assert found
+            about: dict[str, Any] = {"params": {"token": found[1]}, "headers": {"Origin": base}}
+            async with http.ws_connect(f"{base}/live", **about) as live:
+
+                async def hear(fits: Callable[[Any], bool]) -> None:
+                    while not fits(await live.receive_json()):
+                        pass
+
+                await hear(lambda message: message == {"type": "robots", "names": ["turtle1"]})
+                await send("r $ repeat forward")
+                await hear(lambda message: message["type"] == "child" and message["ok"])
+                await live.send_json({"type": "play", "numbers": [1]})  # a child that is called as the robot
+                await hear(lambda message: message == {"type": "playing", "line": "turtle1"})
+                await live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "ada"})  # not in the file
+                await live.send_json({"type": "perform", "number": 1, "count": 2, "robot": "turtle1"})
+                await hear(lambda message: message["type"] == "playing" and "look at it first" in message["line"])
+                turtle.hear_all()
+                assert not [each for each in turtle.heard if moving(each)]
+                await live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
+                await asyncio.to_thread(turtle.wait, moving)
+                await send("r $ repeat backward")
+                await hear(lambda message: message["type"] == "child" and message["count"] == 2 and message["ok"])
+                turtle.hear_all()
+                assert turtle.heard[-1]["x"] == 2  # what the teacher has looked at
+                async with http.post(f"{base}/stop", **about) as answer:
+                    assert answer.status == 204
+                await asyncio.to_thread(turtle.wait, still)
+                await live.send_json({"type": "play", "numbers": [1]})
+                await hear(lambda message: message == {"type": "playing", "line": "turtle1"})
+                _stays(turtle)
+
+    asyncio.run(scenario())
+
+
+def _stays(robot: Listener) -> None:
+    """Since the first zero that was heard, there were only zeros."""
+    robot.hear_all()
+    first = next(i for i, each in reversed([*enumerate(robot.heard)]) if moving(each)) + 1
+    assert all(still(each) for each in robot.heard[first:])

@@ -23,6 +23,8 @@ from tests.needs import lacking, need
 NAME = "robot"
 """What the host is called here."""
 LIMIT = 60.0
+SLOW = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
+"""A Wi-Fi with 2 to 100 ms of random delay each way, which loses 2%."""
 SSHD = Path("/usr/sbin/sshd")
 
 
@@ -97,6 +99,13 @@ class Host:
         """As if a person had connected once and checked the key of the host."""
         kind, key, _ = (self.folder / "server.pub").read_text().split()
         self.known.write_text(f"[127.0.0.1]:{self.port} {kind} {key}\n")
+
+    def slow(self, seed: int, *options: str) -> Path:
+        """A configuration of ssh that reaches the host by a slow way."""
+        path = self.folder / f"slow_config_{seed}"
+        way = [sys.executable, str(Path(__file__).with_name("slow_way.py")), "%h", "%p", "--seed", str(seed)]
+        path.write_text(f"{self.config.read_text()}  ProxyCommand {shlex.join([*way, *(options or SLOW)])}\n")
+        return path
 
     def versions(self) -> list[Path]:
         """What is in the cache there but the lock."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from improv_core.child import Child, Policy
+from improv_core.diagnostics import Severity
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes, summary
@@ -29,6 +30,8 @@ MOST_MEMORY = 2_000_000_000
 LARGEST_PICTURE = 200_000
 _MOST_MOMENTS = 2_000
 _SIZE = 320.0
+LIMITS = ("too-fast",)
+"""Warnings with which a real robot performs nothing of a child."""
 _POLICY = Policy(1.0)
 HEAVY = "this dance takes too long to read: make it shorter"
 
@@ -93,10 +96,10 @@ def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
     else:
         own = renamed(dance, {dance.all_robots[0]: robot})
         real = analyze(own, read_robots(toml, Path(FILE_NAME)))
-        if real.ok and [*real.all_robots] == [robot]:
+        wrong = [each.message for each in real.diagnostics if each.severity is Severity.ERROR or each.code in LIMITS]
+        if real.ok and not wrong:
             return {"score": to_json(score_of(real)), "text": own, "problem": "", "notes": ()}
-        found = mistakes(Path("dance"), real)
-        problem = f"{robot} can't perform it: {found[0].message if found else 'the name means something in it'}"
+        problem = f"{robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}"
     return {"score": None, "text": own, "problem": f"{name}: {problem}", "notes": ()}
 
 

@@ -216,8 +216,7 @@ def test_a_real_robot_gets_the_dance_of_one_robot_within_its_limits() -> None:
     [
         ("a b $ left", "turtle1", "Ada: a real robot can perform a dance for one robot, and this is one for 2"),
         ("r $ lft", "turtle1", "Ada: line 1: `lft` is not defined: did you mean `left`?"),
-        ("turtle1 = left\nr $ turtle1", "turtle1", "Ada: turtle1 can't perform it: "),
-        ("r $ forward", "heavy", "Ada: heavy can't perform it: "),
+        ("r $ forward", "heavy", "Ada: heavy can't perform it: 0.5 m/s is over heavy's limit of 0.1 m/s: "),
         ("r $ up", "heavy", "Ada: heavy can't perform it: "),
     ],
 )

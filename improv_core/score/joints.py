@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 from improv_core.score.body import Body, BodyPart, Joint
@@ -16,6 +17,11 @@ from improv_core.score.walk import Moment, walk
 
 REACHED = 1e-9
 """Radians or meters to a limit at which a joint counts as being there: times are rounded."""
+
+
+@lru_cache(maxsize=1_000)  # the same few, again and again, when joints must not be late
+def _per_second(steps: Fraction | int, tempo: Fraction) -> float:
+    return float(steps * tempo / 60)
 
 
 class JointMotion(NamedTuple):
@@ -54,7 +60,7 @@ class Limb:
         }
 
     def _speed(self, steps: Fraction | int, per_step: float) -> float:
-        return float(steps * self.tempo / 60) * per_step if steps else 0.0
+        return _per_second(steps, self.tempo) * per_step if steps else 0.0
 
     def move(self, velocities: Mapping[str, float], beats: Fraction | int) -> None:
         """Move the joints for some beats. Each stops at its limits, and continues from there."""

@@ -69,6 +69,11 @@ class Performer:
             self._act.pass_time(passed)
             self.beat = beat
 
+    def foresee(self) -> None:
+        """Compute what comes next before its time, if no sense decides it. Not with poses, which depend on
+        where joints stand then."""
+        self._act.foresee()
+
     def fork(self) -> Performer:
         """The same performance, which goes on by itself."""
         fork = copy(self)

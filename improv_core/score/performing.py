@@ -27,7 +27,7 @@ from improv_core.score.movement import (
 )
 from improv_core.score.reactions import If, Pause, Until
 from improv_core.score.throws import Dice
-from improv_core.score.walk import walk
+from improv_core.score.walk import Moment, walk
 
 Sensed = Callable[[str], bool | None]
 """Whether a sense is true at this moment; None if that is not known: then no condition about it holds."""
@@ -81,6 +81,10 @@ class Act(ABC):
     @abstractmethod
     def watched(self) -> Iterator[str]: ...
 
+    def foresee(self) -> None:
+        """Compute what comes next before its time, if that is known."""
+        return
+
     def fork(self) -> Act:
         """The same act, which goes on by itself."""
         fork = copy(self)
@@ -100,6 +104,7 @@ class _Closed(Act):
         self._walked: Exact = start
         self._left: Duration = 0
         self._performed: Performed | None = None
+        self._foreseen: list[Moment | None] = []
         self._next()
 
     def is_over(self, beat: Exact) -> bool:
@@ -123,13 +128,17 @@ class _Closed(Act):
     def watched(self) -> Iterator[str]:
         return iter(())
 
+    def foresee(self) -> None:
+        if not self._foreseen and self._performed:
+            self._foreseen = [next(self._moments, None)]
+
     def fork(self) -> Act:
         fork = copy(self)
-        fork._moments = self._walk(self._walked)
+        fork._moments, fork._foreseen = self._walk(self._walked), []
         return fork
 
     def _next(self) -> None:
-        moment, around = next(self._moments, None), self._around
+        moment, around = self._foreseen.pop() if self._foreseen else next(self._moments, None), self._around
         if moment:
             self._walked = moment.start + moment.duration
             self._left = moment.duration / around.rate

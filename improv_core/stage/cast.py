@@ -39,7 +39,9 @@ class Cast:
         self.open = {mover: part for mover, part in self.open.items() if mover.robot not in robots}
         self._over = {mover: beat for mover, beat in self._over.items() if mover.robot not in robots}
 
-    def begin(self, run: Run, mover: Mover, movement: Movement, beat: Exact) -> OpenPart | None:
+    def begin(
+        self, run: Run, mover: Mover, movement: Movement, beat: Exact, has_poses: bool = False
+    ) -> OpenPart | None:
         """Have a base or a body part perform its movement in this scene from a beat on. Returns it if it is performed
         as it comes."""
         begins = run.score.begins(mover.robot, run.scene)
@@ -47,7 +49,8 @@ class Cast:
         if not (movement.open or (mover.part and movement.duration)):
             return None
         if mover not in self.open:
-            self.open[mover] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(mover.robot, sense)))
+            sensed = lambda sense: self._value(RobotSense(mover.robot, sense))  # noqa: E731
+            self.open[mover] = OpenPart(movement, begins, sensed, has_poses)
             if begins < beat:
                 self.open[mover].skip(beat)
         self.open[mover].due = max(beat, begins)

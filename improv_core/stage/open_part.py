@@ -24,11 +24,14 @@ class TooManyChangesError(Exception):
 class OpenPart:
     """A movement that began at a beat. `sensed` is asked for the present value of a sense; None if it is silent.
 
-    If it reads a silent sense, nothing is decided, and the robot stands still while its beats keep counting.
+    If it reads a silent sense, nothing is decided, and the robot stands still while its beats keep counting. If it
+    `has_poses`, where joints stand when a moment of it begins decides what they do.
     """
 
-    def __init__(self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None]) -> None:
-        self._movement, self._begins = movement, begins
+    def __init__(
+        self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None], has_poses: bool = False
+    ) -> None:
+        self._movement, self._begins, self._has_poses = movement, begins, has_poses
         self._performer = Performer(movement, begins)
         self._sensed = sensed
         self.due: Duration = begins
@@ -72,7 +75,9 @@ class OpenPart:
 
     def plan(self, transport: Transport, performed: float, limit_at: float = math.inf) -> float:
         """Decide when to perform it next, after this performance time: at its next change or when a joint reaches its
-        limit, but not too soon."""
+        limit, but not too soon. Gets ready for that, if it can."""
+        if not self._has_poses:
+            self._performer.foresee()
         self.due = self._performer.until
         changes = transport.end(self.due)
         due = max(min(changes, limit_at), performed + float(SHORTEST))

@@ -117,8 +117,21 @@ class Tracks:
                 self._send_changes(first if self.cast.asked else until)
 
     def _send_changes(self, until: float) -> None:
-        with self.joints.together():
-            self.queue.send_changes(until, self.run.score.parts, self._perform_due)
+        """Send every change until then, and only then decide what follows."""
+        performed: list[tuple[Mover, float]] = []
+
+        def perform(mover: Mover, at: float) -> None:
+            performed.append((mover, at))
+            beat = self.cast.open[mover].due
+            assert not isinstance(beat, float)
+            self._perform(mover, beat, at)
+
+        try:
+            with self.joints.together():
+                self.queue.send_changes(until, self.run.score.parts, perform)
+        finally:
+            for mover, at in performed:
+                self._plan(mover, at)
 
     def send_repeats(self, performed: float) -> None:
         """Send the repeats of one slot, so that a change never waits for more, and advance the sink."""
@@ -152,10 +165,10 @@ class Tracks:
 
     def _begin(self, mover: Mover, beat: Exact, performed: float) -> None:
         part = self.run.score.parts[mover.robot]
-        movement = part.of_scene(self.run.scene)
+        movement = whole = part.of_scene(self.run.scene)
         if mover.part:
-            movement = self.limbs.track[mover].limb.performs(movement)
-        if open_part := self.cast.begin(self.run, mover, movement, beat):
+            movement = self.limbs.track[mover].limb.performs(whole)
+        if open_part := self.cast.begin(self.run, mover, movement, beat, whole.body_words.has_poses):
             self.queue.begin_open(mover, self.run.transport.end(open_part.due))
         elif not mover.part:
             self.queue.add(mover, closed_part(self.run, mover.robot, beat), performed)
@@ -235,12 +248,9 @@ class Tracks:
     def _perform_begun(self, movers: Iterable[Mover], beat: Exact, at: float) -> None:
         for mover in movers:
             if self.cast.open[mover].has_begun:
+                self.queue.drop_changes([mover])
                 self._perform(mover, beat, at)
-
-    def _perform_due(self, mover: Mover, at: float) -> None:
-        beat = self.cast.open[mover].due
-        assert not isinstance(beat, float)
-        self._perform(mover, beat, at)
+                self._plan(mover, at)
 
     def _perform(self, mover: Mover, beat: Exact, at: float) -> None:
         """Perform an open part up to a beat, and tell who performs it what to do from this performance time on."""
@@ -259,10 +269,14 @@ class Tracks:
             self.queue.drop([mover])
             self.queue.add(mover, zeros(0.0, 1 / rate), at)
             return
-        self.queue.drop_changes([mover])
         asked, tempo = open_part.velocity, self.run.tempo
         self.queue.hold(mover, track.speeds(asked, tempo) if track else twist(asked, part.profile, tempo), rate, at)
-        self.queue.add_open(mover, open_part.plan(self.run.transport, at, track.limit_at if track else math.inf))
+
+    def _plan(self, mover: Mover, at: float) -> None:
+        """Decide when an open part is performed next that was performed at this performance time."""
+        if open_part := self.cast.open.get(mover):
+            limit_at = self.limbs.track[mover].limit_at if mover.part else math.inf
+            self.queue.add_open(mover, open_part.plan(self.run.transport, at, limit_at))
 
     # What is sent
 

@@ -97,6 +97,26 @@ def test_looking_more_often_changes_nothing(beats: list[Fraction]) -> None:
     assert performed(ROAMER, sensing, *often) == performed(ROAMER, sensing)
 
 
+@given(finite_movements | finite_dances, st.booleans())
+def test_looking_ahead_changes_nothing(movement: Movement, forks: bool) -> None:
+    """Also for a performance that goes on by itself from there."""
+
+    def moments(foresees: bool) -> list[tuple[Exact, Velocity]]:
+        performer = Performer(movement)
+        found: list[tuple[Exact, Velocity]] = []
+        while not performer.is_over and len(found) < SHORT:
+            if foresees:
+                performer.foresee()
+                performer.foresee()
+                performer = performer.fork() if forks else performer
+            assert not isinstance(performer.until, float)
+            found.append((performer.until, performer.performed(lambda sense: None)[0]))
+            performer.advance(performer.until)
+        return found
+
+    assert moments(True) == moments(False)
+
+
 def test_decisions_are_told() -> None:
     performer = Performer(series([until(repeat(FORWARD), NEAR), if_else(LEFT, REST, NEAR)]))
     sensed: Callable[[str], bool] = lambda sense: False  # noqa: E731

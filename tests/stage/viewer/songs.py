@@ -10,7 +10,7 @@ from typing import Any
 
 RATE = 44_100
 
-TAP = """
+EAR = """
 const made = window.AudioContext
 const connect = AudioNode.prototype.connect
 const processor = `registerProcessor("ear", class extends AudioWorkletProcessor {
@@ -19,8 +19,7 @@ const processor = `registerProcessor("ear", class extends AudioWorkletProcessor 
     return true
   }
 })`
-window.contexts = []
-window.listening = null
+Object.assign(window, { contexts: [], heard: [], hearings: [], changes: [] })
 window.AudioContext = class extends made {
   constructor(options) {
     super(options)
@@ -28,18 +27,27 @@ window.AudioContext = class extends made {
   }
 }
 AudioNode.prototype.connect = function (to, ...more) {
-  const done = connect.call(this, to, ...more)
-  if (to === this.context.destination && this.context.ear) connect.call(this, this.context.ear)
-  return done
+  if (to === this.context.destination) (this.context.last ??= []).push(this)
+  return connect.call(this, to, ...more)
 }
 window.hear = async () => {
   const [context] = window.contexts
   await context.audioWorklet.addModule(URL.createObjectURL(new Blob([processor], { type: "text/javascript" })))
-  context.ear = new AudioWorkletNode(context, "ear")
-  window.heard = []
-  context.ear.port.onmessage = ({ data: [time, value] }) => window.heard.push([time, value])
+  const ear = new AudioWorkletNode(context, "ear")
+  for (const node of context.last) connect.call(node, ear)
+  ear.port.onmessage = ({ data }) => window.heard.push(data)
+  let latest = ""
+  setInterval(() => {
+    const { contextTime, performanceTime } = context.getOutputTimestamp()
+    window.hearings.push([performance.now() / 1000, contextTime, performanceTime / 1000, Date.now() / 1000])
+    const { wall, beat, tempo, state } = improv.transport
+    const change = [wall, beat, tempo, state === "playing"]
+    if (String(change) !== latest) window.changes.push(change)
+    latest = String(change)
+  }, 20)
 }
 """
+"""Has a page note what its audio context renders, when that is heard, and what its stage says."""
 
 
 def ramp(seconds: float) -> bytes:

@@ -2,7 +2,7 @@
 // Where in a song a grain joins best what comes before it: where the sound is most alike.
 
 const OVERLAP = 0.012 // seconds that are compared
-const REACH = 0.006 // seconds around the wanted position
+const REACH = 0.005 // seconds around the wanted position
 const COARSE = 4 // samples from one try to the next, until the best is found
 
 /**

@@ -15,11 +15,11 @@ function apart(hertz, one, two) {
 }
 
 for (const hertz of [110, 440, 1000]) {
-  test(`a tone of ${hertz} Hz goes on in phase, within 6 ms of where it should be`, () => {
+  test(`a tone of ${hertz} Hz goes on in phase, within 5 ms of where it should be`, () => {
     const samples = tone(hertz)
     for (const [from, wanted] of [[0.2, 0.203], [0.3, 0.2811], [0.5, 0.5071]]) {
       const found = align(samples, RATE, from, wanted)
-      assert.ok(Math.abs(found - wanted) <= 0.0062)
+      assert.ok(Math.abs(found - wanted) <= 0.0052)
       assert.ok(apart(hertz, found, from) < 0.03, `${hertz} ${found}`)
     }
   })

@@ -22,9 +22,10 @@ from improv_core.commands.terminal import TerminalSession, first, performance, r
 from improv_core.playback.start import Options
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
 from improv_core.robots.config import absolute, find_robots_file
-from improv_core.services.page_editor import PageEditor
+from improv_core.services.page_editor import PageEditor, moved
 from improv_core.services.program_file import Version, WriteError, latest, read_version, write_text
 from improv_core.services.saves import changes, settle
+from improv_core.services.tuning import write_first_beat
 from improv_core.stage.commands import Editing
 from improv_core.stage.editing import Analyze, EditorAnswer, Write
 from improv_core.stage.messages import When
@@ -135,6 +136,11 @@ class _Desk:
                 self._answer(page, self._editor.complete(page, ask))
             elif ask["type"] == "move" or ask["type"] == "arrange":
                 self._answer(page, self._editor.move(page, ask, rehearses=self._performing.rehearses))
+            elif ask["type"] == "tempo":
+                self._answer(page, self._editor.set_tempo(page, ask))
+            elif ask["type"] == "first_beat":
+                problem = write_first_beat(self._path.parent, ask["seconds"])
+                self._answer(page, moved(ask["number"], (), problem))
             else:
                 self._answer(page, self._editor.explain(page, ask))
 

@@ -90,6 +90,20 @@ def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
     return made if read_toml(made).data == {**toml.data, **expected} else None
 
 
+def set_first_beat(text: str, seconds: float) -> str | None:
+    """The text in which beat 0 is so many seconds after the beginning of the song.
+
+    None if the file can't be read or has no section `[music]`, or if it writes it in an unusual form.
+    """
+    toml = read_toml(text)
+    music = toml.data.get("music")
+    if toml.diagnostics or not isinstance(music, dict):
+        return None
+    values = {"first_beat": round(seconds, 3) + 0.0}
+    made = _applied(text, _settings(text, toml, ("music",), values, "\r\n" if "\r\n" in text else "\n"))
+    return made if read_toml(made).data == {**toml.data, "music": {**music, **values}} else None
+
+
 def _names(robot: str) -> Iterator[str]:
     """Names for a profile of a robot's own."""
     yield robot
@@ -110,7 +124,7 @@ def _applied(text: str, edits: Iterable[Edit]) -> str:
 
 
 def _settings(
-    text: str, toml: TomlText, table: tuple[str, str], values: Mapping[str, float | str], line_end: str
+    text: str, toml: TomlText, table: tuple[str, ...], values: Mapping[str, float | str], line_end: str
 ) -> Iterator[Edit]:
     """The edits that give these keys of a table that is there these values."""
     new = []

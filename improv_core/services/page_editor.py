@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
 
-from improv_core.diagnostics import Diagnostic, Fix
+from improv_core.diagnostics import Diagnostic, Edit, Fix
 from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
 from improv_core.ide.placing import UNPLACED, formed, placed
 from improv_core.ide.semantic_tokens import colored, fragments
+from improv_core.ide.tempo import in_tempo
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
@@ -30,6 +31,7 @@ from improv_core.stage.editing import (
     Explained,
     Move,
     RobotsMoved,
+    SetTempo,
     TextProblem,
 )
 from improv_core.stage.fields import StartPoseJson
@@ -145,16 +147,27 @@ class PageEditor:
         else:
             starts = ask["start_poses"]
             edits = placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
-        return {
-            "type": "moved",
-            "number": ask["number"],
-            "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits or ()],
-            "problem": "" if edits is not None else REHEARSES if rehearses else UNPLACED,
-        }
+        problem = "" if edits is not None else REHEARSES if rehearses else UNPLACED
+        return moved(ask["number"], edits or (), problem)
+
+    def set_tempo(self, page: int, ask: SetTempo) -> RobotsMoved | None:
+        """The edits that give a page's text another tempo. None if the page has another text."""
+        analysis = self._text(page, ask["number"])
+        return moved(ask["number"], in_tempo(analysis, ask["tempo"]), "") if analysis else None
 
     def _text(self, page: int, number: int) -> Analysis | None:
         known, analysis = self._texts.get(page, (-1, None))
         return analysis if known == number else None
+
+
+def moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
+    """The answer with the edits of the text with a number, or with a problem."""
+    return {
+        "type": "moved",
+        "number": number,
+        "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits],
+        "problem": problem,
+    }
 
 
 def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:

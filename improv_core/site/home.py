@@ -18,7 +18,7 @@ from improv_core.playback.stops import Stops
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
 from improv_core.robots.config import FILE_NAME, Robots, read_robots
-from improv_core.services.page_editor import PageEditor
+from improv_core.services.page_editor import PageEditor, moved
 from improv_core.site.passing import Passing
 from improv_core.site.stage_here import Hear, StageHere
 from improv_core.slices import on_checkpoint
@@ -98,6 +98,8 @@ class Home:
             or request["type"] == "write"
             or request["type"] == "move"
             or request["type"] == "arrange"
+            or request["type"] == "tempo"
+            or request["type"] == "first_beat"
         ):
             self._throttle.take({"type": "editing", "page": self._outbox.number, "ask": request})
         else:
@@ -166,6 +168,10 @@ class Home:
                 self._answer(self._editor.complete(self._outbox.number, ask))
             elif ask["type"] == "move" or ask["type"] == "arrange":
                 self._answer(self._editor.move(self._outbox.number, ask, rehearses=False))
+            elif ask["type"] == "tempo":
+                self._answer(self._editor.set_tempo(self._outbox.number, ask))
+            elif ask["type"] == "first_beat":
+                self._answer(moved(ask["number"], (), "this page can't write improv.toml: copy the line into it"))
             else:
                 self._answer(self._editor.explain(self._outbox.number, ask))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
-from improv_core.stage.fields import Count, Distance, Facing, Shape, StartPoseJson, StartPoses, Text
+from improv_core.stage.fields import Count, Distance, Facing, Shape, SongTime, StartPoseJson, StartPoses, Tempo, Text
 
 
 class ProgramSource(TypedDict):
@@ -71,7 +71,23 @@ class Arrange(TypedDict):
     facing: Facing
 
 
-AskEditor = Analyze | Complete | Explain | Write | Move | Arrange
+class SetTempo(TypedDict):
+    """Asks for the edits of the text with this number that give it this tempo, in beats per minute."""
+
+    type: Literal["tempo"]
+    number: Count
+    tempo: Tempo
+
+
+class SetFirstBeat(TypedDict):
+    """Asks to write into improv.toml where in the song beat 0 is, in seconds. The text with this number stays."""
+
+    type: Literal["first_beat"]
+    number: Count
+    seconds: SongTime
+
+
+AskEditor = Analyze | Complete | Explain | Write | Move | Arrange | SetTempo | SetFirstBeat
 """What a page asks for while somebody edits the program on it."""
 
 

@@ -163,3 +163,12 @@ def test_no_start_is_written_from_where_a_rehearsal_begins(what: Any) -> None:
     assert refused
     line = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
     assert (refused["edits"], refused["problem"]) == ([], line)
+
+
+def test_a_tempo_is_written_into_the_text_of_its_page() -> None:
+    editor = PageEditor(read_robots(""))
+    ask(editor, "beat 60\nada $ left\n", number=3)
+    answer = editor.set_tempo(PAGE, {"type": "tempo", "number": 3, "tempo": 96})
+    assert answer
+    assert answer["edits"] == [{"start": 4, "end": 7, "text": " 96"}]
+    assert editor.set_tempo(PAGE, {"type": "tempo", "number": 2, "tempo": 96}) is None

@@ -43,7 +43,8 @@ def test_everything_a_page_may_request_has_a_row() -> None:
 
 
 def test_a_page_may_send_what_its_rows_say() -> None:
-    asks = {"press", "window", "move", "arrange", "analyze", "complete", "explain", "write"}  # answered, or sent on
+    asks = {"press", "window", "move", "arrange", "tempo", "first_beat"}  # answered, or sent on
+    asks |= {"analyze", "complete", "explain", "write"}
     sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}
     assert by_type(FromPage).keys() - asks == sent
 

@@ -260,6 +260,8 @@ class Application:
             or request["type"] == "write"
             or request["type"] == "move"
             or request["type"] == "arrange"
+            or request["type"] == "tempo"
+            or request["type"] == "first_beat"
         ):
             editing: Editing = {"type": "editing", "page": outbox.number, "ask": request}
             if order.lags:

@@ -4,13 +4,15 @@ how exactly."""
 from __future__ import annotations
 
 import re
+import time
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.stage.viewer.conftest import Show, wait, watch
+from tests.stage.viewer.conftest import LIMIT, Keep, Show, next_frame, wait, watch
+from tests.stage.viewer.editing import Edit
 from tests.stage.viewer.songs import clicks, improv_toml
 
 DANCE = "beat 120\nbar 3\nada $ repeat (forward left)\n"
@@ -26,6 +28,13 @@ OscillatorNode.prototype.start = function (at) {
 }
 """
 
+TAP = """milliseconds => {
+  const now = performance.now
+  performance.now = () => 1e6 + milliseconds
+  document.querySelector("#tap").click()
+  performance.now = now
+}"""
+"""Taps the beat at a time that the test sets."""
 NEEDS_A_CLICK = """
 const resume = AudioContext.prototype.resume
 let clicked = false
@@ -137,3 +146,50 @@ def test_where_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(
     page.locator("#stage").click()
     wait(page, RIGHT)
     expect(page.get_by_role("button", name="Click for sound")).to_be_hidden()
+
+
+def test_the_song_lies_under_the_timeline_and_moves_with_keys_and_by_dragging(dance: Page, keep: Keep) -> None:
+    wait(dance, RIGHT)
+    song = dance.get_by_role("slider", name="Beat 0 in the song, in seconds")
+    expect(song).to_be_visible()
+    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.500 s")
+    keep(dance, "song.png")
+    song.press("ArrowLeft")
+    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.510 s")
+    song.press("ArrowRight")
+    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.500 s")
+    box = song.bounding_box()
+    assert box
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    dance.mouse.move(x, y)
+    dance.mouse.down()
+    dance.mouse.move(x - 40, y, steps=4)
+    wait(dance, "improv.song - improv.beat / 2 > 0.6")  # it is heard at once
+    dance.mouse.up()
+    dance.get_by_role("button", name="Sound").click()
+    lines = dance.locator("#sound-offer-lines")
+    expect(lines).to_have_text(re.compile(r"\[music\]\s+first_beat = \d\.\d+"))
+
+
+@pytest.mark.slow("edits on a page")
+def test_where_the_program_is_edited_taps_and_drags_are_written(tmp_path: Path, window: BrowserContext) -> None:
+    robots = tmp_path / "improv.toml"
+    robots.write_text(improv_toml(tmp_path, SONG), encoding="utf-8")
+    (tmp_path / "dance.improv").write_text(DANCE, encoding="utf-8")
+    edit = Edit(tmp_path / "dance.improv", window)
+    try:
+        page = edit.page()
+        page.get_by_role("button", name="Save and play").click()
+        page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+        end = time.monotonic() + LIMIT
+        while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:
+            next_frame(page)
+        assert robots.read_text(encoding="utf-8").endswith("first_beat = 0.01\n")
+        page.get_by_role("button", name="Sound").click()
+        for tap in range(8):
+            page.evaluate(TAP, 625 * tap)  # 96 beats a minute
+        expect(page.locator("#tapped")).to_have_text("96 beats a minute")
+        page.get_by_role("button", name="beat 96").click()
+        expect(page.locator("#text")).to_have_value(DANCE.replace("120", "96"))
+    finally:
+        edit.close()

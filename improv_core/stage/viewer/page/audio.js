@@ -2,7 +2,7 @@
 // Plays a song and clicks with Web Audio, as music.js decides. Loaded only if there is something to play.
 
 import { align } from "./grains.js"
-import { beatLine, click, follow, heard, shift, songLine } from "./music.js"
+import { beatLine, click, countLine, follow, heard, shift, songLine } from "./music.js"
 
 /** @import { Act, BeatLine, ClickAct, Clicks, Hearing, Plays } from "./music.js" */
 /** @typedef {{ source: AudioBufferSourceNode, gain: GainNode, at: number, falls: number }} Voice `falls`: from when on it becomes silent */
@@ -14,6 +14,7 @@ import { beatLine, click, follow, heard, shift, songLine } from "./music.js"
  * @property {number} ahead by how many seconds the server's Unix time is ahead of the page's `performance.now()`
  * @property {number} tempo the score's own
  * @property {number | null} bar
+ * @property {{ begins: number, beats: number, period: number } | null} counting beats that are counted before beat 0, which is at this Unix time
  * @property {boolean} clicks whether to click
  * @property {Song | null} song
  */
@@ -90,12 +91,13 @@ export class Audio {
     if (!hearing) return
     this.#hearings = heard(this.#hearings, hearing)
     if (this.#hearings.length < SURE) return
-    const { transport, ahead, tempo, bar, clicks, song } = this.#look()
-    const line = beatLine(transport, shift(this.#hearings) - ahead)
+    const { transport, ahead, tempo, bar, counting, clicks, song } = this.#look()
+    const lead = shift(this.#hearings) - ahead
+    const line = beatLine(transport, lead)
     const now = this.#context.currentTime + LEAD
     const until = now + (document.hidden ? HIDDEN : AHEAD)
     this.#followSong(song, line, tempo, now, until)
-    const [next, acts] = click(this.#clicks, clicks ? line : null, { now, ahead: until, bar })
+    const [next, acts] = click(this.#clicks, clicks ? (line ?? countLine(counting, lead)) : null, { now, ahead: until, bar })
     this.#clicks = next
     for (const act of acts) this.#doClick(act)
   }

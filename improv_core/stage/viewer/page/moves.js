@@ -5,7 +5,7 @@
 /** @import { Edit } from "./edits.js" */
 /** @import { Messages } from "./messages.js" */
 /** @template T @typedef {T extends { number: number } ? Omit<T, "number"> : never} Unnumbered */
-/** @typedef {Unnumbered<Extract<Request, { type: "move" | "arrange" }>>} Move */
+/** @typedef {Unnumbered<Extract<Request, { type: "move" | "arrange" | "tempo" | "first_beat" }>>} Move */
 /**
  * @typedef {object} Text
  * @property {() => number | null} known the number of the text, once the server has it

@@ -62,6 +62,19 @@ export function beatLine({ state, beat, beats, tempo, wall }, lead) {
   return state === "playing" ? { time: wall + lead, beat, pace: tempo / 60, until: beats ?? Infinity } : null
 }
 
+/**
+ * The line of the beats that are counted before beat 0, and of beat 0 itself, which nobody says early enough; null if
+ * none are.
+ * @param {{ begins: number, beats: number, period: number } | null} counting
+ * @param {number} lead
+ * @returns {BeatLine | null}
+ */
+export function countLine(counting, lead) {
+  if (!counting) return null
+  const { begins, beats, period } = counting
+  return { time: begins - beats * period + lead, beat: -beats, pace: 1 / period, until: 0.5 }
+}
+
 /** @param {BeatLine} line @param {number} time */
 export function beatAt({ time: begun, beat, pace }, time) {
   return beat + (time - begun) * pace

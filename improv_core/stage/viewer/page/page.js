@@ -51,7 +51,9 @@ const send = connect(take, change, (waits) => notices.waitForStop(waits), (line)
 const editor = new Editor(send, {
   finish: () => startPoses.tell(),
   place: (starts) => startPoses.place(starts),
-  say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
+  say: (problem) => {
+    for (const id of ["start-poses-problem", "sound-problem"]) Object.assign(find(id), { textContent: problem, hidden: !problem })
+  },
 })
 offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
 const score = new Score(find("score-text"))
@@ -70,7 +72,7 @@ const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (name) => wall.lost(name), (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const wall = new Wall(clock, measured, resize)
 const scenes = new Scenes(clock, (beat) => controls.seek(beat))
-const sound = new Sound(clock, (line) => notices.announce(line))
+const sound = new Sound(clock, { say: (line) => notices.announce(line), resize })
 const senses = new Senses(clock, send, () => view.touch())
 const formation = new Formation()
 const startPoses = new StartPoses(() => view.touch())
@@ -137,6 +139,7 @@ function sayWhyStill({ line }) {
 /** @param {Messages["armed"]} message */
 function takeArmed(message) {
   controls.takeArmed(message)
+  sound.takeArmed(message)
   if (message.armed) notices.announce(controls.spoken())
   showTransport()
 }
@@ -178,6 +181,10 @@ function takeSource(message) {
   if (!editor.takeSource(message)) return
   startPoses.write = (start_poses) => editor.moves.add({ type: "move", start_poses })
   formation.write = (chosen) => editor.moves.add({ type: "arrange", ...chosen })
+  sound.write = {
+    firstBeat: (seconds) => editor.moves.add({ type: "first_beat", seconds }),
+    tempo: (tempo) => editor.moves.add({ type: "tempo", tempo }),
+  }
   controls.writes = () => {
     startPoses.tell()
     const writes = !editor.isPlayed
@@ -324,6 +331,7 @@ function frame() {
   const news = bumps.news(now)
   if (news) notices.announce(news)
   timeline.draw(program.current, view.still)
+  sound.draw(timeline.shown)
   requestAnimationFrame(frame)
 }
 

@@ -25,11 +25,15 @@
  *   | { type: "explain", number: number, offset: number }
  *   | { type: "write", number: number, text: string, revision: string }
  *   | { type: "move", number: number, start_poses: Record<string, StartPose> }
- *   | { type: "arrange", number: number, shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }} Request
+ *   | { type: "arrange", number: number, shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
+ *   | { type: "tempo", number: number, tempo: number }
+ *   | { type: "first_beat", number: number, seconds: number }} Request
  */
 
 export const LIMITS = {
   speed: { factor: [0.1, 4] },
   form: { distance: [0.001, 1000] },
   arrange: { distance: [0.001, 1000] },
+  tempo: { tempo: [1, 1000] },
+  first_beat: { seconds: [-3600, 3600] },
 }

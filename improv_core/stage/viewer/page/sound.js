@@ -5,6 +5,9 @@ import { aheadBy, answered } from "./ahead.js"
 import { find, findA } from "./elements.js"
 import { fetchSong, fetchTime } from "./home.js"
 import { settings } from "./keys.js"
+import { Offer } from "./offer.js"
+import { ENOUGH, tapped, tempoOf } from "./tapping.js"
+import { Waveform } from "./waveform.js"
 
 /** @import { TimeAnswer } from "./ahead.js" */
 /** @import { Audio, Performance, Song } from "./audio.js" */
@@ -19,7 +22,15 @@ const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
 
 export class Sound {
   #clock
-  #say
+  #page
+  #offer = new Offer("sound-offer")
+  #waveform = new Waveform((firstBeat) => this.#moveSong(firstBeat), () => this.#tellFirstBeat())
+  /** @type {number[]} */
+  #taps = []
+  /** Where people have moved the song, and what the score said then. @type {{ name: string, firstBeat: number, told: number } | null} */
+  #placed = null
+  /** Has beat 0 written into improv.toml, and a tempo into the program; null if nobody can. @type {{ firstBeat: (seconds: number) => void, tempo: (tempo: number) => void } | null} */
+  write = null
   /** @type {Promise<Audio> | null} */
   #audio = null
   /** @type {Audio | null} */
@@ -34,18 +45,22 @@ export class Sound {
   /** @type {{ name: string, buffer: AudioBuffer } | null} */
   #dropped = null
   #clicks = false
+  /** @type {Performance["counting"]} */
+  #counting = null
   /** @type {TimeAnswer[]} */
   #answers = []
   #asking = 0 // the timer that asks for the time
 
   /**
-   * `say` tells people, also those who listen.
+   * `say` tells people, also those who listen, and `resize` makes room for a song, or for what was below it.
    * @param {Clock} clock
-   * @param {(line: string) => void} say
+   * @param {{ say: (line: string) => void, resize: () => void }} page
    */
-  constructor(clock, say) {
+  constructor(clock, page) {
     this.#clock = clock
-    this.#say = say
+    this.#page = page
+    find("tap").addEventListener("click", () => this.#tap())
+    find("use-tempo").addEventListener("click", () => this.#useTempo())
     for (const gesture of ["click", "keydown", "pointerup"]) addEventListener(gesture, () => this.#turnOn(), true)
     find("metronome").addEventListener("click", () => this.#setClicks(!this.#clicks))
     addEventListener("dragover", (event) => {
@@ -91,6 +106,17 @@ export class Sound {
     this.#run()
   }
 
+  /** Draws the song under the timeline. @param {{ left: number, scale: number, beat: number, width: number }} shown */
+  draw(shown) {
+    this.#waveform.draw(shown)
+  }
+
+  /** Takes whether beats are counted before beat 0. @param {Messages["armed"]} message */
+  takeArmed({ armed, begins, count }) {
+    this.#counting = armed && begins && count ? { begins, ...count } : null
+    this.#run()
+  }
+
   /** The transport has changed. */
   take() {
     this.#run()
@@ -104,7 +130,17 @@ export class Sound {
   /** @returns {Song | null} */
   get #song() {
     const buffer = (this.#dropped ?? this.#served)?.buffer
-    return buffer ? { buffer, firstBeat: this.#music?.first_beat ?? 0, volume: this.#music?.volume ?? 1 } : null
+    return buffer ? { buffer, firstBeat: this.#firstBeat, volume: this.#music?.volume ?? 1 } : null
+  }
+
+  get #name() {
+    return this.#dropped?.name ?? this.#served?.file ?? ""
+  }
+
+  /** Where beat 0 is in the song: where people have moved it, until improv.toml says something new. */
+  get #firstBeat() {
+    const told = this.#music?.first_beat ?? 0
+    return this.#placed?.name === this.#name && this.#placed.told === told ? this.#placed.firstBeat : told
   }
 
   /** @returns {Performance} */
@@ -112,7 +148,8 @@ export class Sound {
     const ahead = aheadBy(this.#answers) ?? this.#clock.now() - performance.now() / 1000
     const transport = this.#open ? this.#clock.transport : NOTHING
     const { tempo = 60, bar = null } = this.#score ?? {}
-    return { transport, ahead, tempo, bar, clicks: this.#clicks, song: this.#song }
+    const counting = this.#open ? this.#counting : null
+    return { transport, ahead, tempo, bar, counting, clicks: this.#clicks, song: this.#song }
   }
 
   /** Gets the song from the server, unless it is here already. @param {Music} music */
@@ -135,7 +172,11 @@ export class Sound {
     const audio = await this.#ready()
     this.#turnOn()
     const buffer = file.size > MOST_BYTES ? null : await file.arrayBuffer().then((bytes) => decoded(audio, bytes), () => null)
-    if (buffer) this.#dropped = { name: file.name, buffer }
+    if (buffer) {
+      this.#dropped = { name: file.name, buffer }
+      const kept = settings.get(`first beat of ${file.name}`, null)
+      this.#placed = typeof kept === "number" ? { name: file.name, firstBeat: kept, told: this.#music?.first_beat ?? 0 } : null
+    }
     const problem = file.size > MOST_BYTES ? `has more than ${MOST_BYTES / 1024 ** 2} MB` : "can't be played: this browser doesn't know its format"
     this.#showLine(buffer ? "" : `${file.name} ${problem}.`)
     this.#showSong()
@@ -167,7 +208,7 @@ export class Sound {
   }
 
   #run() {
-    const runs = this.#has && this.#open && this.#clock.playing
+    const runs = this.#has && this.#open && (this.#clock.playing || this.#counting !== null)
     this.#loaded?.run(runs)
     if (runs && !this.#asking) {
       this.#asking = window.setInterval(() => this.#ask(), ASKING)
@@ -195,12 +236,51 @@ export class Sound {
   #showLine(line) {
     find("song-line").hidden = !line
     find("song-line").textContent = line
-    if (line) this.#say(line)
+    if (line) this.#page.say(line)
   }
 
   #showSong() {
-    const name = this.#dropped?.name ?? this.#served?.file ?? ""
-    find("song-name").textContent = name || "none: drop a file onto this page, or"
+    const { tempo = 60, bar = null } = this.#score ?? {}
+    find("song-name").textContent = this.#name || "none: drop a file onto this page, or"
+    const changes = this.#waveform.show(this.#song?.buffer ?? null, this.#name, { firstBeat: this.#firstBeat, tempo, bar })
+    if (changes) this.#page.resize()
+  }
+
+  /** Has beat 0 elsewhere in the song. @param {number} firstBeat in seconds */
+  #moveSong(firstBeat) {
+    this.#placed = { name: this.#name, firstBeat, told: this.#music?.first_beat ?? 0 }
+    this.#showSong()
+    this.#loaded?.follow()
+  }
+
+  /** Has that written, or offers the line. */
+  #tellFirstBeat() {
+    if (this.#dropped) settings.set(`first beat of ${this.#dropped.name}`, this.#firstBeat)
+    if (this.write && this.#music && !this.#dropped) this.write.firstBeat(this.#firstBeat)
+    else this.#offerLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
+  }
+
+  #tap() {
+    this.#taps = tapped(this.#taps, performance.now() / 1000)
+    const tempo = tempoOf(this.#taps)
+    const left = ENOUGH - this.#taps.length
+    find("tapped").textContent = tempo === null ? `${left} more` : `${tempo} beats a minute`
+    find("use-tempo").hidden = tempo === null
+    find("use-tempo").textContent = `beat ${tempo}`
+    find("use-tempo").title = `Set the tempo of the program to ${tempo}`
+  }
+
+  #useTempo() {
+    const tempo = tempoOf(this.#taps)
+    if (tempo === null) return
+    if (this.write) this.write.tempo(tempo)
+    else this.#offerLines("Copy this line into the program, in place of the one with beat.", `beat ${tempo}`)
+  }
+
+  /** @param {string} where @param {string} lines */
+  #offerLines(where, lines) {
+    find("sound-offer-where").textContent = where
+    this.#offer.show(lines)
   }
 }
 

@@ -37,6 +37,7 @@ export class Timeline {
   #sent = 0
   #drawn = ""
   #scale = 1 // pixels per beat
+  #shown = { left: 0, scale: 1, beat: 0, width: 0 }
   #sizes = { width: 0, height: 0, letter: 16, head: 0, row: 0 }
   /** @type {Messages["score"] | null} */
   #score = null
@@ -219,6 +220,12 @@ export class Timeline {
       silent: (/** @type {string} */ robot) => this.#clock.isSilent(robot),
     })
     this.#scale = scale
+    this.#shown = { left, scale, beat, width }
+  }
+
+  /** The stretch that is drawn: the beat at its left edge, pixels per beat, the beat that plays, and pixels. */
+  get shown() {
+    return this.#shown
   }
 
   /**

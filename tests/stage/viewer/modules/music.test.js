@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { beatLine, click, follow, grainLength, heard, positionAt, shift, songLine } from "../../../../improv_core/stage/viewer/page/music.js"
+import { beatLine, click, countLine, follow, grainLength, heard, positionAt, shift, songLine } from "../../../../improv_core/stage/viewer/page/music.js"
 
 const SONG = { firstBeat: 0.5, tempo: 120 }
 const LENGTH = 300
@@ -217,6 +217,12 @@ test("each beat clicks once, and the first of a bar is higher", () => {
 
 test("beat 0 clicks if it is still to come", () => {
   assert.deepEqual(clicked(() => beatsFrom({ wall: 10.05 }), { seconds: 0.5 }), [[10.05, true], [10.55, false]])
+})
+
+test("the beats of a count-in click, the first one higher, and go over into those of the dance", () => {
+  const counting = countLine({ begins: 12, beats: 3, period: 0.5 }, 0)
+  const found = clicked((time) => (time < 12.03 ? counting : beatsFrom({ wall: 12 })), { bar: 3, seconds: 3 })
+  assert.deepEqual(found, [[10.5, true], [11, false], [11.5, false], [12, true], [12.5, false], [13, false]])
 })
 
 test("clicks that were scheduled for a tempo are taken back when it changes, and none is lost or heard twice", () => {

@@ -23,6 +23,10 @@ KNOWN = 0.4
 """Seconds that a clock must be heard until it is known how fast it runs."""
 FEW = 4
 """How often it must be heard until then, at least."""
+SOONEST = 0.004
+"""Seconds between two sightings, at least: those that come closer together have waited somewhere, and say less."""
+LIKELY = 4.0
+"""How many times faster or slower a clock may run after a jump. Anything else is a hiccup of this machine."""
 TRUSTED = 8
 """How many sightings the rate is worth that is kept when a clock has jumped."""
 MOST_BENT = 0.05
@@ -77,11 +81,14 @@ def jumped(estimate: Estimate, at: float, phase: float) -> Estimate:
     return replace(estimate, anchor=anchor, change=0.0, seen=min(estimate.seen, TRUSTED), strayed=None)
 
 
-def sighted(estimate: Estimate, at: float, phase: float) -> Estimate:
-    """The clock is heard to be at `phase` at a time on our clock. Anything that isn't later than before is ignored."""
+def sighted(estimate: Estimate, at: float, phase: float, gap: float = GAP) -> Estimate:
+    """The clock is heard to be at `phase` at a time on our clock. What comes together with the one before is ignored.
+
+    After a `gap` in seconds, a stray is a jump at once.
+    """
     anchor = estimate.anchor
     passed = at - anchor.at
-    if passed <= 0:
+    if passed < SOONEST:
         return estimate
     if estimate.seen == 1 and not anchor.rate:
         rate = (phase - anchor.phase) / passed
@@ -89,11 +96,11 @@ def sighted(estimate: Estimate, at: float, phase: float) -> Estimate:
     expected = anchor.phase_at(at) + estimate.change * passed * passed / 2
     off = phase - expected
     if abs(off) > STRAY * anchor.rate and estimate.is_known:
-        return _stray(estimate, at, phase)
+        return _stray(estimate, at, phase, gap)
     alpha, beta, gamma = _gains(estimate.seen + 1, passed)
     rate = anchor.rate + estimate.change * passed + beta * off / passed
     if rate <= 0:
-        return _stray(estimate, at, phase)
+        return _stray(estimate, at, phase, gap)
     period = anchor.period + (passed - anchor.period) / min(estimate.seen, TRUSTED)
     change = estimate.change + gamma * off / passed**2
     anchor = Anchor(at, expected + alpha * off, rate, period, anchor.jumps)
@@ -105,14 +112,16 @@ def bent(anchor: Anchor, late: float) -> float:
     return anchor.rate * (1 + min(max(late / SETTLE, -MOST_BENT), MOST_BENT))
 
 
-def _stray(estimate: Estimate, at: float, phase: float) -> Estimate:
+def _stray(estimate: Estimate, at: float, phase: float, gap: float) -> Estimate:
     """What was heard doesn't fit: ignore it, unless the clock has jumped."""
     since, first = estimate.strayed or (at, phase)
-    if at - estimate.anchor.at < GAP and at - since < JUMPED:
+    if at - estimate.anchor.at < gap and at - since < JUMPED:
         return replace(estimate, strayed=(since, first))
     then = jumped(estimate, at, phase)
-    if at - since >= JUMPED and phase > first:
-        then = replace(then, anchor=replace(then.anchor, rate=(phase - first) / (at - since)))
+    if at - since >= JUMPED:
+        rate, before = (phase - first) / (at - since), estimate.anchor.rate
+        if before / LIKELY < rate < before * LIKELY:
+            then = replace(then, anchor=replace(then.anchor, rate=rate))
     return then
 
 

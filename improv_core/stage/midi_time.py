@@ -11,20 +11,29 @@ TICKS = 24
 """Ticks in a beat, which is a quarter note."""
 TICKS_PER_POSITION = 6
 """Ticks in a unit of a song position, which is a sixteenth."""
+SILENCE = 0.25
+"""Seconds without a tick after which it may be that ticks have been lost: without a stop, the song went on meanwhile.
+Or else they were late, and come all at once."""
 OFTEN = 0.1
 """Seconds between two anchors, at least."""
 
 
 @dataclass(frozen=True, slots=True)
 class MidiTime:
-    """What is known: the number of the tick that comes next, whether it is one after a jump, whether the song runs, as
-    it does unless a stop says otherwise, the estimate of the clock, and when an anchor was last passed on."""
+    """What is known.
+
+    `tick` is the number of the tick that comes next. It `jumps` if the next one is elsewhere in the song, and the song
+    `runs` unless a stop says otherwise. An anchor was last `told` at that time, and the last tick came at `ticked`.
+    After a pause between ticks, it is `paused` as long as they don't fit.
+    """
 
     tick: int = 0
     jumps: bool = False
     runs: bool = True
     estimate: Estimate | None = None
     told: float = -math.inf
+    ticked: float = math.inf
+    paused: bool = False
 
 
 def heard(time: MidiTime, kind: str, position: int, at: float) -> tuple[MidiTime, Anchor | None]:
@@ -48,14 +57,19 @@ def heard(time: MidiTime, kind: str, position: int, at: float) -> tuple[MidiTime
 
 
 def _ticked(time: MidiTime, at: float) -> tuple[MidiTime, Anchor | None]:
-    phase = time.tick / TICKS
-    if not time.estimate:
+    phase, before = time.tick / TICKS, time.estimate
+    paused = time.paused or at - time.ticked > SILENCE
+    if not before:
         known = first_seen(at, phase)
     elif time.jumps:
-        known = jumped(time.estimate, at, phase)
+        known = jumped(before, at, phase)
     else:
-        known = sighted(time.estimate, at, phase)
-    then = MidiTime(time.tick + 1, False, True, known, time.told)
+        known = sighted(before, at, phase, gap=math.inf)
+        if known.anchor.jumps > before.anchor.jumps and paused:  # ticks were lost
+            time = replace(time, tick=round(before.anchor.phase_at(at) * TICKS))
+            known = sighted(replace(before, strayed=None), at, time.tick / TICKS)
+    paused &= known.strayed is not None
+    then = MidiTime(time.tick + 1, False, True, known, time.told, at, paused)
     if not known.is_known or known.anchor.at != at or (at - time.told < OFTEN and not time.jumps):
         return then, None
     return replace(then, told=at), known.anchor

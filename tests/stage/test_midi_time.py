@@ -88,6 +88,22 @@ def test_what_else_comes_on_the_cable_changes_nothing() -> None:
     assert told(mixed) == told(cable)
 
 
+def test_a_song_whose_ticks_are_lost_for_a_while_has_gone_on() -> None:
+    cable = [*ticks(120, 0, 240), *ticks(120, 6.01, 240)]
+    assert check(cable, at=6.01 + 2, beat=12 + 4, tempo=120).jumps == 0
+
+
+def test_ticks_that_were_late_and_come_all_at_once_change_nothing() -> None:
+    on_time = [*ticks(120, 0, 480)]
+    late = [(max(at, 6.0) if 5.3 < at < 6.0 else at, data) for at, data in on_time]
+    latest = check(late, at=10, beat=20, tempo=120)
+    assert latest.jumps == 0
+
+
+def test_a_tempo_that_is_another_one_at_once_is_followed() -> None:
+    check([*ticks(90, 0, 240), *ticks(140, 10 / 90 * 60, 480)], at=10 / 90 * 60 + 20 / 140 * 60, beat=30, tempo=140)
+
+
 def test_a_stop_before_anything_is_known_is_one() -> None:
     assert told([(1, STOP)]) == [Anchor(1, 0, 0, 0)]
 

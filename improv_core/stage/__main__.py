@@ -20,11 +20,14 @@ from pathlib import Path
 from typing import cast
 
 if __name__ == "__main__":
-    # Python puts the folder it runs first on the path, where our modules would hide others of the same name;
-    # the package goes last, so that it hides none of ROS's.
+    # Python puts the folder it runs first on the path, where our modules would hide others of the same name. What is
+    # beside our package goes last, so that it hides none of ROS's; but first, the package is found there, because
+    # another version of it may be installed.
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
+    sys.path.insert(0, str(here.parent.parent))
+    import_module("improv_core")
+    sys.path.append(sys.path.pop(0))
     if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph", "osc", "midi", "link"):
         sys.exit(import_module(f"improv_core.stage.{sys.argv.pop(1)}").main())
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import ast
 import io
+import os
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
+
+import pytest
 
 from improv_core.remote.bundle import PACKAGE, boot_line, bundle
 from tests.test_architecture import name, ours
@@ -51,3 +54,30 @@ def test_old_pythons_can_read_the_first_line_and_what_runs_first() -> None:
     assert line.isascii()
     ast.parse(line, feature_version=(3, 6))
     ast.parse((PACKAGE / "remote" / "bootstrap.py").read_text(encoding="utf-8"), feature_version=(3, 6))
+
+
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        (["remote", "far", "--look"], b'"python"'),
+        (["stage", "--sink", "ros", "--no-standby"], b"No module named 'rclpy'"),
+        (["stage", "standby", "improv_standby"], b"No module named 'rclpy'"),
+    ],
+    ids=lambda command: command[0] if isinstance(command, list) else "",
+)
+def test_another_version_that_is_installed_there_is_not_used(tmp_path: Path, command: list[str], says: bytes) -> None:
+    zipfile.ZipFile(io.BytesIO(bundle().data)).extractall(tmp_path / "ours")
+    installed = tmp_path / "theirs" / "improv_core"
+    installed.mkdir(parents=True)
+    (installed / "__init__.py").write_text("raise SystemExit('another version')")
+    env = {**os.environ, "PYTHONPATH": str(installed.parent), "IMPROV_ROS_PYTHON": ""}
+    folder, *arguments = command
+    done = subprocess.run(
+        [sys.executable, tmp_path / "ours" / "improv_core" / folder, *arguments],
+        env=env,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=False,
+    )
+    assert says in done.stdout + done.stderr
+    assert b"another version" not in done.stderr

@@ -134,6 +134,20 @@ def process_of(*words: str) -> int:
     return pid
 
 
+def test_what_runs_there_is_what_was_sent_and_it_is_sent_once(host: Host, ros_env: Mapping[str, str]) -> None:
+    """Without limits of the test's own: with them, modules of this folder are loaded there before ours."""
+    there = set_there(ros_env)
+    host.install_python({name: there[name] for name in there if name not in with_limits()})
+    with a_parent(host):
+        (version,) = host.versions()
+        stage = command_of(process_of("improv_core/stage --sink ros")).decode()
+        assert f"{version}/improv_core/stage" in stage
+    unpacked = (version / "improv_core" / "child.py").stat().st_ctime_ns
+    with a_parent(host):
+        assert host.versions() == [version]
+    assert (version / "improv_core" / "child.py").stat().st_ctime_ns == unpacked
+
+
 def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Host, listen: Listen) -> None:
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host, by=ADA) as first:

@@ -172,6 +172,7 @@ def test_the_host_is_no_option_and_what_runs_there_does_not_depend_on_it(
     command, other = ssh_command(checked("pi@anna:2222")), ssh_command(NAME)
     assert command[-3:-1] == ["--", "pi@anna"]
     assert command[-1] == other[-1]
+    assert {"ForwardAgent=no", "ForwardX11=no", "ClearAllForwardings=yes", "PermitLocalCommand=no"} <= {*command}
     assert command[command.index("-p") + 1] == "2222"
 
 

@@ -40,7 +40,7 @@ def initialized(ls: Session, params: types.InitializedParams) -> None:
     ls.editor.soon(_prepare())
     for problem in ls.editor.wrong_settings:
         ls.editor.warn(problem)
-    files = [types.FileSystemWatcher("**/improv.toml"), types.FileSystemWatcher("**/*.improv")]
+    files = [types.FileSystemWatcher(f"**/{name}") for name in ("improv.toml", "*.improv", "*.urdf")]
     watching = types.DidChangeWatchedFilesRegistrationOptions(files)
     _register(ls, types.WORKSPACE_DID_CHANGE_WATCHED_FILES, "did_change_watched_files", watching)
     section = types.DidChangeConfigurationRegistrationOptions(section="improv")

@@ -7,16 +7,19 @@ from dataclasses import replace
 from lsprotocol import types
 
 from improv_ls.documents import Document, is_robots_file, moved, robots_of
-from improv_ls.handlers.publish_diagnostics import publish_robots
+from improv_ls.handlers.publish_diagnostics import publish_robots, publish_robots_file
 from improv_ls.handlers.text_document_sync import add, did_close
 from improv_ls.session import Session
 
 
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
-    """An `improv.toml` or a program was created, changed or deleted."""
+    """An `improv.toml`, a URDF that one may name, or a program was created, changed or deleted."""
     ls.files_changed()
-    if any(is_robots_file(each.uri) for each in params.changes):
+    has_urdf = any(each.uri.endswith(".urdf") for each in params.changes)
+    if has_urdf or any(is_robots_file(each.uri) for each in params.changes):
         refresh_robots(ls)
+    for file in ls.robots_files.values() if has_urdf else ():
+        publish_robots_file(ls, file)
 
 
 def did_change_workspace_folders(ls: Session, params: types.DidChangeWorkspaceFoldersParams) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.ls.client import Client
+from tests.robots.test_skeletons import TOML, URDF
 
 QUIET = {"backend": "sim", "page": {"open": False}}
 BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
@@ -50,6 +51,24 @@ def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
         robots.unlink()
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 3}]})
         assert codes(client, program) == []
+
+
+def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
+    """Whether the file that names it is open or not."""
+    program, robots, urdf = tmp_path / "dance.improv", tmp_path / "improv.toml", tmp_path / "r.urdf"
+    robots.write_text(TOML)
+    changes = [{"uri": urdf.as_uri(), "type": 2}]
+    with Client(QUIET) as client:
+        client.open(program.as_uri(), "ada $ head left\n")
+        assert codes(client, robots) == ["robots"]
+        urdf.write_text(URDF)
+        client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
+        assert codes(client, robots) == []
+        client.open(robots.as_uri(), TOML, "toml")
+        assert codes(client, robots) == []
+        urdf.write_text("<robot/>")
+        client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
+        assert codes(client, robots) == ["robots"]
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,12 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
     if state == "stopped":
         return show, [*_to(show.twin, {"type": "stop"}), *acts]
     if state == "paused" and show.waits_for:
-        return show, [*_to(show.twin, {"type": "pause", "at": transport["monotonic"]}), *acts]
+        pauses = _to(show.twin, {"type": "pause", "at": transport["monotonic"]})
+        if (
+            "pace" in transport and latest and not latest.score.open
+        ):  # it may have gone back to where a clock stood still
+            pauses += _to(show.twin, {"type": "seek", "beat": transport["beat"]})
+        return show, [*pauses, *acts]
     return show, acts
 
 

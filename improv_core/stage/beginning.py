@@ -35,7 +35,7 @@ from improv_core.stage.gate import Gate
 from improv_core.stage.interlocks import pose_of, waits_for
 from improv_core.stage.messages import Takeover, refused_by
 from improv_core.stage.outside_clock import followed
-from improv_core.stage.run import Run
+from improv_core.stage.run import ONE, Run
 from improv_core.stage.stopping import Decided, error_line, leave, warning_line
 from improv_core.stage.swap import joined
 
@@ -230,9 +230,9 @@ def _wait(run: Run, facts: Facts) -> Decided:
 def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
     """With the clock that its score wants to follow, or with the pace of the stage that leads."""
     if entry:
-        return replace(run, clock=None, pace=Fraction(str(entry.get("pace", 1))))
+        return replace(run, clock=None, pace=Fraction(str(entry["pace"])) if "pace" in entry else ONE)
     clock = followed(run.clock, run.score.clock, facts.real)
-    return replace(run, clock=clock, pace=run.pace_at(clock.rate) if clock and clock.rate else Fraction(1))
+    return replace(run, clock=clock, pace=run.pace_at(clock.rate) if clock and clock.rate else ONE)
 
 
 def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:

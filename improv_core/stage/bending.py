@@ -14,7 +14,7 @@ from improv_core.score.ceiling import ceiling
 from improv_core.score.movement import near
 from improv_core.score.peer_clock import bent
 from improv_core.stage import events
-from improv_core.stage.acts import Act
+from improv_core.stage.acts import Act, Dismiss
 from improv_core.stage.agenda import Due
 from improv_core.stage.beginning import OPENS, changed, entering, go_on, waits
 from improv_core.stage.events import Facts
@@ -70,7 +70,7 @@ def looked(run: Run, due: Due, facts: Facts) -> Decided:
         clock = replace(clock, silent=True)
         run = replace(run, clock=clock)
         if not clock.is_music:
-            return changed(run, events.Changed(), facts)
+            return _stood_still(run, clock, facts)
         line = f"nothing is heard of {clock.name}: the dance goes on at {float(run.tempo):.1f} beats per minute"
         acts.append(warning_line(line))
     run, more = _bend(run, due.at, facts)
@@ -84,6 +84,16 @@ def bend(run: Run, event: events.Bend, facts: Facts) -> Decided:
         return replace(run, transport=replace(run.transport, tempo=run.tempo)), []
     beat = event.beat + max(facts.now - event.at, 0.0) * float(run.tempo) / 60
     return go_on(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
+
+
+def _stood_still(run: Run, clock: Following, facts: Facts) -> Decided:
+    """The time of a simulation stands still: pause. What robots have been told since it does, they haven't done, so it
+    is played again, unless senses have decided something meanwhile."""
+    then, acts = changed(run, events.Changed(), facts)
+    if then.mode != "paused" or not clock.anchor or run.score.open:
+        return then, acts
+    beat = near(min(max(clock.beat(clock.anchor.at), 0.0), float(then.transport.origin)))
+    return then.at_scene_of(then.begun, beat).left_at(beat), [*acts, Dismiss()]
 
 
 def _bend(run: Run, performed: float, facts: Facts) -> Decided:
@@ -133,4 +143,4 @@ def _at_bar(run: Run, clock: Following, facts: Facts) -> Run:
     if not gate or not gate.at_bar or (gate.ready and abs(gate.begins - facts.wall) < OPENS):
         return run
     left = clock.until(0, run.slope, run.bar, facts.now)
-    return replace(run, gate=replace(gate, begins=facts.wall + left))
+    return replace(run, gate=replace(gate, begins=facts.wall + left, opened=facts.now + left))

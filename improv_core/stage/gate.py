@@ -84,8 +84,8 @@ def time_left(gate: Gate, wall: float) -> float:
 
 
 def lateness(gate: Gate | None, wall: float) -> str:
-    """The line about a beginning that comes late; empty if it doesn't."""
-    late = wall - gate.begins if gate and gate.begins > -math.inf else 0.0
+    """The line about a beginning that comes late; empty if it doesn't, or if it catches up with a clock."""
+    late = wall - gate.begins if gate and gate.begins > -math.inf and not gate.at_bar else 0.0
     return f"begins {late:.2f} s late: robots were still waited for, or the clock was set" if late > LATE else ""
 
 

@@ -19,6 +19,8 @@ from improv_core.stage.swap import Swap, never_ends
 
 Mode = State
 """stopped, waiting (for listeners, before beat 0), playing, paused, or ended."""
+ONE = Fraction(1)
+"""The pace without a clock from outside."""
 EMPTY = Score(Fraction(60), {})
 """What plays before anything has been loaded."""
 
@@ -69,7 +71,7 @@ class Run:
     gate: Gate | None = None
     is_due: bool = False
     clock: Following | None = None
-    pace: Fraction = Fraction(1)
+    pace: Fraction = ONE
 
     @property
     def beat_period(self) -> float:
@@ -79,7 +81,8 @@ class Run:
     @property
     def tempo(self) -> Fraction:
         """The actual tempo in beats per minute, including the speed factor and the pace of a clock from outside."""
-        return self.score.tempo * self.speed * self.pace
+        usual = self.score.tempo * self.speed
+        return usual if self.pace is ONE else usual * self.pace
 
     @property
     def bar(self) -> int:
@@ -96,9 +99,9 @@ class Run:
         return within_reach(rate * 60 / float(self.score.tempo) if self.clock and self.clock.is_music else rate)
 
     @property
-    def simulated_pace(self) -> Fraction:
+    def simulated_pace(self) -> float:
         """How much of a simulation's time passes in a second, by which its robots understand velocities."""
-        return self.pace if self.clock and not self.clock.is_music else Fraction(1)
+        return float(self.pace) if self.clock and not self.clock.is_music else 1.0
 
     def aligned(self, beat: Exact, now: float) -> Run:
         """Going on from a beat, at a time on our clock, by the clock that is followed."""

@@ -293,7 +293,7 @@ class Tracks:
         correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
         told = twist if correction == STILL else twist.plus(correction)
         pace = self.run.simulated_pace
-        self.sink.send(robot, told if pace == 1 else told.times(float(1 / pace)), performed)
+        self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
         self.odometry.tell(robot, twist, at)
         self.watches.tell(robot, twist, at)
 
@@ -302,7 +302,7 @@ class Tracks:
         pace = self.run.simulated_pace
         if pace == 1:
             return joints
-        return {name: JointMotion(at, speed / float(pace)) for name, (at, speed) in joints.items()}
+        return {name: JointMotion(at, speed / pace) for name, (at, speed) in joints.items()}
 
     def _is_silent(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)

@@ -50,6 +50,14 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", at("playing", 1, pace=1.5)), ["simulator: score 1 from beat 0", "simulator: bend", "transport"]),
         (("ros", at("playing", 1, 1.0, pace=1.6)), ["simulator: bend", "transport"]),
         (("simulator", at("playing", 1, 1.0, pace=1.6)), ["transport (the other)"]),
+        (
+            ("ros", at("paused", 1, 0.9, pace=1.6, waits_for=["/clock"])),
+            ["simulator: pause", "simulator: seek", "simulator: why_still", "transport"],
+        ),
+        (
+            ("ros", at("playing", 1, 0.9, pace=1.0)),
+            ["simulator: resume", "simulator: bend", "simulator: why_still", "transport"],
+        ),
     ],
     "a score follows the clock of music, and later ones don't": [
         (play(MUSIC), ["ros: score 1", "listen to midi"]),

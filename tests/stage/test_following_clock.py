@@ -235,8 +235,13 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     play(stage, [each for each in told if each.at < START + 6], 7)
     assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["/clock"])
     assert lines(stage)[-1] == "paused until /clock goes on"
+    began = beats_of(stage)[0]
+    assert stage.transports[-1]["beat"] == pytest.approx((5 - began) * 2, abs=0.05), "where the time stood still"
     play(stage, [each for each in told if each.at >= START + 6], 12)
     assert stage.states[-1] == "playing"
+    again = [at for at in beats_of(stage) if at > 8]
+    assert again[-1] - again[-2] == pytest.approx(0.5, abs=0.01)
+    assert (again[-1] - 3 - began) * 2 % 1 == pytest.approx(0, abs=0.1), "the simulation has lost no time"
     stage.player.stop(stage.now)
     later = clock_of(lambda now: 1.0, 20)
     play(stage, [each for each in later if each.at >= START + 12], 20)

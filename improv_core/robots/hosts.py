@@ -10,9 +10,9 @@ from typing import Any
 from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.score import Host
 
-_HOST = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]*@)?[A-Za-z0-9][A-Za-z0-9_.-]*")
+_HOST = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]*@)?[A-Za-z0-9_][A-Za-z0-9_.-]*(?::[0-9]{1,5})?")
 _LONGEST_HOST = 255
-_PLAIN = "use a name as in ~/.ssh/config or `user@machine`: letters, digits, `_`, `.`, and `-`"
+_PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
 
 
 def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Host]:

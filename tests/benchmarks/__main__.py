@@ -16,6 +16,7 @@ from tests.benchmarks import (
     faults,
     first_beat,
     heavy,
+    hosts,
     joints,
     keep_apart,
     keystroke,
@@ -48,6 +49,10 @@ BENCHMARKS = {
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),
     "first_beat": (first_beat.run, "how much of their first movement robots miss that were just started"),
     "heavy": (heavy.run, "keys and requests in and beside programs that take seconds to understand"),
+    "hosts": (
+        hosts.run,
+        "when robots on bad links change their velocities, with a stage on each, and with one for all",
+    ),
     "joints": (joints.run, "how soon joints rest when something fails, and how punctual they are, beside plain rclpy"),
     "keep_apart": (
         keep_apart.run,

@@ -60,13 +60,14 @@ class Due(NamedTuple):
 
 
 class Listener:
-    """A subscriber to topics in a process of its own; use as a context manager, and `end` it to know what it heard."""
+    """A subscriber to topics in a process of its own, started `by` a command, such as one that enters another network;
+    use as a context manager, and `end` it to know what it heard."""
 
-    def __init__(self, way: str, topics: Sequence[str]) -> None:
+    def __init__(self, way: str, topics: Sequence[str], by: Sequence[str] = (), env: Mapping[str, str] = ENV) -> None:
         self._topics = topics
         pipe = subprocess.PIPE
-        command = [PYTHON, str(HERE / "ros_listener.py"), way, *topics]
-        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, env=ENV)
+        command = [*by, PYTHON, str(HERE / "ros_listener.py"), way, *topics]
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, env=env)
         assert self._process.stdout
         self.versions: dict[str, str] = json.loads(self._process.stdout.readline())
 

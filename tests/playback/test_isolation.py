@@ -39,6 +39,19 @@ def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str)
     assert traps.imported == []
 
 
+def test_a_stage_is_of_the_version_that_started_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "improv_core").mkdir()
+    (tmp_path / "improv_core" / "__init__.py").write_text("raise SystemExit('another version')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+    async def start_and_stop() -> None:
+        stage = await start_stage("simulator", Options(), "token", lambda stage, heard, asked: None, Stops())
+        assert stage
+        await stage.close()
+
+    asyncio.run(start_and_stop())
+
+
 @pytest.mark.parametrize(
     ("before", "after"),
     [

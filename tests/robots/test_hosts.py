@@ -50,6 +50,6 @@ def test_what_ssh_or_a_shell_could_misunderstand_is_no_host(host: str) -> None:
     found = check(f"""
         [robots.anna]
         host = "{host}"
-               {mark} robots: use a name as in ~/.ssh/config or `user@machine`: letters, digits, `_`, `.`, and `-`
+               {mark} robots: use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`
     """)
     assert found.robots["anna"].host is None

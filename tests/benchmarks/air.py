@@ -1,0 +1,164 @@
+"""Machines on a radio link of their own each, all on this one (Linux, root): a network, a clock, and an sshd for each.
+
+The link is made by a program that joins two network namespaces and delays, jitters, and drops what passes. Its path is
+in `IMPROV_LINK`, or it lies beside this repository.
+"""
+
+from __future__ import annotations
+
+import getpass
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from tests.benchmarks.robots import ENV, LIMIT, PYTHON
+
+LINK = Path(os.environ.get("IMPROV_LINK") or Path(__file__).parents[3] / "shared" / "tools" / "jitter_link.py")
+BASE = "improv-air"
+"""The namespace of the parent."""
+_INSIDE = 'mount -t tmpfs tmpfs /dev/shm && exec "$@"'
+
+
+class Machine:
+    """A machine on a link. Its clock is `ahead` of ours by so many seconds, but only for what sshd starts there."""
+
+    def __init__(self, number: int, folder: Path) -> None:
+        self.number = number
+        self.name = f"host{number}"
+        self.namespace = f"{BASE}-{number}"
+        self.address = f"10.9.{number}.2"
+        self.ahead = 1000 * (number + 1)
+        self._folder = folder / self.name
+        self._folder.mkdir()
+
+    @property
+    def by(self) -> list[str]:
+        """What runs a command in its network."""
+        return entering(self.namespace)
+
+    def serve(self, key: Path) -> subprocess.Popen[bytes]:
+        """Its sshd, which starts everything with the clock of the machine."""
+        server = self._folder / "server"
+        subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", server], check=True)
+        there = {
+            "HOME": self._folder,
+            "XDG_CACHE_HOME": self._folder / "cache",
+            "PATH": f"{self._python()}:/usr/bin:/bin",
+        }
+        lines = {
+            "Port": 22,
+            "ListenAddress": self.address,
+            "HostKey": server,
+            "AuthorizedKeysFile": key.with_suffix(".pub"),
+            "PidFile": "none",
+            "UsePAM": "no",
+            "StrictModes": "no",
+            "PermitRootLogin": "prohibit-password",
+            "SetEnv": " ".join(f"{name}={value}" for name, value in there.items()),
+        }
+        config = self._folder / "sshd_config"
+        config.write_text("".join(f"{name} {value}\n" for name, value in lines.items()))
+        Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)
+        ahead = str(self.ahead)
+        clock = ["unshare", "--time", "--monotonic", ahead, "--boottime", ahead, "--fork", "--kill-child"]
+        return subprocess.Popen(
+            [*self.by, *clock, "/usr/sbin/sshd", "-D", "-e", "-f", config], stderr=subprocess.DEVNULL
+        )
+
+    @property
+    def known(self) -> str:
+        """The line of known_hosts about it."""
+        return f"{self.address} {' '.join((self._folder / 'server.pub').read_text().split()[:2])}\n"
+
+    def config(self, key: Path, known: Path) -> str:
+        """What ssh has to know of it."""
+        lines = {
+            "HostName": self.address,
+            "User": getpass.getuser(),
+            "IdentityFile": key,
+            "IdentitiesOnly": "yes",
+            "IdentityAgent": "none",
+            "UserKnownHostsFile": known,
+            "GlobalKnownHostsFile": "/dev/null",
+        }
+        return f"Host {self.name}\n" + "".join(f"  {name} {value}\n" for name, value in lines.items())
+
+    def _python(self) -> Path:
+        """A folder with the Python there, which knows ROS."""
+        folder = self._folder / "bin"
+        folder.mkdir()
+        script = folder / "python3"
+        exports = "".join(
+            f"export {name}={value}\n" for name, value in on_air(ENV, "LOCALHOST").items() if name not in os.environ
+        )
+        runs = f'exec {sys.base_prefix}/bin/python3 "$@"'
+        script.write_text(f"#!/bin/sh\nexport IMPROV_ROS_PYTHON={PYTHON}\n{exports}{runs}\n")
+        script.chmod(0o755)
+        return folder
+
+
+def entering(namespace: str) -> list[str]:
+    """What runs a command in a network, with shared memory of its own."""
+    return ["ip", "netns", "exec", namespace, "unshare", "--mount", "sh", "-c", _INSIDE, "sh"]
+
+
+def on_air(env: Mapping[str, str], range_: str) -> dict[str, str]:
+    """An environment in which DDS passes nothing through memory and looks for others in this range."""
+    return {**env, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", "ROS_AUTOMATIC_DISCOVERY_RANGE": range_}
+
+
+@contextmanager
+def machines(count: int, folder: Path, link: Sequence[str]) -> Iterator[tuple[list[Machine], dict[str, str]]]:
+    """Machines on links of this kind, and the environment in which a parent in `BASE` reaches them through ssh."""
+    made = [Machine(number, folder) for number in range(count)]
+    key, known, config = folder / "ours", folder / "known", folder / "ssh_config"
+    subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", key], check=True)
+    with ExitStack() as stack:
+        for each in made:
+            ends = [BASE, f"10.9.{each.number}.1", each.namespace, each.address]
+            joining = [sys.executable, str(LINK), *ends, *link, "--seed", str(each.number + 1)]
+            process = subprocess.Popen(joining, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            stack.callback(_end, process)
+            assert process.stdout
+            if process.stdout.readline() != b"ready\n":
+                raise RuntimeError(f"{LINK} has made no link: it needs Linux, root, and /dev/net/tun")
+            server = each.serve(key)
+            stack.callback(_kill, server)
+        for each in made:
+            _await(each)
+        known.write_text("".join(each.known for each in made))
+        config.write_text("".join(each.config(key, known) for each in made))
+        programs = folder / "bin"
+        programs.mkdir()
+        (programs / "ssh").write_text(f'#!/bin/sh\nexec /usr/bin/ssh -F {config} "$@"\n')
+        (programs / "ssh").chmod(0o755)
+        allowed = folder / "config" / "improv" / "hosts"
+        allowed.parent.mkdir(parents=True)
+        allowed.write_text("".join(f"{each.name}\n" for each in made))
+        paths = {"PATH": f"{programs}:{os.environ['PATH']}", "XDG_CONFIG_HOME": str(folder / "config")}
+        yield made, {**ENV, **paths, "XDG_RUNTIME_DIR": str(folder)}
+
+
+def _await(machine: Machine) -> None:
+    """Wait until its sshd answers."""
+    end = time.monotonic() + LIMIT
+    ask = "import socket,sys; socket.create_connection((sys.argv[1], 22), 2).recv(4)"
+    while subprocess.run(
+        [*entering(BASE), sys.executable, "-c", ask, machine.address], stderr=subprocess.DEVNULL, check=False
+    ).returncode:
+        if time.monotonic() > end:
+            raise RuntimeError(f"sshd on {machine.name} does not answer")
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.communicate(timeout=LIMIT)
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """`unshare` waits for its child whatever else comes."""
+    process.kill()
+    process.wait(LIMIT)

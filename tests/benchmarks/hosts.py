@@ -1,0 +1,126 @@
+"""When robots on bad links change their velocities, with a stage on each of them and with one stage for all.
+
+Each robot is on a link of its own with random delays and losses. There are saves, pauses, and changes of speed. What
+counts is when a robot's own machine has received a change, against the beat that the parent's stage tells. The clocks
+of the machines differ by thousands of seconds. With `IMPROV_ROBOTS`, so many robots dance (6).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import pairwise
+from math import degrees
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from tests.benchmarks.air import BASE, entering, machines, on_air
+from tests.benchmarks.robots import ENV, LIMIT, Heard, Listener
+from tests.benchmarks.tables import p99, print_row
+
+AIR = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
+"""2 to 100 ms each way, and 2 % of all packets lost."""
+GAPS = ("--delay", "0.002", "--jitter", "0.02", "--stall", "1:10")
+"""Every 10 s, nothing passes for a second."""
+WHOLE_TURN = 90.0
+NEAR = 0.3
+"""Seconds from a change of what plays in which a turn doesn't count: it is no whole one."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """How far from its time each change came, in ms, how far each turn was from 90°, and what was said meanwhile."""
+
+    late: list[float]
+    turns: list[float]
+    lines: list[str]
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` dances for 40 s instead of five minutes."""
+    robots, seconds = int(os.environ.get("IMPROV_ROBOTS", "6")), 40.0 if quick else 300.0
+    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{robots} robots for {seconds:g} s: how far from its time each change was received, in ms\n")
+    print_row("stages", "link", "changes", "median", "p99", "worst", "turns: p99 off 90°", "worst")
+    print_row("---", "---", "---:", "---:", "---:", "---:", "---:", "---:")
+    rows: list[tuple[str, str, Sequence[str], bool, float]] = [
+        ("one for all", "2–100 ms, 2 % lost", AIR, False, 0.5),
+        ("one on each", "2–100 ms, 2 % lost", AIR, True, 3.0),
+        ("one on each", "1 s of 10 nothing", GAPS, True, 3.0),
+    ]
+    said: list[str] = []
+    for stages, about, link, hosts, patience in rows:
+        found = _dance(robots, seconds if link is AIR else min(seconds, 120.0), link, hosts, patience)
+        sizes = [abs(each) for each in found.late]
+        off = [abs(each) for each in found.turns] or [float("nan")]
+        figures = f"{median(sizes):.1f}", f"{p99(sizes):.1f}", f"{max(sizes):.1f}"
+        print_row(stages, about, str(len(sizes)), *figures, f"{p99(off):.2f}", f"{max(off):.2f}")
+        said += [f"{stages}, {about}: {line}" for line in found.lines]
+    print("\n" + "\n".join(dict.fromkeys(said)))
+
+
+def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patience: float) -> Found:
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
+        made, env = stack.enter_context(machines(robots, Path(folder), link))
+        reach = "LOCALHOST" if hosts else "SUBNET"
+        topics = [f"/r{number}/cmd_vel" for number in range(robots)]
+        listeners = [
+            stack.enter_context(Listener("drain", [topic], each.by, on_air(ENV, reach)))
+            for topic, each in zip(topics, made, strict=True)
+        ]
+        arguments = [str(robots), str(seconds), "hosts" if hosts else "here", str(patience)]
+        command = [*entering(BASE), sys.executable, "-m", "tests.benchmarks.hosts_parent", *arguments]
+        playing = subprocess.run(
+            command, env=on_air(env, reach), stdout=subprocess.PIPE, text=True, timeout=seconds + 3 * LIMIT, check=True
+        )
+        told = [json.loads(line) for line in playing.stdout.splitlines()]
+        heard: dict[str, list[Heard]] = {}
+        for listener in listeners:
+            heard |= listener.end()
+    return _found(told, heard)
+
+
+def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard]]) -> Found:
+    moments = [each for each in told if each["type"] == "transport"]
+    starts = [each["monotonic"] for each in moments]
+    late, turns = [], []
+    for messages in heard.values():
+        changes = [
+            two for one, two in pairwise([None, *messages]) if two and not (one and one.velocity == two.velocity)
+        ]
+        due = [_due(moments, each.received) for each in changes]
+        late += [(each.received - at) * 1000 for each, at in zip(changes, due, strict=True)]
+        for one, two in pairwise(changes):
+            if one.yaw and all(not one.received - NEAR < at < two.received + NEAR for at in starts):
+                turns.append(degrees(one.yaw) * (two.received - one.received) - WHOLE_TURN)
+    lines = [each["message"] for each in told if each["type"] in ("warning", "error", "gone", "unreached")]
+    links = [each for each in told if each["type"] == "link"]
+    if links:
+        errors = sorted(1000 * abs(each["offset"] - round(each["offset"], -3)) for each in links)
+        lines.append(
+            f"clocks were {median(errors):.2f} ms off in the median, {p99(errors):.2f} ms in p99 ({len(links)} looks)"
+        )
+    return Found(late, turns, lines)
+
+
+def _due(moments: Sequence[Mapping[str, Any]], at: float) -> float:
+    """The time at which a change that came then was due: the nearest beat, or the nearest change of what plays."""
+    known = [each for each in moments if each["monotonic"] <= at + 0.5]
+    candidates: list[float] = [each["monotonic"] for each in moments]
+    for place, each in enumerate(known):
+        if each["state"] != "playing":
+            continue
+        period = 60 / each["tempo"]
+        beat = each["beat"] + (at - each["monotonic"]) / period
+        end = moments[place + 1]["monotonic"] if place + 1 < len(moments) else float("inf")
+        nearest = each["monotonic"] + (round(beat) - each["beat"]) * period
+        if each["monotonic"] - 0.001 <= nearest <= end + 0.001:
+            candidates.append(nearest)
+    return min(candidates, key=lambda due: abs(due - at))

@@ -20,6 +20,8 @@ CONFIRM_LIMIT = 1.0
 """Seconds that a stop may take to be confirmed. Then people are told which robots may still be moving."""
 EDGE = 0.01
 """Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
+CLOSE = 0.005
+"""Seconds by which two stages may tell the same instant differently."""
 BEGIN_EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on it is told to all."""
 MOST_PRESSES = 20
@@ -232,7 +234,7 @@ def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
 
 def _go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: bool = False) -> Decided:
     """Have stages that are paused go on from one beat, all at the same time."""
-    troupe = replace(troupe, mode="playing", paused_by=frozenset())
+    troupe = replace(troupe, mode="playing", paused_by=frozenset(), since=at)
     resume: ToStage = {"type": "anyway", "at": at} if anyway else {"type": "resume", "at": at}
     acts: list[Act] = []
     for host in hosts:
@@ -247,7 +249,7 @@ def _go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway:
 
 def _begin(troupe: Troupe, at: float) -> Decided:
     """Beat 0 is at this time, for all."""
-    troupe = replace(troupe, mode="playing", begins=math.inf)
+    troupe = replace(troupe, mode="playing", begins=math.inf, since=at)
     return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
 
 
@@ -284,6 +286,9 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         return troupe, [*(SendTo(each, stop) for each in others), Say(transport)]
     if state == "paused" and troupe.mode in ("gathering", "armed"):
         return replace(troupe, mode="unplaced"), [Say(transport)]
+    is_old = transport["monotonic"] < troupe.since + CLOSE and not _waits(transport)
+    if state == "paused" and troupe.mode == "playing" and is_old:
+        return troupe, []  # it has sought the beat from which all go on, or is late to say that it was paused
     if state == "paused" and troupe.mode == "playing":
         others = [each for each in troupe.alive if each != host]
         pause: Pause = {"type": "pause"}

@@ -92,9 +92,7 @@ class Machine:
         folder = self._folder / "bin"
         folder.mkdir()
         script = folder / "python3"
-        exports = "".join(
-            f"export {name}={value}\n" for name, value in on_air(ENV, "LOCALHOST").items() if name not in os.environ
-        )
+        exports = "".join(f"export {name}={value}\n" for name, value in on_air(ENV).items() if name not in os.environ)
         runs = f'exec {sys.base_prefix}/bin/python3 "$@"'
         script.write_text(f"#!/bin/sh\nexport IMPROV_ROS_PYTHON={PYTHON}\n{exports}{runs}\n")
         script.chmod(0o755)
@@ -106,9 +104,9 @@ def entering(namespace: str) -> list[str]:
     return ["ip", "netns", "exec", namespace, "unshare", "--mount", "sh", "-c", _INSIDE, "sh"]
 
 
-def on_air(env: Mapping[str, str], range_: str) -> dict[str, str]:
-    """An environment in which DDS passes nothing through memory and looks for others in this range."""
-    return {**env, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", "ROS_AUTOMATIC_DISCOVERY_RANGE": range_}
+def on_air(env: Mapping[str, str]) -> dict[str, str]:
+    """An environment in which DDS passes nothing through memory."""
+    return {**env, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
 
 
 @contextmanager

@@ -69,16 +69,15 @@ def run(quick: bool) -> None:
 def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patience: float) -> Found:
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
         made, env = stack.enter_context(machines(robots, Path(folder), link))
-        reach = "LOCALHOST" if hosts else "SUBNET"
         topics = [f"/r{number}/cmd_vel" for number in range(robots)]
         listeners = [
-            stack.enter_context(Listener("drain", [topic], each.by, on_air(ENV, reach)))
+            stack.enter_context(Listener("drain", [topic], each.by, on_air(ENV)))
             for topic, each in zip(topics, made, strict=True)
         ]
         arguments = [str(robots), str(seconds), "hosts" if hosts else "here", str(patience)]
         command = [*entering(BASE), sys.executable, "-m", "tests.benchmarks.hosts_parent", *arguments]
         playing = subprocess.run(
-            command, env=on_air(env, reach), stdout=subprocess.PIPE, text=True, timeout=seconds + 3 * LIMIT, check=True
+            command, env=on_air(env), stdout=subprocess.PIPE, text=True, timeout=seconds + 3 * LIMIT, check=True
         )
         told = [json.loads(line) for line in playing.stdout.splitlines()]
         heard: dict[str, list[Heard]] = {}

@@ -181,6 +181,19 @@ def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     assert story.sent(PAD)[0] == {"type": "seek", "beat": 2.26, "at": story.now + SPARE}
 
 
+def test_who_seeks_the_beat_from_which_all_go_on_has_not_paused_by_itself() -> None:
+    story = Story.playing()
+    story.told("pause")
+    story.is_at(PI, "paused", 2.26)
+    story.told("resume")
+    assert story.is_at(PAD, "paused", 2.5) == [], "it says only now that it was paused"
+    story.now += SPARE
+    assert story.is_at(PAD, "paused", 2.26) == []
+    assert story.is_at(PAD, "playing", 2.26) == []
+    story.now += 1
+    assert story.is_at(PAD, "paused", 4.26) == ["here: pause", f"{PI}: pause", "say paused"]
+
+
 def test_a_stage_that_stops_by_itself_stops_all() -> None:
     story = Story.playing()
     assert story.is_at(PI, "stopped", 3.0) == ["here: stop", f"{PAD}: stop", "say stopped"]

@@ -42,6 +42,9 @@ def test_what_a_host_can_say() -> None:
     """)
 
 
+PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
+
+
 @pytest.mark.parametrize(
     "host", ["-oProxyCommand=id", "a;b", "a b", "$(id)", "pi@-x", "a/b", "x\\n", "ä", "", "a" * 256]
 )
@@ -50,6 +53,6 @@ def test_what_ssh_or_a_shell_could_misunderstand_is_no_host(host: str) -> None:
     found = check(f"""
         [robots.anna]
         host = "{host}"
-               {mark} robots: use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`
+               {mark} robots: {PLAIN}
     """)
     assert found.robots["anna"].host is None

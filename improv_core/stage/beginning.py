@@ -43,6 +43,9 @@ OPENS = 0.05
 """Seconds before the moment at which robots come in by a clock, from which on it is no longer moved."""
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
+QUIET = 10.0
+"""Seconds after a pause because a robot isn't seen in which people aren't told of another one: poses may be late again
+and again."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
@@ -221,10 +224,11 @@ def _wait(run: Run, facts: Facts) -> Decided:
     elif run.clock and first == run.clock.name:
         what = f"paused until {first} goes on"
     elif first in map(pose_of, facts.unseen):
-        what = f"paused: {first} didn't come for {OLDEST} s"
+        what = "" if facts.now < run.blind + QUIET else f"paused: {first} didn't come for {OLDEST} s"
+        run = replace(run, blind=facts.now)
     else:
         what = f"paused: to let robots move, hold {first}"
-    return replace(run, continues=True), [*acts, LookLater(), warning_line(what)]
+    return replace(run, continues=True), [*acts, LookLater(), *([warning_line(what)] if what else [])]
 
 
 def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:

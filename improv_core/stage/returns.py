@@ -17,6 +17,8 @@ from improv_core.stage.run import Run
 
 PERIOD = 0.05
 """Seconds between two commands to a robot that drives back."""
+SLIP = 0.25
+"""Seconds by which beats may come earlier or later than they should have, before goals are looked for again."""
 AGAIN = 1.0
 """Seconds until a robot that has no way looks for one again."""
 
@@ -52,7 +54,8 @@ class Returns:
         self._waiting: set[str] = set()  # robots of which people know that they wait until all are seen
         self._driving: set[str] = set()  # robots of which people know that they drive back
         self._stuck: dict[str, float] = {}  # when robots that have no way look for one again
-        self._playing: tuple[object, ...] = ()  # what goals and ways are for
+        self._playing: tuple[object, ...] = ()  # what goals and ways are for, and since when
+        self._began = -math.inf
         self._looked = -math.inf
 
     @property
@@ -69,8 +72,9 @@ class Returns:
 
     def look(self, run: Run, back: Collection[str], seen: Sightings) -> list[HomeStep]:
         """What all robots do now that are `back` and may move."""
-        if (playing := (run.score, run.scene, run.transport)) != self._playing:  # parts are elsewhere at other times
-            self._playing, self._goals, self._stuck = playing, {}, {}
+        began = seen.now - float(seen.beat * 60 / run.tempo)  # when beat 0 would have been
+        if (run.score, run.scene) != self._playing or abs(began - self._began) > SLIP:  # parts will be elsewhere
+            self._playing, self._began, self._goals, self._stuck = (run.score, run.scene), began, {}, {}
         self._looked = seen.now
         steps = [*(HomeStep(robot, STILL) for robot in self._told.keys() - back)]
         self._waiting &= {*back}

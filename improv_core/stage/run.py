@@ -41,10 +41,11 @@ class Run:
     scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
     number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
     `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
-    by itself once nothing is waited for; one because robots are `too_near` ends when a person says so. Unless
-    `misplaced` is None, playing waits until these robots are in their places, and a person plays again; with `anyway`,
-    it doesn't matter where they stand. While beat 0 waits, a `gate` holds it back, once everything is ready. With
-    `is_due`, it no longer waits for anything, and is as soon as this is decided again.
+    by itself once nothing is waited for; the latest one because a robot wasn't seen began at `blind`. One because
+    robots are `too_near` ends when a person says so. Unless `misplaced` is None, playing waits until these robots are
+    in their places, and a person plays again; with `anyway`, it doesn't matter where they stand. While beat 0 waits, a
+    `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and is as soon as
+    this is decided again.
 
     A `clock` from outside is followed by this stage. `pace` is how many times as fast as the score's tempo and the
     speed say a clock has it play, followed by this stage or by the one that leads.
@@ -68,6 +69,7 @@ class Run:
     misplaced: Mapping[str, Standing] | None = None
     anyway: bool = False
     too_near: tuple[str, ...] = ()
+    blind: float = -math.inf
     gate: Gate | None = None
     is_due: bool = False
     clock: Following | None = None

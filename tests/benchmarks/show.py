@@ -28,12 +28,15 @@ from tests.benchmarks.tables import print_row
 from tests.commands.command_line import IMPROV
 
 ROBOTS = [f"r{number}" for number in range(12)]
-PROGRAM = f"beat 30\n{' '.join(ROBOTS)} $ repeat 3 (forward forward left) rest\n"
+PROGRAM = f"beat 30\n{' '.join(ROBOTS)} $ repeat {{}} (forward forward left) rest\n"
 BEGINS, ENDS = 4.0, 7.0
 """Seconds after the first movement between which something is wrong."""
 TOML = """
 [ros]
 odom_frame = "world"
+rejoin = "{}"
+[world]
+keep_apart = 0.1
 [formation]
 shape = "grid"
 distance = 1.5
@@ -58,6 +61,9 @@ class Case(NamedTuple):
     """Meters by which the first robot was placed wrong."""
     forced: bool = True
     """Whether it begins wherever robots stand: on a busy machine, poses may come late."""
+    rejoin: str = "continue"
+    rounds: int = 3
+    """How long the dance is: each takes 6 s."""
 
 
 CASES = [
@@ -70,6 +76,7 @@ CASES = [
     Case("no pose of r0", ("lost:r0",)),
     Case("poses of r0 0.3 s later", ("late:r0=0.3",)),
     Case("the node of r0 ends", ("gone:r0",)),
+    Case('the same, with `rejoin = "return"`', ("gone:r0",), rejoin="return", rounds=8),
     Case("the network of r0 down", ("cut:r0",), ("--apart", "r0")),
     Case("r0 placed 0.36 m wrong", moved=0.36, forced=False),
     Case("the same, with `--force`", moved=0.36),
@@ -122,8 +129,8 @@ LATE = ": commands for "
 def _try(case: Case) -> Seen:
     with tempfile.TemporaryDirectory() as folder:
         program, truth = Path(folder, "dance.improv"), Path(folder, "truth.json")
-        program.write_text(PROGRAM)
-        Path(folder, "improv.toml").write_text(TOML + "".join(map(ROBOT.format, ROBOTS)))
+        program.write_text(PROGRAM.format(case.rounds))
+        Path(folder, "improv.toml").write_text(TOML.format(case.rejoin) + "".join(map(ROBOT.format, ROBOTS)))
         score = score_of(analyze_file(program))
         starts = {
             robot: (part.start.x, part.start.y, math.degrees(part.start.heading)) for robot, part in score.parts.items()

@@ -241,6 +241,20 @@ def test_all_stand_while_one_of_them_is_not_seen() -> None:
     assert stage.states[-1] == "playing"
 
 
+def test_poses_that_are_late_again_and_again_are_told_once() -> None:
+    stage = watched()
+    for _ in range(20):
+        stage.run(0.3)
+        assert paused(stage)
+        see(stage, 3)
+        assert stage.states[-1] == "playing"
+    assert stage.lines.count("paused: a pose of a didn't come for 0.2 s") == 1
+    stage.run(11)
+    see(stage, 3)
+    stage.run(0.3)
+    assert stage.lines.count("paused: a pose of a didn't come for 0.2 s") == 2
+
+
 def test_a_person_that_stops_robots_that_are_not_seen_stops_them_for_good() -> None:
     stage = watched()
     stage.run(0.3)

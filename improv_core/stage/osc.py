@@ -7,6 +7,7 @@ A process of its own, so that a flood of messages delays nothing else. Started b
 
 from __future__ import annotations
 
+import errno
 import heapq
 import itertools
 import logging
@@ -33,6 +34,8 @@ MOST_AT_ONCE = 100
 """Datagrams that are read before anything else is looked at."""
 AHEAD, LOOK_PERIOD = 2.0, 1.0
 """Seconds that a look at what comes reaches ahead, and between two looks."""
+PATIENCE = 2.0
+"""Seconds for which a port may be taken before people are told."""
 SAID = 60.0
 """Seconds until people are told the same kind of thing again."""
 
@@ -70,6 +73,7 @@ class OscDesk:
         self._wall = wall
         self._known, self._rows = osc_in.Situation(), RowsRead()
         self._port: socket.socket | None = None
+        self._wanted: PeerJson | None = None  # where to listen
         self._friends: set[str] = set()  # the addresses of machines that count, besides this one
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._out.setblocking(False)
@@ -175,20 +179,27 @@ class OscDesk:
                 self._peers.append((host, peer["port"]))
             except OSError as error:
                 self._complain(f"OSC can't be sent to {peer['host']}: {error.strerror}", about=peer["host"])
-        if exchange["listen"]:
-            self._port = self._listening(exchange["listen"])
+        self._wanted = exchange["listen"]
+        if self._wanted:
+            self._listen(self._wanted, until=self._clock() + PATIENCE)
 
-    def _listening(self, at: PeerJson) -> socket.socket | None:
+    def _listen(self, at: PeerJson, until: float) -> None:
+        """Listen there, or try again for a moment: a process before this one may only just have ended."""
+        if at is not self._wanted:
+            return
         port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         port.setblocking(False)
         try:
             port.bind((at["host"], at["port"]))
         except OSError as error:
             port.close()
+            if error.errno == errno.EADDRINUSE and self._clock() < until:
+                self._later(PATIENCE / 10, lambda: self._listen(at, until))
+                return
             line = f"OSC can't be heard on {at['host']}:{at['port']}: {error.strerror}"
             self._complain(f"{line}; change `listen` under [osc] in improv.toml, then save", about="listen")
-            return None
-        return port
+        else:
+            self._port = port
 
     def read(self, datagram: bytes, host: str) -> None:
         """Do what a datagram from this address asks for."""

@@ -38,7 +38,7 @@ class Situation:
         """The same, after another message of the stage that leads."""
         known = replace(self, heard=self.heard.after(message))
         if message["type"] == "transport":
-            return replace(known, tempo=message["tempo"] / message["speed"])
+            return replace(known, tempo=message["tempo"] / message["speed"] / message.get("pace", 1.0))
         return known
 
     def playing(self, score: Score) -> Situation:

@@ -204,6 +204,16 @@ def test_programs_that_read_no_bundles_hear_messages(port: int) -> None:
             assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
 
+def test_a_port_that_is_taken_for_a_moment_is_tried_again(port: int) -> None:
+    turned = Turned()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", port))
+        turned.desk.take(exchange(port))
+        turned.turn(1.0)
+    turned.turn(0.5)
+    assert (len(turned.desk.sockets), turned.lines) == (1, [])
+
+
 def test_a_port_that_is_taken_is_said(port: int) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", port))

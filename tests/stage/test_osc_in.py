@@ -41,6 +41,11 @@ def test_each_address_asks_for_something() -> None:
     check("sense", ["kick", "anna", False], {"type": "osc_sense", "name": "kick", "robot": "anna", "value": False})
 
 
+def test_a_tempo_is_that_of_the_program_whatever_a_clock_makes_of_it() -> None:
+    followed = Situation().after({**at("playing", 1), "tempo": 132.0, "speed": 1.0, "pace": 1.1})
+    check("tempo", [60], {"type": "speed", "factor": pytest.approx(0.5)}, followed)
+
+
 def test_a_button_asks_only_when_it_is_pressed() -> None:
     for address in ("cue", "pause", "play"):
         check(address, [0.0], None)

@@ -1,0 +1,87 @@
+"""What OSC messages do to real robots: a base that listens in ROS 2, and a socket that sends."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from improv_core.stage.osc_wire import Argument, plain
+from tests.ros.conftest import LIMIT, Listen
+from tests.ros.dance import Server, at_speed, still
+
+pytestmark = pytest.mark.slow("starts what plays, and a base that listens in ROS 2")
+
+PROGRAM = "beat 60\nturtle1 $ repeat (if kick backward else forward)\n"
+SPEED = 2.0
+"""m/s of a step of 2 m at tempo 60."""
+
+
+class Desk:
+    """A music program that sends to Improv, and hears what it says."""
+
+    def __init__(self) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self._socket.settimeout(LIMIT)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            self._improv = free.getsockname()
+
+    @property
+    def section(self) -> str:
+        return (
+            f'[osc]\nlisten = {self._improv[1]}\nsend = ["127.0.0.1:{self._socket.getsockname()[1]}"]\n'
+            'time_tags = false\n[senses.kick]\nosc = "kick"\n'
+        )
+
+    def send(self, address: str, *arguments: Argument) -> None:
+        self._socket.sendto(plain(f"/improv/{address}", arguments), self._improv)
+
+    def hear(self, datagram: bytes) -> None:
+        """Wait until Improv says this."""
+        end = time.monotonic() + LIMIT
+        while self._socket.recv(4096) != datagram:
+            assert time.monotonic() < end
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    made = Desk()
+    yield made
+    made.close()
+
+
+def test_real_robots_are_stopped_and_played_by_osc_and_react_to_it(
+    desk: Desk, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    (tmp_path / "improv.toml").write_text(desk.section)
+    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
+        editor.save(PROGRAM)
+        robot.wait(at_speed(SPEED))
+        desk.hear(plain("/improv/state", ["playing"]))
+        desk.hear(plain("/improv/beat", [1]))
+        desk.send("sense", "kick", "turtle1", 1)
+        robot.wait(at_speed(-SPEED))
+        desk.send("sense", "kick", "turtle1", 0)
+        robot.wait(at_speed(SPEED))
+        desk.send("tempo", 30)
+        robot.wait(at_speed(SPEED / 2))
+        desk.send("pause")
+        robot.wait(still)
+        desk.hear(plain("/improv/state", ["paused"]))
+        desk.send("play")
+        robot.wait(at_speed(SPEED / 2))
+        desk.send("stop")
+        robot.wait(still)
+        desk.hear(plain("/improv/state", ["stopped"]))
+        desk.send("play")
+        robot.wait(at_speed(SPEED / 2))
+        editor.complaints()

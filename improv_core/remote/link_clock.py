@@ -102,7 +102,9 @@ class Clocks:
 
 
 def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
-    """With one more exchange. What is too old is forgotten."""
+    """With one more exchange. What is too old is forgotten, and all is if a clock has jumped, since a machine slept."""
+    if _contradicts(exchanges, new):
+        exchanges = Exchanges()
     return Exchanges(
         min(exchanges.since, new.sent),
         exchanges.count + 1,
@@ -143,6 +145,15 @@ def steered(clocks: Clocks | None, found: Estimated) -> Clocks:
     if abs(off) > STEP:
         return Clocks(found.at, found.offset, found.drift)
     return Clocks(found.at, offset, found.drift + max(-SLEW, min(SLEW, off)))
+
+
+def _contradicts(exchanges: Exchanges, new: Exchange) -> bool:
+    """Whether a message would have come before it was sent, by what is remembered of the other direction."""
+    down, up = new.arrived - new.sent, new.heard - new.answered
+    least = -MOST_DRIFT * MEMORY
+    return any(down + floor.delay < least for floor in exchanges.up) or any(
+        up + floor.delay < least for floor in exchanges.down
+    )
 
 
 def _lowered(floors: tuple[Floor, ...], new: Floor) -> tuple[Floor, ...]:

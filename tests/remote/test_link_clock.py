@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from statistics import quantiles
 
 import pytest
@@ -136,7 +137,19 @@ def test_what_is_too_old_is_forgotten() -> None:
     assert len(exchanges.up) < 65
 
 
-def test_a_reading_never_goes_back_and_has_no_gap() -> None:
+@pytest.mark.parametrize("slept", [-10.0, 10.0, 0.5, -0.5], ids=lambda slept: f"{slept:g} s")
+def test_a_clock_that_has_jumped_is_known_again_after_a_second(slept: float) -> None:
+    pair = Pair(1, mostly_short, 0.0)
+    exchanges = pair.known(20)
+    pair.offset += slept
+    for each in pair.exchanges(2):
+        exchanges = noted(exchanges, replace(each, sent=each.sent + 20, heard=each.heard + 20))
+    found = estimate(exchanges, 22.0)
+    assert found
+    assert found.offset == pytest.approx(pair.offset - 20, abs=0.01)
+
+
+def test_what_the_clocks_show_never_goes_back_and_has_no_gap() -> None:
     clocks = steered(None, Estimated(0.0, 100.0, 0.0, 0.001, 0.01))
     dice = random.Random(1)
     before = clocks.there(0.0)

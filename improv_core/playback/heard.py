@@ -93,9 +93,7 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
         return show, [*_to(show.twin, {"type": "stop"}), *acts]
     if state == "paused" and show.waits_for:
         pauses = _to(show.twin, {"type": "pause", "at": transport["monotonic"]})
-        if (
-            "pace" in transport and latest and not latest.score.open
-        ):  # it may have gone back to where a clock stood still
+        if "pace" in transport and latest and not latest.score.open:  # perhaps back to where a clock stood still
             pauses += _to(show.twin, {"type": "seek", "beat": transport["beat"]})
         return show, [*pauses, *acts]
     return show, acts

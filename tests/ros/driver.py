@@ -128,18 +128,25 @@ def bring_home() -> None:
     until(is_there)
 
 
+def _bring_home() -> bool:
+    """For a moment; whether joints move."""
+    sink.resetting()
+    if missing := sink.missing():
+        sink.ask(missing)
+    sink.bring_home([] if missing else ["ada"])
+    return any(arm.moves for arm in sink._controllers._robots["ada"].arms)
+
+
 def bring_home_until_they_move() -> None:
     """Then stop the robot."""
-
-    def moves() -> bool:
-        sink.resetting()
-        if missing := sink.missing():
-            sink.ask(missing)
-        sink.bring_home([] if missing else ["ada"])
-        return any(arm.moves for arm in sink._controllers._robots["ada"].arms)
-
-    until(moves)
+    until(_bring_home)
     sink.send("ada", STILL, 0.0)
+
+
+def bring_home_in_vain() -> None:
+    """Until joints no longer move."""
+    until(_bring_home)
+    until(lambda: not _bring_home())
 
 
 def wait_for_reset() -> float:
@@ -283,6 +290,7 @@ methods: dict[str, Callable[..., Any]] = {
     "send_joints": send_joints,
     "bring_home": bring_home,
     "bring_home_until_they_move": bring_home_until_they_move,
+    "bring_home_in_vain": bring_home_in_vain,
     "refuse": refuse,
     "wait": wait,
     "wait_for_reset": wait_for_reset,

@@ -66,11 +66,9 @@ def test_a_stop_holds_joints_where_they_are_by_then(sink: Sink, head: Listener) 
 
 def test_a_joint_that_is_held_back_does_not_jump_later(sink: Sink, head: Listener, publish: Publish) -> None:
     """It stays where it is while it should have turned by several radians, as in a protective stop."""
-    sink("send_joints", 0.0, yaw=1.0)
-    for seconds in range(1, 20):
+    for seconds in range(20):
         states(publish, yaw=0.01, pitch=-0.02)
-        sink("send_joints", float(seconds), yaw=2.0)
-    sink("send_joints", 20.0, yaw=1.0)
+        sink("send_joints", 3.0 * seconds, yaw=1.0 + seconds % 2)
     head.wait(lambda message: moves(message) and points(message)[0] == [0, [-0.02, 0.01], [0, 2]])
     assert sink("lines") == ["yaw of ada is held back: it continues from where it is, not as the program says"]
 
@@ -153,6 +151,19 @@ def test_joints_are_brought_to_their_starts_slowly(sink: Sink, publish: Publish,
     assert points(moving)[0] == [0, [0, 0.1], [0, -0.4]]
     assert points(listener.wait(lambda message: not moves(message)))[0][2] == [0, 0], "it was stopped"
     assert sink("resetting")
+
+
+def test_joints_that_are_held_back_on_their_way_stay_where_they_are(
+    sink: Sink, publish: Publish, listen: Listen
+) -> None:
+    """Once they are let go, they must not jump to their starts."""
+    listener = listen(TOPIC, type=TRAJECTORIES)
+    states(publish, yaw=-1.5, pitch=0.0)
+    sink("prepare_body", [HEAD], **HOME)
+    sink("bring_home_in_vain")
+    listener.wait(moves)
+    assert points(listener.wait(lambda message: not moves(message))) == [[0, [0, -1.5], [0, 0]]]
+    assert sink("resetting"), "somebody has to bring them there"
 
 
 def test_a_dance_begins_once_joints_are_at_their_starts(sink: Sink, publish: Publish, script: Script) -> None:

@@ -196,9 +196,7 @@ class RosControllers:
             self._owed.stands(robot, topic, "", message)
 
     def _let_go(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
-        now = self._now()
-        where = {joint: (position, max(now - at, 0.0)) for joint, (position, at) in self._recent(robot).items()}
-        free = let_go(arm.channel, before, course, where)
+        now, free = self._now(), let_go(arm.channel, before, course, self._seconds_ago(robot))
         pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
         held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
         if held and now >= self._held_tell_at:
@@ -206,13 +204,20 @@ class RosControllers:
             self._tell(f"{held[0]} of {robot} is held back: it continues from where it is, not as the program says")
         return free
 
+    def _let_go_home(self, robot: str, way: Channel, before: Course, now: float) -> Course:
+        """The course of joints on their way to their starts; if something holds one back, they all stay where they
+        are."""
+        course = turned(way, before, {}, now)
+        free = let_go(way, before, course, self._seconds_ago(robot))
+        return course if free == course else stopped(way, free, 0.0)
+
     def _bring_home(self, robot: str, arm: _Arm) -> None:
         """Have joints move on to their starts. They try that once: something may be in their way."""
         now = self._now()
         if arm.tried or now < arm.sent + PERIOD or arm.topic.missing(arm.moves) is not None:
             return
         if arm.way and arm.course:
-            arm.course = turned(arm.way, arm.course, {}, now)
+            arm.course = self._let_go_home(robot, arm.way, arm.course, now)
         elif course := self._course(robot, arm, begins=False):
             if not (way := way_home(arm.channel, course)):
                 return
@@ -263,6 +268,11 @@ class RosControllers:
     def _fresh(self, robot: str) -> dict[str, float]:
         """Where the joints of a robot are, as far as that is known now."""
         return {joint: position for joint, (position, _) in self._recent(robot).items()}
+
+    def _seconds_ago(self, robot: str) -> dict[str, tuple[float, float]]:
+        """The same, and how many seconds ago that was."""
+        now = self._now()
+        return {joint: (position, max(now - at, 0.0)) for joint, (position, at) in self._recent(robot).items()}
 
     def _recent(self, robot: str) -> dict[str, tuple[float, float]]:
         """The same, and when that was, in monotonic seconds."""

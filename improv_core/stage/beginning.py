@@ -102,6 +102,8 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
             return run, acts
         if event.moving:
             acts.append(Still(event.moving))
+        if run.clock and run.gate.at_bar and run.gate.begins == math.inf:
+            acts.append(warning_line(f"the dance begins at the next bar of {run.clock.name}, once it is heard"))
         ready = gate.made_ready(run.gate, facts.now, facts.wall, run.beat_period)
         return replace(run, gate=ready), [*acts, Report()]
     if event.moving is None:

@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+from improv_core.plain import message as in_plain_text
 from improv_core.score.score_json import RowsRead, from_json
 from improv_core.stage import osc_in, osc_out, osc_wire
 from improv_core.stage.commands import PageRequest
@@ -43,13 +44,22 @@ Say = Callable[[FromOsc], None]
 
 
 def main() -> int:
-    """OscExchange messages as the parent says over standard input, until it ends."""
+    """Exchange messages as the parent says over standard input, until it ends. If that fails, say why."""
     lines: Lines[ToOsc] = Lines()
     say: Say = own_output()
     os.nice(NICENESS)
     logging.disable()  # python-osc logs what it can't read
-    desk = OscDesk(say)
+    try:
+        _exchange(lines, say)
+    except Exception as error:  # whatever python-osc raises, or that it is missing
+        say({"type": "warning", "message": in_plain_text(f"OSC fails: {type(error).__name__}: {error}")})
+        return 1
+    return 0
+
+
+def _exchange(lines: Lines[ToOsc], say: Say) -> None:
     osc_wire.written([], 0.0)  # imports what it needs
+    desk = OscDesk(say)
     say({"type": "alive"})
     while not lines.ended:
         wait = max(desk.due - time.monotonic(), 0.0)
@@ -59,7 +69,6 @@ def main() -> int:
             desk.take(message)
         desk.hear()
         desk.advance(time.monotonic())
-    return 0
 
 
 class OscDesk:
@@ -112,11 +121,11 @@ class OscDesk:
 
     def hear(self) -> None:
         """Read what has come, but never so much that something else waits."""
-        for _ in range(MOST_AT_ONCE):
+        for _ in range(MOST_AT_ONCE if self._port else 0):
+            assert self._port
             try:
-                assert self._port
                 datagram, (host, _port) = self._port.recvfrom(osc_wire.MOST_BYTES + 1)
-            except (BlockingIOError, AssertionError):
+            except BlockingIOError:
                 return
             self.read(datagram, host)
 

@@ -222,3 +222,11 @@ def test_a_port_that_is_taken_is_said(port: int) -> None:
     assert alive == {"type": "alive"}
     why = "Address already in use; change `listen` under [osc] in improv.toml, then save"
     assert said == {"type": "warning", "message": f"OSC can't be heard on 127.0.0.1:{port}: {why}"}
+
+
+def test_if_it_fails_it_says_why() -> None:
+    child = Child(helper("osc"), Policy(2.0))
+    child.write(b'{"type": "plays", "generation": 1, "score": {}}\n')
+    *_, said = said_by(child, 2)
+    assert said == {"type": "warning", "message": "OSC fails: ValueError: it is not a score"}
+    assert child.end() == 1

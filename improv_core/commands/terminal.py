@@ -363,6 +363,8 @@ class TerminalSession:
                 self._errors.note(message)
                 if message["line"] and not self.interrupted.is_set():
                     self.screen.complain(f"improv: {message['line']}")
+        elif message["type"] == "link":
+            self._errors.take_link(message)
         elif message["type"] == "unreached":
             if leads:  # also after an interrupt: somebody has to look
                 self.screen.complain(f"improv: {message['message']}")

@@ -53,6 +53,9 @@ class Errors:
         """The least distance of each pair that was measured at about the same time."""
         self.faults: list[SeenFault] = []
         """The faults that were seen, in the order in which they began."""
+        self.links: dict[str, dict[str, float]] = {}
+        """How exactly hosts danced with the others: the worst error of their clocks, and the longest that a message took,
+        in seconds."""
         self._latest: dict[str, tuple[float, Pose]] = {}
 
     def take(self, message: Mapping[str, Any]) -> None:
@@ -73,6 +76,11 @@ class Errors:
         for place, seen in enumerate(self.faults):
             if (seen.robot, seen.fault, seen.ends) == (robot, fault, None):
                 self.faults[place] = seen._replace(ends=beat, worst=message["worst"])
+
+    def take_link(self, message: Mapping[str, Any]) -> None:
+        """Take a message `link` (docs/protocol.md)."""
+        known = self.links.get(message["host"], {})
+        self.links[message["host"]] = {name: max(message[name], known.get(name, 0.0)) for name in ("error", "lag")}
 
     def faults_as_json(self) -> list[dict[str, Any]]:
         """JSON values: each fault with its robot, its kind, the beats from and to which it was seen, and its worst, in

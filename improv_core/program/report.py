@@ -122,7 +122,7 @@ def outcome(
     transport: Mapping[str, Any] | None, poses: Mapping[str, Any], errors: Errors, score: Score | None
 ) -> dict[str, Any]:
     """The poses of simulated robots at beat 0 and at the end (meters, radians), the time between (seconds), how far off
-    measured robots were, which faults were seen, and how near each other those came that were nearer than `NEAR`.
+    measured robots were, which faults were seen, how well hosts were reached, and how near each other those came that were nearer than `NEAR`.
 
     `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
@@ -132,6 +132,7 @@ def outcome(
         "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
         **({"measured": errors.as_json()} if errors.robots else {}),
         "faults": errors.faults_as_json(),
+        **({"links": errors.links} if errors.links else {}),
         "near": _near(score, transport["beat"], errors) if score and transport else [],
     }
 

@@ -54,8 +54,8 @@ class Errors:
         self.faults: list[SeenFault] = []
         """The faults that were seen, in the order in which they began."""
         self.links: dict[str, dict[str, float]] = {}
-        """How exactly hosts danced with the others: the worst error of their clocks, and the longest that a message took,
-        in seconds."""
+        """How exactly hosts danced with the others: the worst error of their clocks, and the longest that a message
+        took, in seconds."""
         self._latest: dict[str, tuple[float, Pose]] = {}
 
     def take(self, message: Mapping[str, Any]) -> None:

@@ -122,7 +122,8 @@ def outcome(
     transport: Mapping[str, Any] | None, poses: Mapping[str, Any], errors: Errors, score: Score | None
 ) -> dict[str, Any]:
     """The poses of simulated robots at beat 0 and at the end (meters, radians), the time between (seconds), how far off
-    measured robots were, which faults were seen, how well hosts were reached, and how near each other those came that were nearer than `NEAR`.
+    measured robots were, which faults were seen, how well hosts were reached, and how near each other those came that
+    were nearer than `NEAR`.
 
     `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """

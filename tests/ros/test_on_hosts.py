@@ -1,0 +1,134 @@
+"""Robots here and on another machine dance as one: a real ssh server, and a real stage behind it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from improv_core.playback.playback import Playback
+from improv_core.playback.show import PlayScore
+from improv_core.playback.start import Options
+from improv_core.playback.stops import Stops
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from tests.remote.sshd import NAME, Host, a_host
+from tests.ros.conftest import LIMIT, Listen
+from tests.ros.dance import still
+
+pytestmark = pytest.mark.slow("starts a stage here and one through ssh")
+
+ROBOTS = read_robots(f'[robots.p]\nhost = "{NAME}"\nlink_patience = 10\n')
+
+
+@pytest.fixture
+def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
+    """Another machine in the same network as the robots of this test."""
+    there = {name: value for name, value in alone.items() if name.startswith(("IMPROV_ROS", "ROS_", "FASTRTPS_"))}
+    with a_host(tmp_path, there) as made:
+        ssh = tmp_path / "here" / "bin" / "ssh"
+        ssh.parent.mkdir(parents=True)
+        ssh.write_text(f'#!/bin/sh\nexec /usr/bin/ssh -F {made.config} "$@"\n')
+        ssh.chmod(0o755)
+        for name, value in {**alone, **made.env, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
+            monkeypatch.setenv(name, value)
+        yield made
+
+
+def moving(message: Mapping[str, Any]) -> bool:
+    return bool(message["x"] > 0)
+
+
+class Show:
+    """A playback, and what it has told."""
+
+    def __init__(self) -> None:
+        self.told: list[Any] = []
+        self.changed = asyncio.Event()
+        self.stops = Stops()
+        self.playback = Playback(Options("ros"), self._hear, self.stops)
+
+    def _hear(self, message: Any, leads: bool) -> None:
+        self.told.append(message)
+        self.changed.set()
+
+    async def play(self, text: str) -> None:
+        await self.playback.play(PlayScore(score_of(analyze(text, ROBOTS)), "dance.improv", self.stops.count))
+
+    async def until(self, fits: Callable[[Any], bool]) -> Any:
+        """What was told that fits, once it has been."""
+
+        async def look() -> Any:
+            while not (found := [message for message in self.told if fits(message)]):
+                self.changed.clear()
+                await self.changed.wait()
+            return found[0]
+
+        return await asyncio.wait_for(look(), LIMIT)
+
+
+def perform(test: Callable[[Show], Awaitable[None]]) -> None:
+    async def run() -> None:
+        show = Show()
+        try:
+            await test(show)
+        finally:
+            await show.playback.close()
+
+    asyncio.run(run())
+
+
+def stages_there(host: Host) -> list[int]:
+    """The stages that run on the other machine."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+        except OSError:  # it has ended
+            continue
+        if b"--sink" in words and any(str(host.cache).encode() in word for word in words):
+            found.append(int(folder.name))
+    return found
+
+
+def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joins(host: Host, listen: Listen) -> None:
+    here, there = listen("/a/cmd_vel"), listen("/p/cmd_vel")
+
+    async def test(show: Show) -> None:
+        await show.play("a p $ repeat forward\n")
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, moving)
+        await show.until(lambda message: message["type"] == "link")
+
+        (stage,) = stages_there(host)
+        os.kill(stage, signal.SIGKILL)
+        await asyncio.to_thread(there.wait, still)
+        await asyncio.to_thread(there.wait, moving)
+        assert any(f"{NAME}: " in message.get("message", "") for message in show.told)
+
+        show.stops.stop()
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, still)
+        await show.until(lambda message: message["type"] == "transport" and message["state"] == "stopped")
+
+    perform(test)
+
+
+def test_a_robot_whose_host_nobody_has_allowed_stands_while_the_others_dance(host: Host, listen: Listen) -> None:
+    host.allow()
+    here = listen("/a/cmd_vel")
+
+    async def test(show: Show) -> None:
+        await show.play("a p $ repeat forward\n")
+        await asyncio.to_thread(here.wait, moving)
+        refused = await show.until(lambda message: message["type"] == "warning" and NAME in message["message"])
+        assert f"improv hosts allow {NAME}" in refused["message"]
+        assert not host.versions()
+
+    perform(test)

@@ -151,6 +151,7 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Stop All Robots" improv-hush]
     ["Pause" improv-pause]
     ["Resume" improv-resume]
+    ["Begin Although Robots Are Not in Their Places" improv-anyway]
     ["Play from the Beginning" improv-restart]
     ["Play the One Before" improv-before]
     ["Show History…" improv-history]
@@ -266,6 +267,11 @@ Only lines of the statement at point count."
   "Resume after \\[improv-pause]."
   (interactive nil improv-mode)
   (improv--execute "improv.resume"))
+
+(defun improv-anyway ()
+  "Begin although robots are not in their places."
+  (interactive nil improv-mode)
+  (improv--execute "improv.anyway"))
 
 (defun improv-restart ()
   "Play the current or last program from the beginning."

@@ -78,6 +78,9 @@ def command(
     sys.exit(run(edit(file, version, options, when, wanted, count_in, browser=not no_browser)))
 
 
+REHEARSES = "this rehearsal doesn't begin at beat 0: leave out --from and --only to move the song"
+
+
 async def edit(
     path: Path,
     version: Version,
@@ -139,7 +142,8 @@ class _Desk:
             elif ask["type"] == "tempo":
                 self._answer(page, self._editor.set_tempo(page, ask))
             elif ask["type"] == "first_beat":
-                problem = write_first_beat(self._path.parent, ask["seconds"])
+                rehearses = self._performing.rehearses
+                problem = REHEARSES if rehearses else write_first_beat(self._path.parent, ask["seconds"])
                 self._answer(page, moved(ask["number"], (), problem))
             else:
                 self._answer(page, self._editor.explain(page, ask))

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
+from fractions import Fraction
 
 from improv_core.ide.scenes import Scenes, scene_called
 from improv_core.ide.selection import Selection, UnplayableError, require_no_errors
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
+from improv_core.robots.config import Robots
 from improv_core.score.motion import Pose
+from improv_core.score.movement import Exact
 from improv_core.score.path import MOST_MEASURED_THROWS, pose_at
 from improv_core.score.score import Score
 from improv_core.score.suppositions import as_passed
@@ -41,8 +44,9 @@ def rehearse(analysis: Analysis, scenes: Scenes) -> Selection:
     if not lines:
         raise UnplayableError(f"nothing plays in {name}: write a line such as `{whole.any_robot} $ forward` there")
     require_no_errors(whole, [*lines])
-    places, note = _places(whole, scenes.first) if scenes.first else ({}, "")
-    opening = replace(whole.opening, places={**whole.opening.places, **places})
+    places, begin, note = _places(whole, scenes.first) if scenes.first else ({}, 0, "")
+    cast = _in_song(whole.opening.cast, begin, whole.tempo)
+    opening = replace(whole.opening, cast=cast, places={**whole.opening.places, **places})
     return Selection(name, replace(whole, selected=[*lines.values()], opening=opening), note=note, moved=bool(places))
 
 
@@ -76,26 +80,35 @@ def _called(analysis: Analysis, scenes: Scenes) -> str:
     return f"{first} to {last}"
 
 
-def _places(analysis: Analysis, scene: int) -> tuple[Mapping[str, Pose], str]:
-    """Where all robots are when a scene begins, and what people should know about that, in one line."""
+def _in_song(cast: Robots, begin: Exact, tempo: Fraction) -> Robots:
+    """The robots with a song that begins where this beat is in it."""
+    if not cast.music:
+        return cast
+    first_beat = cast.music.first_beat + float(begin * 60 / tempo)
+    return replace(cast, music=replace(cast.music, first_beat=first_beat))
+
+
+def _places(analysis: Analysis, scene: int) -> tuple[Mapping[str, Pose], Exact, str]:
+    """Where all robots are when a scene begins, the beat at which it does, and what people should know about that, in
+    one line."""
     above = [index for index, line in analysis.played.items() if line.scene < scene]
     try:
         require_no_errors(analysis, above)
     except UnplayableError as error:
-        return {}, UNKNOWN.format(f"there is an error above: {error}")
+        return {}, 0, UNKNOWN.format(f"there is an error above: {error}")
     score = score_of(analysis)
     passed = _passed(score)
     if scene >= len(passed.scene_begins):
-        return {}, UNKNOWN.format(f"{scene_called(analysis, len(passed.scene_begins) - 1)} never ends")
+        return {}, 0, UNKNOWN.format(f"{scene_called(analysis, len(passed.scene_begins) - 1)} never ends")
     begin = passed.scene_begins[scene]
     places = {}
     for robot, part in passed.parts.items():
         checkpoint()
         if (place := pose_at(part, begin, MOST_MEASURED_THROWS)) is None:
-            return {}, UNKNOWN.format(f"it takes too long to find out where {robot} is then")
+            return {}, begin, UNKNOWN.format(f"it takes too long to find out where {robot} is then")
         places[robot] = place
     decided = any(each.open for part in score.parts.values() for each in part.scenes[:scene])
-    return places, SENSED if decided else ""
+    return places, begin, SENSED if decided else ""
 
 
 def _passed(score: Score) -> Score:

@@ -138,6 +138,8 @@ def _enter(show: Show, twin: SinkName, play: PlayScore, entered: TransportMessag
         entry["scene"] = entered["scene"]
     if "pace" in entered:
         entry["pace"] = entered["pace"]
+    if show.behind:
+        entry["behind"] = show.behind
     return show, [SendScore(twin, play, entry, whole=whole)]
 
 

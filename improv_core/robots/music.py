@@ -24,7 +24,7 @@ def read_music(reading: TomlReading, value: Any, path: Path | None) -> Music:
         )
         file = ""
     count_in = reading.flag(("music", "count_in"), table)
-    folder = str(path.absolute().parent) if path else ""
+    folder = str(path.parent) if path and path.is_absolute() else ""  # otherwise, there is no file
     return Music(file, folder, numbers.get("first_beat", 0.0), numbers.get("volume", 1.0), count_in)
 
 

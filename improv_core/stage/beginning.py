@@ -234,11 +234,13 @@ def _wait(run: Run, facts: Facts) -> Decided:
 
 
 def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
-    """With the clock that its score wants to follow, or with the pace of the stage that leads."""
+    """With the clock that its score wants to follow, or with the pace of the stage that leads, and as far behind it."""
     if entry:
-        return replace(run, clock=None, pace=Fraction(str(entry["pace"])) if "pace" in entry else ONE)
+        pace = Fraction(str(entry["pace"])) if "pace" in entry else ONE
+        return replace(run, clock=None, pace=pace, behind=entry.get("behind", 0.0))
     clock = followed(run.clock, run.score.clock, facts.real)
-    return replace(run, clock=clock, pace=run.pace_at(clock.rate) if clock and clock.rate else ONE)
+    pace = run.pace_at(clock.rate) if clock and clock.rate else ONE
+    return replace(run, clock=clock, pace=pace, behind=0.0)
 
 
 def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:

@@ -167,7 +167,13 @@ class Paced(TypedDict, total=False):
     pace: float
 
 
-class Takeover(Begins, Paced):
+class Trailing(TypedDict, total=False):
+    """By how many seconds this stage plays behind the one that leads, whose senses have to arrive first."""
+
+    behind: float
+
+
+class Takeover(Begins, Paced, Trailing):
     """A score took over at this beat, at this monotonic time."""
 
     beat: float
@@ -306,7 +312,7 @@ class Bar(TypedDict, total=False):
     bar: int
 
 
-class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar, Paced):
+class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar, Paced, Trailing):
     """The playback position at the times `monotonic` and `wall`."""
 
 

@@ -26,6 +26,7 @@ from improv_core.stage.messages import (
     Poses,
     Pressed,
     Sensed,
+    Trailing,
     TransportMessage,
     Waiting,
     WarningLine,
@@ -74,6 +75,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         began["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
     bar: Bar = {"bar": run.score.bar} if run.score.bar else {}
     pace: Paced = {"pace": float(run.pace)} if run.clock or run.pace != 1 else {}
+    trailing: Trailing = {"behind": run.behind} if run.behind else {}
     message: TransportMessage = {
         "type": "transport",
         "generation": run.generation,
@@ -94,6 +96,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         **began,
         **bar,
         **pace,
+        **trailing,
     }
     return message
 

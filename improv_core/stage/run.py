@@ -48,7 +48,8 @@ class Run:
     this is decided again.
 
     A `clock` from outside is followed by this stage. `pace` is how many times as fast as the score's tempo and the
-    speed say a clock has it play, followed by this stage or by the one that leads.
+    speed say a clock has it play, followed by this stage or by the one that leads. It plays so many seconds `behind`
+    that one.
 
     Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
@@ -74,6 +75,7 @@ class Run:
     is_due: bool = False
     clock: Following | None = None
     pace: Fraction = ONE
+    behind: float = 0.0
 
     @property
     def beat_period(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +11,9 @@ from improv_core.ide.rehearsal import SENSED, rehearse, scenes_named
 from improv_core.ide.selection import UnplayableError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
 from improv_core.score.movement import ENDLESS, Exact, brief
+from improv_core.score.music import Music
 from improv_core.score.path import pose_at
 from improv_core.score.walk import walk
 
@@ -157,3 +160,11 @@ def test_what_was_rehearsed_can_be_rehearsed_otherwise() -> None:
 def test_people_read_which_scenes_play(first: str | int | None, last: str | int | None, name: str) -> None:
     analysis = analyze(THREE)
     assert rehearse(analysis, scenes_named(analysis, first, last)).name == name
+
+
+@pytest.mark.parametrize(("first", "seconds"), [("walk", 0.5), ("bow", 2.5), ("home", 3.5)])
+def test_the_song_of_a_rehearsal_begins_where_its_first_scene_does(first: str, seconds: float) -> None:
+    robots = read_robots('[music]\nfile = "song.wav"\nfirst_beat = 0.5', Path("/dances/improv.toml"))
+    analysis = analyze(THREE, robots)
+    music = score_of(rehearse(analysis, scenes_named(analysis, first, None)).analysis).music
+    assert music == Music("song.wav", "/dances", seconds)

@@ -281,7 +281,7 @@ def test_the_twin_plays_what_senses_decide_a_moment_later() -> None:
     story = Story()
     story(play(OPEN))
     story(("ros", at("playing", 1)))
-    assert story.score.entry == {"beat": 0.0, "monotonic": 500.0 + BEHIND}
+    assert story.score.entry == {"beat": 0.0, "monotonic": 500.0 + BEHIND, "behind": BEHIND}
     tell(story, [
         (("ros", SENSED), ["simulator: sensed", "sensed"]),
         (("simulator", SENSED), []),  # as it shows it on its page

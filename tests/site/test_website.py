@@ -17,6 +17,7 @@ from improv_core.services.program_file import TEMPLATE
 from improv_core.site.website import MARK, SiteError, build
 from tests.site.conftest import served
 from tests.stage.viewer.conftest import LIMIT, Keep, wait
+from tests.stage.viewer.songs import clicks
 
 
 def content(site: Path) -> dict[str, bytes]:
@@ -170,6 +171,21 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(addres
         wait(page, "improv.robots.cy?.x > 0.5")
     finally:
         page.context.set_offline(False)
+
+
+@pytest.mark.slow("starts Python in a browser")
+def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: str, page: Page) -> None:
+    page.goto(address)
+    wait(page, 'document.body.dataset.connection === "open"')
+    page.locator("#text").fill("beat 120\nbo $ repeat (forward left)\n")
+    page.keyboard.press("Control+Enter")
+    wait(page, 'improv.transport.state === "playing"')
+    page.locator("#stage").click()
+    song = clicks(100, 120)
+    page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": song})
+    wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
+    page.keyboard.press("Escape")
+    wait(page, 'improv.transport.state === "stopped" && improv.song === null')
 
 
 @pytest.mark.slow("starts Python in a browser")

@@ -271,6 +271,16 @@ def test_the_stage_that_does_not_lead_bends_alike() -> None:
     assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(8.05)
 
 
+def test_the_stage_that_plays_behind_another_says_by_how_much_for_the_song_on_its_page() -> None:
+    stage = Stage()
+    stage.player.load(score(DANCE), 1, "restart", stage.now, {"beat": 0.0, "monotonic": stage.now, "behind": 0.1})
+    stage.run(1)
+    assert stage.transports[-1].get("behind") == 0.1
+    stage.player.load(score(DANCE), 2, "restart", stage.now)
+    stage.run(1)
+    assert "behind" not in stage.transports[-1]
+
+
 def test_who_follows_no_clock_hears_none() -> None:
     stage = Stage()
     stage.load(DANCE)

@@ -119,6 +119,17 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
     assert set(sent) == {"GET"}
 
 
+def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> None:
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url.partition("?")[0].rpartition("/")[2]))
+    show.play(DANCE)
+    watch(page, show)
+    wait(page, "improv.beat > 1")
+    assert "sound.js" in asked
+    assert not {"audio.js", "grains.js", "music.js", "song", "time"} & set(asked)
+    expect(page.get_by_role("slider", name="Beat 0 in the song, in seconds")).to_be_hidden()
+
+
 def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) -> None:
     page.add_init_script(OSCILLATORS)
     show.play(DANCE)

@@ -2,7 +2,7 @@
 // Plays a song and clicks with Web Audio, as music.js decides. Loaded only if there is something to play.
 
 import { align } from "./grains.js"
-import { beatLine, click, countLine, follow, heard, shift, songLine } from "./music.js"
+import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } from "./music.js"
 
 /** @import { Act, BeatLine, ClickAct, Clicks, Hearing, Plays } from "./music.js" */
 /** @typedef {{ source: AudioBufferSourceNode, gain: GainNode, at: number, falls: number }} Voice `falls`: from when on it becomes silent */
@@ -25,7 +25,6 @@ const LEAD = 0.02 // seconds from a decision to the sound
 const AHEAD = 0.3 // seconds that are scheduled
 const HIDDEN = 2.5 // the same while the page is hidden: browsers wake it once a second
 const FADE = 0.012 // seconds in which a sound rises, and in which the one before falls
-const BEGINNING = 0.5 // seconds after which a browser that doesn't say what is heard at least knows its latency
 const CLICK = 0.03 // seconds of a click
 const [HIGH, LOW] = [1760, 1175] // hertz
 
@@ -87,9 +86,10 @@ export class Audio {
 
   /** Does what has to be done now. */
   follow() {
-    const hearing = this.isOn ? this.#hear() : null
-    if (!hearing) return
-    this.#hearings = heard(this.#hearings, hearing)
+    const context = this.#context
+    const latest = this.isOn ? hearing(context.getOutputTimestamp?.() ?? {}, context, performance.now() / 1000) : null
+    if (!latest) return
+    this.#hearings = heard(this.#hearings, latest)
     if (this.#hearings.length < SURE) return
     const { transport, ahead, tempo, bar, counting, clicks, song } = this.#look()
     const lead = shift(this.#hearings) - ahead
@@ -110,15 +110,6 @@ export class Audio {
     const time = page + shift(this.#hearings)
     if (this.#plays?.kind !== "song" || time < this.#plays.time) return null
     return this.#plays.position + (time - this.#plays.time) * this.#plays.speed
-  }
-
-  /** What is heard now; null while it has only begun, and nobody knows. @returns {Hearing | null} */
-  #hear() {
-    const { contextTime = 0, performanceTime = 0 } = this.#context.getOutputTimestamp?.() ?? {}
-    if (contextTime > 0 && performanceTime > 0) return { page: performanceTime / 1000, audio: contextTime }
-    const { currentTime, outputLatency = 0, baseLatency = 0 } = this.#context
-    if (currentTime < BEGINNING) return null
-    return { page: performance.now() / 1000, audio: currentTime - (outputLatency || baseLatency) }
   }
 
   /**

@@ -9,7 +9,7 @@ export class Clock {
   /** @type {number | null} */
   bar = null // how many beats a bar has, if the program says it
   /** @type {Transport} */
-  transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", poses: undefined, muted: [], soloed: [] }
+  transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", behind: 0, poses: undefined, muted: [], soloed: [] }
 
   /** The server's clock minus the page's, in seconds: over SSH, they are on two machines. */
   #ahead = 0

@@ -102,6 +102,7 @@ const MESSAGES = {
     muted: maybe(listOf(text)),
     soloed: maybe(listOf(text)),
     backend: maybe(text),
+    behind: maybe(number),
     poses: maybe(mapOf(pose)),
   }),
   score: shape({

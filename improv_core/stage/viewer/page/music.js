@@ -28,10 +28,24 @@ const FINEST = 0.0001 // of the speed: smaller changes are not worth it
 const SMEAR = 0.01 // seconds by which a grain may be off at its ends
 const SHORTEST = 0.03 // seconds of a grain
 const LONGEST = 0.25
+const BEGINNING = 0.5 // seconds after which a browser that doesn't say what is heard at least knows its latency
 const KEPT = 15 // hearings
 const MOVED = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
 const AGREEING = 3 // hearings that have to differ
 const SAME = 0.003 // seconds by which clicks may be off before they are scheduled again
+
+/**
+ * What is heard now, as a browser says it: which time of its own the context plays when. A browser that doesn't say that
+ * may know how late it is heard, but not while it has only begun: then null.
+ * @param {{ contextTime?: number, performanceTime?: number }} stamp of the output, the page's in milliseconds
+ * @param {{ currentTime: number, outputLatency?: number, baseLatency?: number }} context
+ * @param {number} now of the page, in seconds
+ * @returns {Hearing | null}
+ */
+export function hearing({ contextTime = 0, performanceTime = 0 }, { currentTime, outputLatency = 0, baseLatency = 0 }, now) {
+  if (contextTime > 0 && performanceTime > 0) return { page: performanceTime / 1000, audio: contextTime }
+  return currentTime < BEGINNING ? null : { page: now, audio: currentTime - (outputLatency || baseLatency) }
+}
 
 /**
  * The hearings to go by after another one. If what is heard has moved, such as after a sleep or to another loudspeaker,

@@ -146,7 +146,8 @@ export class Sound {
   /** @returns {Performance} */
   #performance() {
     const ahead = aheadBy(this.#answers) ?? this.#clock.now() - performance.now() / 1000
-    const transport = this.#open ? this.#clock.transport : NOTHING
+    const { transport: shown } = this.#clock
+    const transport = this.#open ? { ...shown, wall: shown.wall - (shown.behind ?? 0) } : NOTHING // real robots are ahead
     const { tempo = 60, bar = null } = this.#score ?? {}
     const counting = this.#open ? this.#counting : null
     return { transport, ahead, tempo, bar, counting, clicks: this.#clicks, song: this.#song }

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { beatLine, click, countLine, follow, grainLength, heard, positionAt, shift, songLine } from "../../../../improv_core/stage/viewer/page/music.js"
+import { beatLine, click, countLine, follow, grainLength, heard, hearing, positionAt, shift, songLine } from "../../../../improv_core/stage/viewer/page/music.js"
 
 const SONG = { firstBeat: 0.5, tempo: 120 }
 const LENGTH = 300
@@ -180,6 +180,15 @@ test("what is heard later because of the output's latency is scheduled earlier",
     const line = beatLine(transport({ wall: 1_700_000_000 }), shift(hearings) - ahead)
     assert.ok(Math.abs(line.time - (100 - latency)) < 1e-6) // beat 0 was to be played this much earlier, to be heard at 7 s
   }
+})
+
+test("a browser that says what is heard is believed, and another one's latency counts", () => {
+  const context = { currentTime: 20, outputLatency: 0.18, baseLatency: 0.01 }
+  assert.deepEqual(hearing({ contextTime: 19.9, performanceTime: 4000 }, context, 4.01), { page: 4, audio: 19.9 })
+  assert.deepEqual(hearing({ contextTime: 0, performanceTime: 0 }, context, 4), { page: 4, audio: 19.82 })
+  assert.deepEqual(hearing({}, { ...context, outputLatency: undefined }, 4), { page: 4, audio: 19.99 })
+  assert.deepEqual(hearing({}, { currentTime: 20 }, 4), { page: 4, audio: 20 })
+  assert.equal(hearing({}, { currentTime: 0.1, outputLatency: 0 }, 4), null) // it has only begun, and doesn't know yet
 })
 
 test("hearings are a median of the latest, and begin anew when another loudspeaker is later", () => {

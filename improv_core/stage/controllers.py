@@ -22,8 +22,9 @@ CRUISE = 0.2
 """Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
 HORIZON = 0.3
 """Seconds after which a trajectory has come to rest if nothing follows."""
-LAG = 0.5
-"""Seconds by which joints that move may be behind what they are told."""
+LAG, LAST_LAG = 0.5, 0.2
+"""Seconds by which joints that move may be behind what they are told, and by which they may be when they are stopped:
+what is left, they still go."""
 HOMING = 5
 """How many times as slow as they can joints move to their starts."""
 TICK = 0.001
@@ -172,7 +173,7 @@ def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[s
     for joint, last, motion in zip(channel.joints, before.motions, course.motions, strict=True):
         speed = max(abs(last.velocity), abs(motion.velocity))
         position, ago = measured.get(joint.name, (motion.position, 0.0))
-        far = (FAR_SLIDE if joint.slides else FAR_TURN) + speed * (LAG + ago)
+        far = (FAR_SLIDE if joint.slides else FAR_TURN) + speed * ((LAG if motion.velocity else LAST_LAG) + ago)
         is_held = speed and abs(position - motion.position) > far
         motions.append(motion._replace(position=position) if is_held else motion)
     return turned(channel, Course(tuple(motions), course.since), {}, course.since)

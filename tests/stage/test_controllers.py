@@ -256,6 +256,8 @@ def test_where_joints_are_before_they_are_told_something(
         (course((0, 1), (0, 0)), course((0.5, 1), (0, 0)), {"yaw": (0, 0)}, None),  # it follows a moment later
         (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 1), (0, 0))),
         (course((0, 1), (0, 0)), course((1.9, 0), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 0), (0, 0))),  # a stop
+        (course((0, 1), (0, 0)), course((0.5, 0), (0, 0)), {"yaw": (0.1, 0)}, course((0.1, 0), (0, 0))),
+        (course((0, 1), (0, 0)), course((0.5, 0), (0, 0)), {"yaw": (0.3, 0)}, None),  # it still comes there
         (course((0, 0), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 1), (0, 0))),
         (course((0, -1), (0, 0)), course((0, 1), (0, 0)), {"yaw": (0.3, 0)}, None),  # it has yet to turn round
         (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 1.5)}, None),  # that was long ago

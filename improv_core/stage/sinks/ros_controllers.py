@@ -199,7 +199,7 @@ class RosControllers:
         now, free = self._now(), let_go(arm.channel, before, course, self._seconds_ago(robot))
         pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
         held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
-        if held and now >= self._held_tell_at:
+        if held and course.moves and now >= self._held_tell_at:
             self._held_tell_at = now + AGAIN
             self._tell(f"{held[0]} of {robot} is held back: it continues from where it is, not as the program says")
         return free

@@ -96,7 +96,7 @@ def test_a_space_offers_only_values(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, "[ros]\nrejoin = \nstop \n")
         found = client.request("textDocument/completion", place(1, 9, uri, **asked))["items"]
-        assert [each["label"] for each in found] == ['"continue"', '"scene"', '"next"', '"pause"']
+        assert [each["label"] for each in found] == ['"continue"', '"scene"', '"return"', '"next"', '"pause"']
         assert client.request("textDocument/completion", place(2, 5, uri, **asked)) is None
 
 

@@ -167,19 +167,23 @@ def due(troupe: Troupe, now: Times) -> float:
 
 def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
     goes_on = load["when"] != "restart" and troupe.mode in ("playing", "paused")
+    told: list[Act] = []
+    if load["score"].get("clock") and any(host != HERE for host in troupe.members):
+        load = {**load, "score": {**load["score"], "clock": None}}  # each would bend by itself, at another instant
+        told.append(_warning("stages on other machines follow no clock from outside: the program's tempo counts"))
     troupe = troupe.loading(load)
     lost = troupe.of(HERE) if HERE not in troupe.alive else []
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
-    unmoved: list[Act] = [_warning(line)] if lost else []
+    told += [_warning(line)] if lost else []
     if goes_on:
         at: Load = {**load, "at": _instant(troupe, now)} if troupe.mode == "playing" else load
         sent = [SendTo(host, troupe.load_for(host, at)) for host in troupe.alive if host not in troupe.joining]
-        return troupe, [*unmoved, *sent]
+        return troupe, [*told, *sent]
     arming = load.get("arming")
     begins = arming.get("begins", math.inf) if arming is not None else math.inf
     troupe = replace(troupe, arming=arming, begins=begins, anyway=load.get("anyway", False), paused_by=frozenset())
     troupe, acts = _gather(troupe, load)
-    return troupe, [*unmoved, *acts]
+    return troupe, [*told, *acts]
 
 
 def _gather(troupe: Troupe, load: Load) -> Decided:

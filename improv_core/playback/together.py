@@ -13,6 +13,7 @@ from typing import Any, cast
 
 from improv_core.playback.stage_process import Heard
 from improv_core.playback.troupe import HERE, Troupe, beat_at
+from improv_core.stage.clock_messages import BendMessage
 from improv_core.stage.commands import COMMANDS, Pause, Stop
 from improv_core.stage.messages import FromStage, Load, Pressed, ToStage, TransportMessage
 
@@ -22,6 +23,8 @@ EDGE = 0.01
 """Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
 CLOSE = 0.005
 """Seconds by which two stages may tell the same instant differently."""
+DRIFT_PERIOD = 10.0
+"""Seconds after which all are told again where the one that leads is: two clocks may drift by 0.1 ms in each."""
 BEGIN_EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on it is told to all."""
 MOST_PRESSES = 20
@@ -82,6 +85,8 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
         return _resume(troupe, message["type"] == "anyway", now)
     if message["type"] == "pressed":
         return troupe, [SendTo(host, _presses_of(troupe, host, message)) for host in troupe.alive]
+    if message["type"] == "anchor":
+        return troupe, _all(troupe, message)
     if kind not in COMMANDS:
         return troupe, [SendTo(HERE, message)] if HERE in troupe.alive else []  # for pages
     if COMMANDS[kind].kept:
@@ -153,6 +158,9 @@ def waited(troupe: Troupe, now: Times) -> Decided:
         if robots := [robot for host in hosts for robot in troupe.of(host)]:
             line = f"{', '.join(robots)} may still be moving: {', '.join(hosts)} has not confirmed the stop"
             acts.append(Say({"type": "unreached", "generation": troupe.generation, "robots": robots, "message": line}))
+    if now.at >= troupe.drifts:
+        troupe = replace(troupe, drifts=now.at + DRIFT_PERIOD)
+        acts += _where_it_is(troupe, now)
     if troupe.mode == "armed" and now.wall >= troupe.begins - BEGIN_EARLY:
         troupe, more = _begin(troupe, now.at + max(troupe.begins - now.wall, troupe.ahead))
         acts += more
@@ -162,7 +170,7 @@ def waited(troupe: Troupe, now: Times) -> Decided:
 def due(troupe: Troupe, now: Times) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
     begins = now.at + troupe.begins - BEGIN_EARLY - now.wall if troupe.mode == "armed" else math.inf
-    return min(troupe.unconfirmed_at, begins)
+    return min(troupe.unconfirmed_at, begins, troupe.drifts if troupe.mode == "playing" else math.inf)
 
 
 def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
@@ -238,7 +246,7 @@ def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
 
 def _go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: bool = False) -> Decided:
     """Have stages that are paused go on from one beat, all at the same time."""
-    troupe = replace(troupe, mode="playing", paused_by=frozenset(), since=at)
+    troupe = replace(troupe, mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
     resume: ToStage = {"type": "anyway", "at": at} if anyway else {"type": "resume", "at": at}
     acts: list[Act] = []
     for host in hosts:
@@ -253,7 +261,7 @@ def _go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway:
 
 def _begin(troupe: Troupe, at: float) -> Decided:
     """Beat 0 is at this time, for all."""
-    troupe = replace(troupe, mode="playing", begins=math.inf, since=at)
+    troupe = replace(troupe, mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
     return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
 
 
@@ -364,6 +372,15 @@ def _about_robots(troupe: Troupe, host: str, message: FromStage) -> list[Act]:
     if message["type"] == "sensed":
         acts += [SendTo(other, message) for other in troupe.alive if other != host]
     return acts
+
+
+def _where_it_is(troupe: Troupe, now: Times) -> list[Act]:
+    """Tell the others where the one that leads is, unless all follow a clock anyway."""
+    position = troupe.position
+    if position is None or position["state"] != "playing" or "pace" in position:
+        return []
+    bend: BendMessage = {"type": "bend", "at": now.at, "beat": beat_at(position, now.at), "pace": 1.0}
+    return [SendTo(host, bend) for host in troupe.alive if host != troupe.lead and host not in troupe.joining]
 
 
 def _instant(troupe: Troupe, now: Times) -> float:

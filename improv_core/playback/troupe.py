@@ -62,9 +62,9 @@ class Troupe:
     `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
     person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
     themselves, and those that are `joining` have yet to play along. They play `since` a monotonic time: what is said
-    about a pause before that is no news. `kept` holds for stages that start later.
-    `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
-    count of presses that was told how many each stage had heard.
+    about a pause before that is no news. From `drifts` on, in monotonic seconds, their clocks may have drifted apart.
+    `kept` holds for stages that start later. `unconfirmed_at` is when people are told who has not confirmed a stop, in
+    monotonic seconds. `presses` says for each count of presses that was told how many each stage had heard.
     """
 
     members: Mapping[str, Hosted]
@@ -76,6 +76,7 @@ class Troupe:
     anyway: bool = False
     paused_by: frozenset[str] = frozenset()
     since: float = -math.inf
+    drifts: float = math.inf
     joining: frozenset[str] = frozenset()
     kept: Mapping[str, ToStage] = field(default_factory=dict)
     unconfirmed_at: float = math.inf

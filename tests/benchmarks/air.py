@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from tests.benchmarks.robots import ENV, LIMIT, PYTHON
@@ -34,6 +34,7 @@ class Machine:
         self.ahead = 1000 * (number + 1)
         self._folder = folder / self.name
         self._folder.mkdir()
+        self.link: subprocess.Popen[bytes] | None = None
 
     @property
     def by(self) -> list[str]:
@@ -68,6 +69,30 @@ class Machine:
         return subprocess.Popen(
             [*self.by, *clock, "/usr/sbin/sshd", "-D", "-e", "-f", config], stderr=subprocess.DEVNULL
         )
+
+    def cut(self) -> float:
+        """Cut its link for good; when that was."""
+        assert self.link
+        assert self.link.stdin
+        self.link.stdin.write(b"down\n")
+        self.link.stdin.flush()
+        return time.monotonic()
+
+    def used(self) -> str:
+        """The memory of each process that plays there, in MB, and the share of a core that all took."""
+        found = []
+        for process in Path("/proc").glob("[0-9]*"):
+            with suppress(OSError, StopIteration, IndexError):
+                words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
+                name = next(word for word in words if f"{self.name}/cache/improv/stages" in word).rpartition("/")[2]
+                fields = (process / "stat").read_text().rpartition(") ")[2].split()
+                spent = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+                pages = int((process / "statm").read_text().split()[1])
+                found.append((f"{name} {words[2]}", pages * os.sysconf("SC_PAGE_SIZE") / 1e6, spent))
+        parts = ", ".join(
+            f"{name} {memory:.0f} MB, {spent:.1f} s of CPU since it began" for name, memory, spent in found
+        )
+        return f"{sum(memory for _, memory, _ in found):.0f} MB in all ({parts})"
 
     @property
     def known(self) -> str:
@@ -121,6 +146,7 @@ def machines(count: int, folder: Path, link: Sequence[str]) -> Iterator[tuple[li
             joining = [sys.executable, str(LINK), *ends, *link, "--seed", str(each.number + 1)]
             process = subprocess.Popen(joining, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
             stack.callback(_end, process)
+            each.link = process
             assert process.stdout
             if process.stdout.readline() != b"ready\n":
                 raise RuntimeError(f"{LINK} has made no link: it needs Linux, root, and /dev/net/tun")

@@ -12,6 +12,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -64,6 +65,12 @@ def run(quick: bool) -> None:
         print_row(stages, about, str(len(sizes)), *figures, f"{p99(off):.2f}", f"{max(off):.2f}")
         said += [f"{stages}, {about}: {line}" for line in found.lines]
     print("\n" + "\n".join(dict.fromkeys(said)))
+    print("\nSeconds from the moment the link was cut to the first zero that the robot's own machine received\n")
+    print_row("link_patience", "zeros after", "more than that, in ms")
+    print_row("---:", "---:", "---:")
+    for patience in (0.5, 3.0):
+        after = _cut(patience)
+        print_row(f"{patience:g} s", f"{after:.3f} s", f"{1000 * (after - patience):.0f}")
 
 
 def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patience: float) -> Found:
@@ -84,6 +91,39 @@ def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patien
         for listener in listeners:
             heard |= listener.end()
     return _found(told, heard)
+
+
+def _cut(patience: float) -> float:
+    """How long after its link was cut for good a robot gets its zeros."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
+        (machine,), env = stack.enter_context(machines(1, Path(folder), ("--delay", "0.002")))
+        listener = stack.enter_context(Listener("drain", ["/r0/cmd_vel"], machine.by, on_air(ENV)))
+        command = [
+            *entering(BASE),
+            sys.executable,
+            "-m",
+            "tests.benchmarks.hosts_parent",
+            "1",
+            "60",
+            "hosts",
+            str(patience),
+        ]
+        playing = subprocess.Popen(command, env=on_air(env), stdout=subprocess.PIPE, text=True)
+        assert playing.stdout
+        try:
+            for line in playing.stdout:
+                if json.loads(line).get("state") == "playing":
+                    break
+            time.sleep(3)
+            cut = machine.cut()
+            used = machine.used()
+            time.sleep(patience + 2)
+            heard = listener.end()["/r0/cmd_vel"]
+        finally:
+            playing.kill()
+            playing.communicate()
+    print(f"one robot's host: {used}")
+    return next(each.received for each in heard if each.still and each.received > cut) - cut
 
 
 def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard]]) -> Found:

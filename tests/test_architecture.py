@@ -49,7 +49,7 @@ ROWS: Mapping[str, Sequence[str]] = {
         "child",
         "score",
     ],
-    "remote": ["stage", "playback.hosts", "playback.interpreter", "child", "plain", "score"],
+    "remote": ["stage", "playback", "child", "plain", "score"],
     "services": ["playback", *MESSAGES, "ide", "program", *BELOW_PROGRAM],
     "site": ["services", "playback", "stage", "program", *BELOW_PROGRAM],
     "classroom": ["child", "site", "services", "playback", "stage", "program", *BELOW_PROGRAM],

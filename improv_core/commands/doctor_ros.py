@@ -12,8 +12,8 @@ from pathlib import Path
 from improv_core.child import output
 from improv_core.commands.doctor_controllers import JointedRobot, joints
 from improv_core.commands.finding import Finding, Mark
-from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
+from improv_core.playback.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.score.motion import Pose
 from improv_core.score.score import Safety

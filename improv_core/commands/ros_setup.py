@@ -1,29 +1,23 @@
-"""`improv ros setup`: ROS 2's Python packages in an environment of their own, proven to carry a Twist."""
+"""`improv ros setup`: ROS 2's Python packages, on this machine or on the computer of a robot."""
 
 from __future__ import annotations
 
-import contextlib
-import shutil
+import os
 import sys
-from pathlib import Path
 
 import click
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.group import Group
-from improv_core.commands.ros_environment import (
-    AGAIN,
-    DOWNLOAD,
-    REQUIREMENTS,
-    SIZE,
-    Say,
-    SetupError,
-    make,
-    unsuited,
-)
-from improv_core.commands.ros_proof import prove
-from improv_core.playback.interpreter import PROVEN, InterpreterError, find_ros_python, private_environment
+from improv_core.playback import ros_setup
+from improv_core.playback.ros_environment import AGAIN, Say, SetupError
+from improv_core.playback.ros_proof import Proof
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.remote.connecting import ConnectError
+from improv_core.remote.setting_up import set_up_there
+from improv_core.score.score_json import to_json
 
 
 @click.group("ros", cls=Group)
@@ -32,57 +26,30 @@ def command() -> None:
 
 
 @command.command()
-def setup() -> None:
+@click.option("--host", metavar="HOST", help="Do it on this machine, which `improv hosts allow` has to allow.")
+def setup(host: str | None) -> None:
     """Install ROS 2's Python packages and test them."""
     try:
-        set_up(echo)
+        if host:
+            set_up_there(host, proof(), echo)
+        else:
+            set_up(echo)
+    except SetupError as error:
+        raise CommandError(str(error)) from None
+    except ConnectError as error:
+        raise CommandError(f"{host}: {error}") from None
     except KeyboardInterrupt:
         CommandError(f"interrupted: {AGAIN}").show()
         sys.exit(INTERRUPTED)
 
 
 def set_up(say: Say) -> None:
-    """Make the private environment, unless one exists that works, and prove that it carries a Twist.
-
-    An environment that does not work, or whose setup was interrupted, is made again. Raises SetupError.
-    """
-    place, requirements = private_environment(), REQUIREMENTS.read_text(encoding="utf-8")
-    python, marker = place / "bin" / "python", place / PROVEN
-    if _is_made_of(requirements, marker):
-        try:
-            prove(python, say)
-        except SetupError:
-            say(f"The environment in {place} does not work: making it again.")
-        else:
-            say(f"ROS 2 is already set up in {place}.")
-            _say_which_is_used(python, say)
-            return
-    if problem := unsuited():
-        raise SetupError(problem)
-    say("Installing ROS 2 Jazzy's Python packages from PyPI, each checked against its known hash,")
-    say(f"into {place}: about {DOWNLOAD} MB to download, {SIZE} MB on disk.")
-    try:
-        make(place, say)
-        prove(python, say)
-        marker.write_text(requirements, encoding="utf-8")
-    except BaseException:
-        shutil.rmtree(place, ignore_errors=True)
-        raise
-    _say_which_is_used(python, say)
+    """Do it on this machine. Raises SetupError."""
+    ros_setup.set_up(say, proof())
 
 
-def _is_made_of(requirements: str, marker: Path) -> bool:
-    with contextlib.suppress(OSError):
-        return marker.read_text(encoding="utf-8") == requirements
-    return False
-
-
-def _say_which_is_used(python: Path, say: Say) -> None:
-    """Say so if another Python is used for ROS 2."""
-    try:
-        found = find_ros_python(None)
-    except InterpreterError as error:
-        say(f"It is not used yet: {error}")
-        return
-    if found and found.python != str(python):
-        say(f"It is not used yet: {found.origin} takes precedence, with {found.python}")
+def proof() -> Proof:
+    """What shows that ROS 2 works: one robot goes forward."""
+    robot = f"improv_setup_{os.getpid()}"  # not the name of any robot, so that none moves
+    score = score_of(analyze(f"{robot} $ forward\n"))
+    return Proof(score.parts[robot].topic, to_json(score))

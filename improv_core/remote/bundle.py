@@ -15,10 +15,11 @@ CONTENTS = (
     *("__init__.py", "child.py", "plain.py", "slices.py", "text.py"),
     *("score/*.py", "stage/*.py", "stage/sinks/*.py"),
     *(f"stage/viewer/{name}.py" for name in ("__init__", "lookahead", "messages")),
-    *(f"playback/{name}.py" for name in ("__init__", "interpreter")),
-    *(f"remote/{name}.py" for name in ("__init__", "__main__", "far", "frames", "hanging", "taking")),
+    *(f"playback/{name}.py" for name in ("__init__", "interpreter", "stage_process", "stops", "watch")),
+    *("playback/ros_*.py", "playback/ros_requirements.txt"),
+    *(f"remote/{name}.py" for name in ("__init__", "__main__", "far", "far_setup", "frames", "hanging", "taking")),
 )
-"""The modules, in our package."""
+"""What it has of our package."""
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
 
 

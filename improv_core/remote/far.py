@@ -27,6 +27,7 @@ from typing import Any
 from improv_core.child import Child, Policy
 from improv_core.playback.interpreter import Interpreter, InterpreterError, find_ros_python
 from improv_core.remote import hanging
+from improv_core.remote.far_setup import set_up_here
 from improv_core.remote.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, LinkFrame, TimeThere, number_in
 from improv_core.remote.taking import TakenError, take
 from improv_core.stage.asleep import asleep
@@ -266,6 +267,11 @@ def main() -> int:
     if options.rmw:
         os.environ["RMW_IMPLEMENTATION"] = options.rmw
     signal.signal(signal.SIGTERM, _end)
+    if options.set_up:
+        set_up_here(options.set_up, outbox.put)
+        outbox.close()
+        writer.join(1.0)
+        return 0
     far = FarEnd(outbox)
     work = partial(far.look, described_here) if options.look else partial(far.play, partial(_start, options.by, stage))
     player = threading.Thread(target=work, daemon=True)
@@ -306,6 +312,7 @@ def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]
     parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID")
     parser.add_argument("--rmw", help="RMW_IMPLEMENTATION")
     parser.add_argument("--look", action="store_true", help="say what holds here, and start nothing")
+    parser.add_argument("--set-up", help="set up ROS 2 here, and prove it with this score")
     own = list(arguments)
     end = own.index("--") if "--" in own else len(own)
     return parser.parse_args(own[:end]), own[end + 1 :]

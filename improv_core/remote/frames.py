@@ -8,7 +8,8 @@
 | `c` | a number: what time is it there? | the number, and the times (`TimeThere`) |
 | `a` | | so many more bytes have reached the stage |
 | `h` | | the far end has begun |
-| `i` | | what holds there, for who only looks |
+| `i` | | what holds there, for who only looks; that all is done, for who sets up |
+| `t` | | what is done there, in a line for who sets up |
 | `e` | | a line for people: why the link ends |
 
 So a stop never waits behind a long message: at most `WINDOW` bytes of those are on their way.
@@ -27,7 +28,7 @@ LONGEST_DOWN = 1_000_000
 """The most bytes of a line that the far end reads. Ours are shorter than `CHUNK`."""
 LONGEST_UP = 16_000_000
 """The most bytes of a line that the near end reads: what a stage says about a thousand robots fits many times."""
-DOWN, UP = b"slmMc", b"mcahie"
+DOWN, UP = b"slmMc", b"mcahite"
 """The letters that are known at the far end, and at the near end."""
 
 

@@ -59,6 +59,7 @@ _OF_FAR = {
     "python": "{rest}",
     "taken": "{rest} plays on it, so you can't: ask them to stop. If that was you and the link was lost, it is free "
     "again after 20 s",
+    "setup": "{rest}",
     "hung": "its stage did not answer for {rest} s, so it was ended",
     "stage": "its stage failed: {rest}",
     "ended": "its end of the link has ended: {rest}",

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.commands import doctor, doctor_controllers, doctor_editors, doctor_ros, ros_environment
+from improv_core.commands import doctor, doctor_controllers, doctor_editors, doctor_ros
 from improv_core.commands.finding import Finding
+from improv_core.playback import ros_environment
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
 from improv_core.score.motion import Pose

@@ -16,9 +16,9 @@ import pytest
 import tomllib
 from packaging.requirements import Requirement
 
-from improv_core.commands import ros_environment, ros_setup
-from improv_core.commands.ros_environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
 from improv_core.commands.ros_setup import set_up
+from improv_core.playback import ros_environment, ros_setup
+from improv_core.playback.ros_environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
 from tests.commands.command_line import LIMIT
 from tests.processes import ours
 from tests.traps import PYTHONPATHS, Traps

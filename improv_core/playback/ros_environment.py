@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from improv_core.child import Child, Policy
-from improv_core.commands.exit_codes import CommandError
 from improv_core.playback.interpreter import PROVEN, VARIABLE
 
 REQUIREMENTS = Path(__file__).with_name("ros_requirements.txt")
@@ -31,7 +30,7 @@ AGAIN = "run `improv ros setup` again"
 Say = Callable[[str], object]
 
 
-class SetupError(CommandError):
+class SetupError(Exception):
     """ROS 2 can't be set up; one plain line that says what to do."""
 
 

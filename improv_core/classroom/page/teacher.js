@@ -149,7 +149,7 @@ async function stop() {
   }
 }
 
-find("stop").addEventListener("click", stop)
+for (const id of ["stop", "front-stop"]) find(id).addEventListener("click", stop) // a dance in front covers the other one
 addEventListener("keydown", (event) => event.key === "Escape" && stop())
 play.addEventListener("click", () => send({ type: "play", numbers: [...chosen] }))
 find("open-stage").addEventListener("click", () => open(withToken("stage"), "_blank", "noopener"))

@@ -11,7 +11,7 @@ import { find, findA } from "./elements.js"
 import { Figures } from "./figures.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
-import { connect } from "./home.js"
+import { connect, isWebsite } from "./home.js"
 import { insets as covered } from "./insets.js"
 import { Invitation } from "./invitation.js"
 import { Measured } from "./measured.js"
@@ -266,7 +266,8 @@ function showProgram() {
   sound.show(program.current.score)
   const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
   showMeetings()
-  Object.assign(find("dynamics"), { textContent: kind, title: meaning })
+  const [none, gap] = isWebsite ? [", nobody bumps", " On this website, robots go through each other and through walls."] : ["", ""]
+  Object.assign(find("dynamics"), { textContent: kind + none, title: meaning + gap })
   showCast()
 }
 

@@ -1,6 +1,7 @@
 // @ts-check
 // Improv in a worker of this browser, in place of a server. If it hangs, it is ended, and another one begins.
 
+import { isClass } from "./class.js"
 import { keep, openProgram, path } from "./kept.js"
 import { read } from "./messages.js"
 
@@ -61,7 +62,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
       if (message) onMessage(message.type === "written" && !isKept ? { ...message, problem: NO_ROOM } : message)
     } else if ("ready" in said) {
       ready = true
-      keepSite(onLoad)
+      if (!isClass) keepSite(onLoad) // the server of a class has it only as long as the class
       onChange("open")
       if (problem) onLoad(problem)
     } else if ("loaded" in said) onLoad(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)

@@ -34,6 +34,7 @@ TYPES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
     ".json": "application/json; charset=utf-8",
+    ".packed": "application/octet-stream",
     ".svg": "image/svg+xml",
     ".mjs": "text/javascript; charset=utf-8",
     ".wasm": "application/wasm",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import json
 import re
@@ -96,20 +97,28 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
     yield "guide.json", json.dumps(pages).encode()
     for picture in sorted({name for page in pages for name in re.findall(r'src="([^"]+)"', page["html"])}):
         yield picture, docs.joinpath(*picture.split("/")).read_bytes()
-    loaded = {"improv.zip": _archive(), **{f"pyodide/{name}": (pyodide / name).read_bytes() for name in PYODIDE}}
+    loaded = {"improv.zip": _archive(), **dict(_packed(pyodide / name) for name in PYODIDE)}
     yield from loaded.items()
     yield "worker.js", _own("worker.js")
-    yield "index.html", _index(sum(map(len, loaded.values()))).encode()
+    yield "index.html", _index(loaded).encode()
 
 
-def _index(loaded: int) -> str:
-    """The page, which tells its worker how many bytes that will load."""
+def _packed(path: Path) -> tuple[str, bytes]:
+    """A file of Pyodide. WebAssembly is compressed here, because most web servers don't do it."""
+    data = path.read_bytes()
+    if path.suffix == ".wasm":
+        return f"pyodide/{path.name}.packed", gzip.compress(data, mtime=0)
+    return f"pyodide/{path.name}", data
+
+
+def _index(loaded: Mapping[str, bytes]) -> str:
+    """The page, which tells its worker how many bytes that will load, and what of."""
+    code = sha256(b"".join(sha256(data).digest() for data in loaded.values())).hexdigest()[:16]
+    asked = f"worker.js?bytes={sum(map(len, loaded.values()))}&amp;code={code}"
     page = (FOLDER / "index.html").read_text(encoding="utf-8")
     assert page.count(HEAD) == 1
     policy = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-    return page.replace(
-        HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="worker.js?bytes={loaded}">'
-    )
+    return page.replace(HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="{asked}">')
 
 
 def _examples() -> list[Mapping[str, str]]:

@@ -164,7 +164,7 @@ async def _page(browser: Browser, address: str, code: str, number: int, end: flo
 
 async def _load(http: aiohttp.ClientSession, address: str) -> float:
     began = time.monotonic()
-    for path in ("", "page.js", "pyodide/pyodide.asm.wasm", "pyodide/python_stdlib.zip", "improv.zip"):
+    for path in ("", "page.js", "pyodide/pyodide.asm.wasm.packed", "pyodide/python_stdlib.zip", "improv.zip"):
         async with http.get(address + path, auto_decompress=False) as answer:
             assert answer.status == 200
             await answer.read()

@@ -74,7 +74,7 @@ WATCH = """
 """
 """Keeps when keys came, how long each took until a frame with it was drawn, and when texts were asked about and
 answered."""
-COMPRESSED = (".js", ".mjs", ".css", ".html", ".json", ".wasm")
+COMPRESSED = (".js", ".mjs", ".css", ".html", ".json")
 
 
 def run(quick: bool) -> None:

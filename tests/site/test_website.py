@@ -14,10 +14,17 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.services.program_file import TEMPLATE
+from improv_core.site.compiled import compiled
 from improv_core.site.website import MARK, SiteError, build
 from tests.site.conftest import served
 from tests.stage.viewer.conftest import LIMIT, Keep, wait
 from tests.stage.viewer.songs import clicks
+
+BREAK = """async () => {
+  const compiled = await caches.open((await caches.keys()).find((name) => name.startsWith("improv compiled ")))
+  const [kept] = await compiled.keys()
+  await compiled.put(kept, new Response("broken"))
+}"""
 
 
 def content(site: Path) -> dict[str, bytes]:
@@ -78,6 +85,22 @@ asyncio.run(asyncio.wait_for(play(), 60))
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_modules_that_were_compiled_need_no_source(tmp_path: Path) -> None:
+    (tmp_path / "one" / "inner").mkdir(parents=True)
+    (tmp_path / "one" / "__init__.py").write_text("from one.inner import word\n")
+    (tmp_path / "one" / "inner" / "__init__.py").write_text("word = 'compiled'\n")
+    (tmp_path / "one" / "never.py").write_text("word = 'source'\n")
+    (tmp_path / "one" / "words.lark").write_text("a: b")
+    run = [sys.executable, "-c"]
+    subprocess.run([*run, "import one"], cwd=tmp_path, check=True)
+    archive = zipfile.ZipFile(io.BytesIO(compiled(str(tmp_path))))
+    assert {*archive.namelist()} == {"one/__init__.pyc", "one/inner/__init__.pyc", "one/never.py", "one/words.lark"}
+    archive.extractall(tmp_path / "again")
+    scene = "import one, one.never; print(one.word, one.never.word)"
+    done = subprocess.run([*run, scene], cwd=tmp_path / "again", capture_output=True, text=True, check=True)
+    assert done.stdout == "compiled source\n"
+
+
 def test_the_same_files_make_the_same_website(pyodide: Path, tmp_path: Path) -> None:
     build(tmp_path / "one", pyodide)
     build(tmp_path / "two", pyodide)
@@ -120,7 +143,7 @@ def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
         assert paper["height"] > 80
 
 
-@pytest.mark.slow("starts Python in a browser, three times")
+@pytest.mark.slow("starts Python in a browser, four times")
 def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(address: str, page: Page, keep: Keep) -> None:
     page.goto(address)
     expect(page.locator("#notice")).to_contain_text("Loading Improv:")
@@ -141,7 +164,7 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(addres
     page.get_by_role("button", name="Examples").click()
     expect(page.locator("#examples-list img").first).to_be_visible()
     keep(page, "site-examples.png")
-    page.locator("#examples").get_by_role("button", name="square").click()
+    page.locator("#examples").get_by_role("button", name="square", exact=True).click()
     wait(page, "improv.robots.turtle1?.x > 0.5")
     page.locator("#text").focus()
     page.keyboard.press("Control+z")
@@ -169,6 +192,10 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(addres
         expect(page.locator("#text")).to_have_value("cy $ forward\n")
         page.get_by_role("button", name="Save and play").click()
         wait(page, "improv.robots.cy?.x > 0.5")
+        page.evaluate(BREAK)
+        page.goto("about:blank")
+        page.goto(address)  # without what it has compiled, it compiles again
+        wait(page, opened)
     finally:
         page.context.set_offline(False)
 

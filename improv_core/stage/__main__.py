@@ -183,9 +183,9 @@ def report_sent(sink: Sink, put: Tell) -> None:
         send(robot, twist, at)
         put({"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall})
 
-    def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+    def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         wall = time.time_ns()
-        send_joints(robot, joints, at)
+        send_joints(robot, joints, at, pace)
         told = {name: list(motion) for name, motion in joints.items()}
         put({"type": "sent_joints", "robot": robot, "joints": told, "wall": wall})
 

@@ -208,6 +208,13 @@ def stopped(channel: Channel, course: Course, passed: float) -> Course:
     return Course(motions, course.since + passed)
 
 
+def paced(course: Course, pace: float) -> Course:
+    """How joints move by a time of which `pace` passes in a second, such as a simulation's."""
+    if pace == 1:
+        return course
+    return replace(course, motions=tuple(JointMotion(at, speed / pace) for at, speed in course.motions))
+
+
 def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
     """The points of a course that begins now and comes to rest by itself. Joints that stand are a single point.
 

@@ -52,7 +52,7 @@ class Tracks:
         """What has been decided. Only the player's loop replaces it."""
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
-        self.joints = JointCommands(lambda robot, joints, at: self.sink.send_joints(robot, joints, at))
+        self.joints = JointCommands(self._send_joints)
         self.queue = SetpointQueue(self._send, self._is_silent, self._withhold)
         self.sensing = Sensing()
         self.cast = Cast(self._value)
@@ -283,7 +283,7 @@ class Tracks:
     def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
         if mover.part:
             told = self.limbs.track[mover].tell(velocity, performed)
-            self.joints.tell(mover.robot, self._in_its_time(told), performed)
+            self.joints.tell(mover.robot, told, performed)
         else:
             assert isinstance(velocity, Twist)
             self._send_twist(mover.robot, velocity, performed)
@@ -297,12 +297,11 @@ class Tracks:
         self.odometry.tell(robot, twist, at)
         self.watches.tell(robot, twist, at)
 
-    def _in_its_time(self, joints: Mapping[str, JointMotion]) -> Mapping[str, JointMotion]:
-        """How joints are to move by the time of a simulation that is followed."""
-        pace = self.run.simulated_pace
-        if pace == 1:
-            return joints
-        return {name: JointMotion(at, speed / pace) for name, (at, speed) in joints.items()}
+    def _send_joints(self, robot: str, joints: Mapping[str, JointMotion], performed: float) -> None:
+        if (pace := self.run.simulated_pace) == 1:
+            self.sink.send_joints(robot, joints, performed)
+        else:
+            self.sink.send_joints(robot, joints, performed, pace)
 
     def _is_silent(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)

@@ -24,6 +24,7 @@ from improv_core.stage.controllers import (
     let_go,
     message_of,
     needs_base,
+    paced,
     present,
     standing,
     stopped,
@@ -123,6 +124,14 @@ def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
             assert least - 1e-9 <= position <= greatest + 1e-9
             assert abs(velocity) <= most * 4 / 3 + 1e-9  # 4/3 only where a joint is at its limit before it can brake
     assert all(velocity == 0 for _, velocity in made.states(100 + HORIZON + 0.001))
+
+
+def test_by_the_time_of_a_simulation_joints_are_as_fast_as_there() -> None:
+    """At half speed, they go half as far in a second of ours, and as far in one of theirs."""
+    moving = course((0, 0.5), (0, 0))
+    assert paced(moving, 0.5) == course((0, 1), (0, 0))
+    assert paced(turned(HEAD, moving, {}, 1.0), 0.5) == course((0.5, 1), (0, 0), since=1)
+    assert paced(moving, 1) is moving
 
 
 def test_a_stop_is_where_a_trajectory_is_by_then() -> None:

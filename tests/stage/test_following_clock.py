@@ -298,3 +298,12 @@ def test_a_clock_of_music_looks_away_once_it_is_lost() -> None:
     assert clock
     assert clock.silent
     assert clock.looks == math.inf
+
+
+def test_joints_move_by_our_time_and_at_the_pace_of_a_simulation() -> None:
+    """Where they are is counted by our time: a joint in a simulation at half speed gets half as far in a second."""
+    stage = stage_following("ros", "ada is puppet\nbeat 60\nada $ head repeat (left right)")
+    play(stage, anchors(lambda now: now * 0.5, 12, 0.05, jitter=0.0), 12)
+    *_, joints = stage.sink.joints[-1]
+    assert abs(joints["head_yaw"].velocity) == pytest.approx(math.radians(30) * 0.5, rel=0.01)
+    assert stage.sink.paces[-1] == pytest.approx(0.5, rel=0.01)

@@ -38,6 +38,7 @@ class Memory:
         self.noted = Noticed()
         self.sent: list[tuple[str, float, Twist]] = []
         self.joints: list[tuple[str, float, dict[str, JointMotion]]] = []
+        self.paces: list[float] = []  # of what joints were sent
         self.deaf: dict[str, str] = {}
         self.asked: list[set[str]] = []
         self.prepared: list[bool] = []
@@ -77,8 +78,9 @@ class Memory:
             raise OSError(f"{robot} has no publisher any more")
         self.sent.append((robot, at, twist))
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         self.joints.append((robot, at, dict(joints)))
+        self.paces.append(pace)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         self.placed = poses

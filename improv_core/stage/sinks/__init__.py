@@ -137,8 +137,11 @@ class Sink(Protocol):
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
-        """Have some of a robot's joints move from performance time `at` on. One that reaches its limit is told so."""
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+        """Have some of a robot's joints move from performance time `at` on. One that reaches its limit is told so.
+
+        They understand velocities by a time of which `pace` passes in a second, as in a simulation.
+        """
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Move robots to other poses, if possible."""

@@ -26,6 +26,6 @@ class RecordedSimulator(Simulator):
         self._recorder.send(robot, twist, at)
         super().send(robot, twist, at)
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         self._recorder.send_joints(robot, joints, at)
-        super().send_joints(robot, joints, at)
+        super().send_joints(robot, joints, at, pace)

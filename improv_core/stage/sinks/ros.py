@@ -269,11 +269,11 @@ class Ros:
         if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
         if robot in self._elsewhere:
             return
-        self._controllers.send(robot, joints, at)
+        self._controllers.send(robot, joints, at, pace)
         if (late := self._publishing.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 

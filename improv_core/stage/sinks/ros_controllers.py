@@ -17,6 +17,7 @@ from improv_core.stage.controllers import (
     joint_states_of,
     let_go,
     message_of,
+    paced,
     present,
     stopped,
     turned,
@@ -158,17 +159,17 @@ class RosControllers:
                 return f"{line}joints obey all of them: stop the others"
         return None
 
-    def send(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
-        """Publish now what the controllers of these joints are to do from performance time `at` on. Those of which it
-        isn't known where their joints are get nothing. Raises ValueError if a number is not finite, and what rclpy
-        raises."""
+    def send(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+        """Publish now what the controllers of these joints are to do from performance time `at` on, by a time of which
+        `pace` passes in a second. Those of which it isn't known where their joints are get nothing. Raises ValueError
+        if a number is not finite, and what rclpy raises."""
         if not all(math.isfinite(number) for motion in joints.values() for number in motion):
             raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
         for arm in self._robots[robot].arms:
             if any(joint.name in joints for joint in arm.channel.joints):
-                self._send(robot, arm, joints, at)
+                self._send(robot, arm, joints, at, pace)
 
-    def _send(self, robot: str, arm: _Arm, joints: Mapping[str, JointMotion], at: float) -> None:
+    def _send(self, robot: str, arm: _Arm, joints: Mapping[str, JointMotion], at: float, pace: float) -> None:
         self._halt(arm)
         begins = any(joint.name in joints and joints[joint.name].velocity for joint in arm.channel.joints)
         before = self._course(robot, arm, begins=begins)
@@ -182,7 +183,7 @@ class RosControllers:
             and self._now() < arm.sent + OFTEN * self._period(robot)
         ):
             return  # it has just been told this because of another body part
-        topic, message = arm.topic, message_of(arm.channel, course)
+        topic, message = arm.topic, message_of(arm.channel, paced(course, pace))
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
             self._standby.moves(topic.name, "")

@@ -135,7 +135,7 @@ class Simulator:
             if speed > (self._faster[-1][1] if self._faster else self._fastest):
                 self._faster.append((at, speed))
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         """Queue how joints move. Ignored for robots that a restart has removed."""
         if known := self._robots.get(robot):
             with self._lock:

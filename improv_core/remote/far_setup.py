@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 import json
 import os
 import signal
@@ -33,4 +32,6 @@ def _wait_for_end() -> None:
     """Interrupt the main thread once standard input has ended: that closes and removes what it has begun."""
     while os.read(0, 4_096):
         pass
-    _thread.interrupt_main()
+    main = threading.main_thread().ident
+    assert main
+    signal.pthread_kill(main, signal.SIGINT)  # it may be waiting for an installer that says nothing

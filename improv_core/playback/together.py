@@ -85,8 +85,6 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
         return _resume(troupe, message["type"] == "anyway", now)
     if message["type"] == "pressed":
         return troupe, [SendTo(host, _presses_of(troupe, host, message)) for host in troupe.alive]
-    if message["type"] == "anchor":
-        return troupe, _all(troupe, message)
     if kind not in COMMANDS:
         return troupe, [SendTo(HERE, message)] if HERE in troupe.alive else []  # for pages
     if COMMANDS[kind].kept:
@@ -375,9 +373,9 @@ def _about_robots(troupe: Troupe, host: str, message: FromStage) -> list[Act]:
 
 
 def _where_it_is(troupe: Troupe, now: Times) -> list[Act]:
-    """Tell the others where the one that leads is, unless all follow a clock anyway."""
+    """Tell the others where the one that leads is."""
     position = troupe.position
-    if position is None or position["state"] != "playing" or "pace" in position:
+    if position is None or position["state"] != "playing":
         return []
     bend: BendMessage = {"type": "bend", "at": now.at, "beat": beat_at(position, now.at), "pace": 1.0}
     return [SendTo(host, bend) for host in troupe.alive if host != troupe.lead and host not in troupe.joining]

@@ -79,7 +79,7 @@ class Machine:
         return time.monotonic()
 
     def used(self) -> str:
-        """The memory of each process that plays there, in MB, and the share of a core that all took."""
+        """The memory of each process that plays there, in MB (what is shared counts in parts), and its seconds of CPU."""
         found = []
         for process in Path("/proc").glob("[0-9]*"):
             with suppress(OSError, StopIteration, IndexError):
@@ -87,11 +87,9 @@ class Machine:
                 name = next(word for word in words if f"{self.name}/cache/improv/stages" in word).rpartition("/")[2]
                 fields = (process / "stat").read_text().rpartition(") ")[2].split()
                 spent = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-                pages = int((process / "statm").read_text().split()[1])
-                found.append((f"{name} {words[2]}", pages * os.sysconf("SC_PAGE_SIZE") / 1e6, spent))
-        parts = ", ".join(
-            f"{name} {memory:.0f} MB, {spent:.1f} s of CPU since it began" for name, memory, spent in found
-        )
+                shared_fairly = (process / "smaps_rollup").read_text().partition("\nPss:")[2].split()[0]
+                found.append((f"{name} {words[2]}", int(shared_fairly) / 1e3, spent))
+        parts = ", ".join(f"{name} {memory:.0f} MB, {spent:.1f} s of CPU" for name, memory, spent in found)
         return f"{sum(memory for _, memory, _ in found):.0f} MB in all ({parts})"
 
     @property

@@ -200,14 +200,6 @@ def test_the_others_are_told_where_the_one_that_leads_is_before_clocks_drift_apa
     assert story.sent(PI) == [
         {"type": "bend", "at": story.now, "beat": pytest.approx(2 * (story.now - NOW)), "pace": 1.0}
     ]
-    story.is_at(HERE, "playing", 30.0, pace=1.02)
-    assert story.waits() == [], "all follow a clock"
-
-
-def test_all_follow_a_clock_from_outside() -> None:
-    story = Story.playing()
-    anchor = {"at": NOW, "beat": 4.0, "tempo": 120.0, "period": 0.5, "jumps": 0}
-    assert story.told("anchor", **anchor) == ["here: anchor", f"{PAD}: anchor", f"{PI}: anchor"]
 
 
 def test_a_stage_that_stops_by_itself_stops_all() -> None:

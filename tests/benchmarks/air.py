@@ -79,7 +79,7 @@ class Machine:
         return time.monotonic()
 
     def used(self) -> str:
-        """The memory of each process that plays there, in MB (what is shared counts in parts), and its seconds of CPU."""
+        """The memory of each process that plays there, in MB (what is shared counts in parts), and its CPU."""
         found = []
         for process in Path("/proc").glob("[0-9]*"):
             with suppress(OSError, StopIteration, IndexError):

@@ -18,6 +18,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ENDING
 from improv_core.robots.config import FILE_NAME, read_robots
+from improv_core.score.music import is_song
 from improv_core.score.svg import plot
 from improv_core.site.guide import guide
 from improv_core.stage.viewer.application import CONTENT_TYPES, FOLDER
@@ -91,6 +92,7 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
         if path.suffix in CONTENT_TYPES:
             yield path.name, path.read_bytes()
     yield "examples.json", json.dumps(_examples()).encode()
+    yield from _songs().items()
     docs = _brought("docs")
     texts = [(docs / name).read_text(encoding="utf-8") for name in ("tutorial.md", "lesson.md")]
     pages = guide(*texts)
@@ -118,7 +120,9 @@ def _index(loaded: Mapping[str, bytes]) -> str:
     page = (FOLDER / "index.html").read_text(encoding="utf-8")
     assert page.count(HEAD) == 1
     policy = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-    return page.replace(HEAD, f'{HEAD}\n    {policy}\n    <meta name="improv-worker" content="{asked}">')
+    songs = " ".join(sorted(name.removeprefix("songs/") for name in _songs()))
+    metas = f'<meta name="improv-worker" content="{asked}">\n    <meta name="improv-songs" content="{songs}">'
+    return page.replace(HEAD, f"{HEAD}\n    {policy}\n    {metas}")
 
 
 def _examples() -> list[Mapping[str, str]]:
@@ -132,6 +136,13 @@ def _examples() -> list[Mapping[str, str]]:
         if each.name.endswith(ENDING) and f"{folder}/{each.name.removesuffix(ENDING)}" not in LEFT_OUT
     ]
     return [_example(*each) for each in sorted(found, key=lambda each: (each[2], len(each[1].read_bytes())))]
+
+
+def _songs() -> Mapping[str, bytes]:
+    """The songs of the gallery, where the page looks for those that an `improv.toml` names."""
+    root = _brought("examples")
+    inside = [each for folder in root.iterdir() if folder.is_dir() for each in folder.iterdir()]
+    return {f"songs/{each.name}": each.read_bytes() for each in inside if is_song(each.name)}
 
 
 def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:

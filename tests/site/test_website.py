@@ -216,6 +216,17 @@ def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: st
 
 
 @pytest.mark.slow("starts Python in a browser")
+def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) -> None:
+    page.goto(address)
+    wait(page, 'document.body.dataset.connection === "open"')
+    page.locator("#stage").click()
+    page.get_by_role("button", name="Examples").click()
+    page.locator("#examples").get_by_role("button", name="waltz (music)").click()
+    wait(page, "Math.abs(improv.song - (0.25 + (improv.beat * 60) / 144)) < 0.25")
+    expect(page.locator("#song-line")).to_be_hidden()
+
+
+@pytest.mark.slow("starts Python in a browser")
 def test_a_broken_link_says_so_and_the_page_works(address: str, page: Page) -> None:
     page.goto(f"{address}#dance=q1YqU7Iy")
     wait(page, 'document.body.dataset.connection === "open"')

@@ -12,22 +12,39 @@ import { withToken } from "./token.js"
  * @returns {Promise<SongAnswer>}
  */
 export async function fetchSong(file, tag) {
+  return answerOf(withToken("song"), file, tag)
+}
+
+/**
+ * A song of the website's gallery. It has no others: those are dropped onto the page.
+ * @param {string} file
+ * @param {string} tag
+ * @returns {Promise<SongAnswer>}
+ */
+export async function fetchFromGallery(file, tag) {
+  const songs = document.querySelector('meta[name="improv-songs"]')?.getAttribute("content")?.split(" ") ?? []
+  if (songs.includes(file)) return answerOf(new URL(`songs/${file}`, location.href), file, tag)
+  return { bytes: null, tag: "", same: false, problem: `This website doesn't have ${file}: drop it onto this page.` }
+}
+
+/**
+ * @param {URL} address
+ * @param {string} file
+ * @param {string} tag
+ * @returns {Promise<SongAnswer>}
+ */
+async function answerOf(address, file, tag) {
   const problem = `${file} did not arrive: reload this page.`
   try {
-    const answer = await fetch(withToken("song"), { headers: tag ? { "If-None-Match": tag } : {} })
+    const answer = await fetch(address, { headers: tag ? { "If-None-Match": tag } : {} })
     if (answer.status === 304) return { bytes: null, tag, same: true, problem: "" }
     if (!answer.ok) return { bytes: null, tag: "", same: false, problem }
-    const isLine = answer.headers.get("Content-Type")?.startsWith("text/")
+    const isLine = answer.headers.get("Content-Type")?.startsWith("text/plain")
     if (isLine) return { bytes: null, tag: "", same: false, problem: await answer.text() }
     return { bytes: await answer.arrayBuffer(), tag: answer.headers.get("ETag") ?? "", same: false, problem: "" }
   } catch {
     return { bytes: null, tag: "", same: false, problem }
   }
-}
-
-/** A website has no files: its song is dropped onto the page. @param {string} file @returns {Promise<SongAnswer>} */
-export async function missSong(file) {
-  return { bytes: null, tag: "", same: false, problem: `This website doesn't have ${file}: drop it onto this page.` }
 }
 
 /** The server's Unix time, in seconds; null if it doesn't answer. @returns {Promise<number | null>} */

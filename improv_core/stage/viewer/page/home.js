@@ -15,7 +15,7 @@ export const connect = isWebsite ? connectToWorker : connectToServer
 export const fetchPicture = isWebsite ? drawPaths : fetchPaths
 
 /** Promises the song of improv.toml, or says why there is none. */
-export const fetchSong = isWebsite ? songs.missSong : songs.fetchSong
+export const fetchSong = isWebsite ? songs.fetchFromGallery : songs.fetchSong
 
 /** Promises the Unix time of what plays, in seconds. */
 export const fetchTime = isWebsite ? songs.ownTime : songs.fetchTime

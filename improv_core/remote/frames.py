@@ -130,6 +130,11 @@ class Outgoing:
         """Send a line, without its end, for standard input."""
         self._lines.append((line, is_score))
 
+    def forget(self) -> None:
+        """Drop what has not been sent of lines: all ends."""
+        self._lines.clear()
+        self._at = 0
+
     def acknowledge(self, count: int) -> None:
         """So many more bytes have reached the stage."""
         self._unread = max(self._unread - count, 0)

@@ -166,6 +166,7 @@ class NearEnd:
         """Our parent wants all to end: the far end does, and stops its robots, once its input has ended."""
         with self._changed:
             self._ending = True
+            self._outgoing.forget()
             self._changed.notify_all()
         if not self._gone.wait(LAST):
             self._gone.set()

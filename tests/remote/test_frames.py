@@ -59,6 +59,15 @@ def test_a_stop_goes_before_the_rest_of_a_long_line_even_if_the_window_is_full()
     assert all_of(outgoing) == [b"s3\n"]
 
 
+def test_at_the_end_what_is_urgent_is_sent_and_the_rest_is_not() -> None:
+    outgoing = Outgoing()
+    outgoing.put(b"x" * WINDOW)
+    outgoing.next()
+    outgoing.put_first(b"s1\n")
+    outgoing.forget()
+    assert all_of(outgoing) == [b"s1\n"]
+
+
 @given(st.lists(st.binary(max_size=3 * CHUNK).map(lambda line: line.replace(b"\n", b" "))), st.integers(1, 5_000))
 def test_lines_arrive_as_they_were_sent_however_they_are_cut(lines: list[bytes], cut: int) -> None:
     outgoing, incoming = Outgoing(), Incoming(DOWN, LONGEST_DOWN)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from improv_core.classroom.room import ForbiddenError, Member, Room, guess, join, send, without
 from improv_core.site.website import HEAD, MARK
 from improv_core.stage.viewer.connections import SILENT_LIMIT, Connections
+from improv_core.stage.viewer.song import CONTENT_TYPES
 
 if TYPE_CHECKING:
     import socket
@@ -39,6 +40,7 @@ TYPES = {
     ".mjs": "text/javascript; charset=utf-8",
     ".wasm": "application/wasm",
     ".zip": "application/zip",
+    **CONTENT_TYPES,
 }
 LEFT_OUT = (MARK, "service-worker.js")
 HEADERS = {"Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff", "Cache-Control": "no-cache"}

@@ -273,3 +273,10 @@ def test_browsers_compile_python_only_if_its_type_is_exact(tmp_path: Path) -> No
     for name in (MARK, "class.js", "index.html", "python.wasm"):
         (tmp_path / name).write_text(HEAD)
     assert files_of(tmp_path)["/python.wasm"].content_type == "application/wasm"
+
+
+def test_the_songs_of_the_gallery_are_served(tmp_path: Path) -> None:
+    for name in (MARK, "class.js", "index.html", "songs/waltz.wav"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(HEAD)
+    assert files_of(tmp_path)["/songs/waltz.wav"].content_type == "audio/wav"

@@ -1,0 +1,294 @@
+"""An evaluator of programs with body parts, written from the law of the language alone, and random programs for it.
+
+It expands a movement into pieces of constant velocity, plays them one after the other, and knows nothing of ours.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import count
+from math import inf, radians
+from typing import NamedTuple
+
+AXES = ("x", "y", "z", "yaw")
+WORDS: Mapping[str, tuple[int, Fraction]] = {
+    **{word: (0, Fraction(sign)) for word, sign in (("forward", 1), ("backward", -1))},
+    **{word: (1, Fraction(sign)) for word, sign in (("strafeleft", 1), ("straferight", -1))},
+    **{word: (2, Fraction(sign)) for word, sign in (("up", 1), ("down", -1))},
+    **{word: (3, Fraction(sign)) for word, sign in (("left", 1), ("right", -1), ("halfleft", Fraction(1, 2)))},
+    "rest": (0, Fraction(0)),
+}
+ARMS = {"l_arm": "r_arm", "r_arm": "l_arm"}
+TOML = """
+[profiles.p]
+step = 1
+[profiles.p.body.head]
+left = { joint = "yaw", degrees = 30 }
+up = { joint = "pitch", degrees = -20 }
+poses.aside = { left = 40, up = 10 }
+[profiles.p.body.l_arm]
+mirror = "r_arm"
+up = { joint = "l_up", degrees = -45 }
+left = { joint = "l_out", degrees = 30 }
+forward = { joint = "l_reach", meters = 0.1 }
+poses.high = { up = 60, left = 20 }
+poses.wide = { left = 50 }
+[profiles.p.body.r_arm]
+up = { joint = "r_up", degrees = -45 }
+left = { joint = "r_out", degrees = 30 }
+strafeleft = { joint = "r_turn", degrees = 11 }
+poses.wide = { left = -30 }
+[profiles.p.body.arms]
+parts = ["l_arm", "r_arm"]
+[profiles.p.joints]
+yaw = { min = -70, max = 80, start = 10 }
+l_up = { min = -170, max = 60, start = -15 }
+l_out = { min = -90, max = 90, start = 25 }
+r_out = { min = -90, max = 90, start = -5 }
+[robots.r]
+profile = "p"
+"""
+
+
+class Drive(NamedTuple):
+    """What a direction moves, by how much a step, where that starts, and its limits; a pose of it is in its sense."""
+
+    joint: str
+    step: float
+    start: float = 0.0
+    least: float = -inf
+    most: float = inf
+
+
+def _turns(joint: str, step: float, start: float = 0.0, least: float = -inf, most: float = inf) -> Drive:
+    return Drive(joint, *map(radians, (step, start, least, most)))
+
+
+DRIVES: Mapping[str, Mapping[str, Drive]] = {
+    "head": {"yaw": _turns("yaw", 30, 10, -70, 80), "z": _turns("pitch", -20)},
+    "l_arm": {
+        "z": _turns("l_up", -45, -15, -170, 60),
+        "yaw": _turns("l_out", 30, 25, -90, 90),
+        "x": Drive("l_reach", 0.1),
+    },
+    "r_arm": {"z": _turns("r_up", -45), "yaw": _turns("r_out", 30, -5, -90, 90), "y": _turns("r_turn", 11)},
+}
+POSES: Mapping[tuple[str, str], Mapping[str, float]] = {
+    ("head", "aside"): {"yaw": radians(40), "z": radians(10)},
+    ("l_arm", "high"): {"z": radians(60), "yaw": radians(20)},
+    ("l_arm", "wide"): {"yaw": radians(50)},
+    ("r_arm", "wide"): {"yaw": radians(-30)},
+    ("r_arm", "high"): {"z": radians(60), "yaw": radians(-20)},  # the mirror image
+}
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A pose that is being reached: one and the same in all pieces with its number."""
+
+    number: int
+    name: str
+    rate: Fraction = Fraction(1)
+    mirrored: bool = False
+
+
+@dataclass(frozen=True)
+class Does:
+    """What somebody does in a piece."""
+
+    velocity: tuple[Fraction, ...] = (Fraction(0),) * 4
+    poses: tuple[Pose, ...] = ()
+
+    def plus(self, other: Does) -> Does:
+        pairs = zip(self.velocity, other.velocity, strict=True)
+        return Does(tuple(one + another for one, another in pairs), self.poses + other.poses)
+
+    def times(self, *factors: Fraction | int) -> Does:
+        pairs = zip(self.velocity, factors, strict=True)
+        return replace(self, velocity=tuple(each * factor for each, factor in pairs))
+
+
+class Piece(NamedTuple):
+    """ "" is whoever performs all of it, others are named within."""
+
+    beats: Fraction
+    who: Mapping[str, Does]
+
+
+Pieces = list[Piece]
+_numbers = count()
+
+
+class Term(NamedTuple):
+    """How it is written, and what it means each time that it is performed."""
+
+    text: str
+    pieces: Callable[[], Pieces]
+
+
+def _each(pieces: Pieces, change: Callable[[Does], Does]) -> Pieces:
+    return [Piece(beats, {name: change(does) for name, does in who.items()}) for beats, who in pieces]
+
+
+def _together(one: Mapping[str, Does], other: Mapping[str, Does]) -> Mapping[str, Does]:
+    return {name: one.get(name, Does()).plus(other.get(name, Does())) for name in {**one, **other}}
+
+
+def _paced(pieces: Pieces, rate: Fraction) -> Pieces:
+    def change(does: Does) -> Does:
+        poses = tuple(replace(pose, rate=pose.rate * rate) for pose in does.poses)
+        return replace(does.times(rate, rate, rate, rate), poses=poses)
+
+    return [Piece(beats / rate, who) for beats, who in _each(pieces, change)]
+
+
+def beats_of(pieces: Pieces) -> Fraction:
+    return sum((each.beats for each in pieces), Fraction(0))
+
+
+def _parallel(one: Pieces, other: Pieces) -> Pieces:
+    found, waiting = [], (list(one), list(other))
+    while all(waiting):
+        (mine, *_), (yours, *_) = waiting
+        beats = min(mine.beats, yours.beats)
+        found.append(Piece(beats, _together(mine.who, yours.who)))
+        for voice in waiting:
+            left = voice[0].beats - beats
+            voice[:1] = [voice[0]._replace(beats=left)] if left else []
+    return found
+
+
+def _reflected(pieces: Pieces) -> Pieces:
+    """Across YZ."""
+
+    def mirrored(name: str, does: Does) -> tuple[str, Does]:
+        does = does.times(1, -1, 1, -1)
+        if name in ARMS:
+            return ARMS[name], does
+        return name, replace(does, poses=tuple(replace(pose, mirrored=not pose.mirrored) for pose in does.poses))
+
+    return [Piece(beats, dict(mirrored(*each) for each in who.items())) for beats, who in pieces]
+
+
+def _by(parts: Sequence[str], pieces: Pieces) -> Pieces:
+    def performed(who: Mapping[str, Does]) -> Mapping[str, Does]:
+        named = {name: does for name, does in who.items() if name}
+        return _together(dict.fromkeys(parts, who[""]) if "" in who else {}, named)
+
+    return [Piece(beats, performed(who)) for beats, who in pieces]
+
+
+def movement(dice: random.Random, depth: int, part: str = "", poses: bool = True) -> Term:
+    """A random movement."""
+    voices = [_series(dice, depth, part, poses) for _ in range(1 if dice.random() < 0.7 else 2)]
+    return _parallel_term(voices)
+
+
+def _parallel_term(voices: Sequence[Term]) -> Term:
+    if len(voices) == 1:
+        return voices[0]
+    one, other = voices
+    return Term(f"{one.text} || {other.text}", lambda: _parallel(one.pieces(), other.pieces()))
+
+
+def _series(dice: random.Random, depth: int, part: str, poses: bool, squeezed: bool = False) -> Term:
+    terms = [_term(dice, depth - 1, part, poses) for _ in range(dice.choice([1, 2, 2, 3]))]
+    text = " ".join(each.text for each in terms)
+    rate = Fraction(len(terms) if squeezed else 1)
+    return Term(text, lambda: _paced([piece for each in terms for piece in each.pieces()], rate))
+
+
+def _term(dice: random.Random, depth: int, part: str, poses: bool) -> Term:
+    if depth <= 0 or dice.random() < 0.3:
+        return _word(dice, part, poses)
+    kind = dice.choice(["()", "[]", "rate", "repeat", "scale", "backward", "YZ", "YZ", "plane", "part", "part", "part"])
+    if kind == "()":
+        inner = movement(dice, depth - 1, part, poses)
+        return Term(f"({inner.text})", inner.pieces)
+    if kind == "[]":
+        inner = _parallel_term([_series(dice, depth - 1, part, poses, True) for _ in range(dice.choice([1, 1, 2]))])
+        return Term(f"[{inner.text}]", inner.pieces)
+    if kind == "part":
+        name = dice.choice(["head", "l_arm", "r_arm", "arms"])
+        inner = _term(dice, depth - 1, name, poses)
+        parts = ["l_arm", "r_arm"] if name == "arms" else [name]
+        return Term(f"{name} {inner.text}", lambda: _by(parts, inner.pieces()))
+    inner = _term(dice, depth - 1, part, poses and kind in ("rate", "repeat", "YZ"))
+    number = dice.choice([2, 3])
+    if kind == "rate":
+        word, rate = dice.choice([("fast", Fraction(number)), ("slow", Fraction(1, number))])
+        return Term(f"{word} {number} {inner.text}", lambda: _paced(inner.pieces(), rate))
+    if kind == "repeat":
+        return Term(f"repeat {number} {inner.text}", lambda: [p for _ in range(number) for p in inner.pieces()])
+    if kind == "scale":
+        return Term(
+            f"scale {number} {inner.text}", lambda: _each(inner.pieces(), lambda does: does.times(*[number] * 4))
+        )
+    if kind == "backward":
+        word, sign = dice.choice([("reverse", 1), ("retrograde", -1)])
+        return Term(f"{word} {inner.text}", lambda: _each(inner.pieces(), lambda does: does.times(*[sign] * 4))[::-1])
+    if kind == "YZ":
+        return Term(f"reflect YZ {inner.text}", lambda: _reflected(inner.pieces()))
+    plane, signs = dice.choice([("XZ", (-1, 1, 1, 1)), ("XY", (1, 1, -1, 1))])
+    return Term(f"reflect {plane} {inner.text}", lambda: _each(inner.pieces(), lambda does: does.times(*signs)))
+
+
+def _word(dice: random.Random, part: str, poses: bool) -> Term:
+    if part and poses and dice.random() < 0.5:
+        name = dice.choice(["aside", "start"] if part == "head" else ["high", "wide", "start"])
+        return Term(f"to {name}", lambda: [Piece(Fraction(1), {"": Does(poses=(Pose(next(_numbers), name),))})])
+    word = dice.choice([*WORDS])
+    axis, speed = WORDS[word]
+    velocity = tuple(speed if each == axis else Fraction(0) for each in range(4))
+    return Term(word, lambda: [Piece(Fraction(1), {"": Does(velocity)})])
+
+
+class Stretch(NamedTuple):
+    """From when to when, in beats, how fast joints are asked to move, and where they are at its end."""
+
+    begin: float
+    end: float
+    velocities: Mapping[str, float]
+    positions: Mapping[str, float]
+
+
+def performed(pieces: Pieces) -> list[Stretch]:
+    """What joints do, at one beat a second."""
+    drives = {drive.joint: drive for part in DRIVES.values() for drive in part.values()}
+    positions = {joint: drive.start for joint, drive in drives.items()}
+    told: dict[tuple[int, str], Mapping[str, float]] = {}
+    found, at = [], Fraction(0)
+    for beats, who in pieces:
+        velocities = dict.fromkeys(positions, 0.0)
+        for part, does in who.items():
+            for axis, drive in DRIVES.get(part, {}).items():
+                velocities[drive.joint] += float(does.velocity[AXES.index(axis)]) * drive.step
+            for pose in does.poses if part else ():
+                if (pose.number, part) not in told:
+                    told[pose.number, part] = _way(part, pose, positions)
+                for joint, speed in told[pose.number, part].items():
+                    velocities[joint] += speed
+        for joint, speed in velocities.items():
+            drive = drives[joint]
+            positions[joint] = min(max(positions[joint] + speed * float(beats), drive.least), drive.most)
+        found.append(Stretch(float(at), float(at + beats), velocities, dict(positions)))
+        at += beats
+    return found
+
+
+def _way(part: str, pose: Pose, positions: Mapping[str, float]) -> Mapping[str, float]:
+    """How fast the joints of a part move to a pose from where they are."""
+    found = {}
+    for axis, drive in DRIVES[part].items():
+        if pose.name == "start":
+            goal = drive.start
+        elif axis in POSES.get((part, pose.name), {}):
+            sign = -1 if pose.mirrored and axis in ("y", "yaw") else 1
+            goal = sign * POSES[part, pose.name][axis] * (1 if drive.step > 0 else -1)
+        else:
+            continue
+        found[drive.joint] = (goal - positions[drive.joint]) * float(pose.rate)
+    return found

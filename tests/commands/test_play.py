@@ -88,6 +88,17 @@ def test_play_says_what_plays(tmp_path: Path) -> None:
     assert status == "▶ r 1 beat, 0.10 s at beat 600, simulator"
 
 
+@pytest.mark.parametrize("allowed", [False, True])
+def test_osc_reaches_other_machines_only_if_somebody_allows_it(tmp_path: Path, allowed: bool) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text("beat 600\nr $ forward\n")
+    (tmp_path / "improv.toml").write_text('[osc]\nlisten = 7000\nhost = "0.0.0.0"\nsend = ["192.0.2.1:9000"]\n')
+    options = ["--osc-network"] if allowed else []
+    done = run("play", program, "--backend", "sim", "--no-browser", *options)
+    assert done.returncode == 0
+    assert ("OSC is off: 0.0.0.0:7000 in improv.toml reaches other machines" in done.stderr) != allowed
+
+
 def test_play_needs_no_standard_input(tmp_path: Path) -> None:
     program = tmp_path / "dance.improv"
     program.write_text("beat 600\nr $ forward\n")

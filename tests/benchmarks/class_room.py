@@ -126,7 +126,7 @@ async def _replay(address: str, code: str, seconds: float) -> None:
     """Be the pages of all children. Prints how long it took to load the website and to send dances."""
     sends: list[float] = []
     async with (
-        aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as http,
+        aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0, force_close=True)) as http,
         async_playwright() as playwright,
     ):
         began = time.monotonic()

@@ -22,8 +22,7 @@ FULL = """() => {
     catch { /* the next size */ }
 }"""
 FILES = """
-  const folder = navigator.storage.getDirectory()
-  const dance = async () => (await folder).getFileHandle("dance.improv", { create: true })
+  const dance = async () => (await navigator.storage.getDirectory()).getFileHandle("dance.improv", { create: true })
   window.showSaveFilePicker = dance
   window.showOpenFilePicker = async () => [await dance()]
 """

@@ -101,7 +101,7 @@ def _bend(run: Run, performed: float, facts: Facts) -> Decided:
     clock, now = run.clock, run.transport.clock(performed)
     assert clock
     if not clock.rate:
-        return run, []
+        return replace(run, clock=replace(clock, looks=math.inf)), []
     beat = run.beat(now, facts.over)
     if not clock.slope:  # playing began without it
         clock = clock.aligned(run.slope, float(beat), now)

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import Annotated, Literal, TypedDict
+
+from improv_core.score.fits import Between
+from improv_core.stage.fields import Factor
+
+Tempo = Annotated[float, Between(0, 100_000)]
+"""Beats per minute, as a clock may tell them."""
 
 
 class AnchorMessage(TypedDict):
@@ -12,7 +18,7 @@ class AnchorMessage(TypedDict):
     type: Literal["anchor"]
     at: float
     beat: float
-    tempo: float
+    tempo: Tempo
     period: float
     jumps: int
 
@@ -23,7 +29,7 @@ class BendMessage(TypedDict):
     type: Literal["bend"]
     at: float
     beat: float
-    pace: float
+    pace: Factor
 
 
 class ClockWarning(TypedDict):

@@ -67,6 +67,8 @@ def examine(path: Path | None) -> Iterator[Finding]:
         cast = {name: robots.robot(name) for name in (analysis.robots if path else robots.robots)}
         bodies = jointed([*cast], robots)
         starts = starts_of(analysis) if path and analysis.ok else {}
+        yield from elsewhere(cast, path)
+        cast = {name: robot for name, robot in cast.items() if not robot.host}
         places = {name: pose for name, robot in cast.items() if (pose := starts.get(name, robot.start))}
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
@@ -75,6 +77,13 @@ def examine(path: Path | None) -> Iterator[Finding]:
     yield from examine_ros(cast, safety, bodies, places)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
     yield from editors(os.environ.get("PATH", ""))
+
+
+def elsewhere(cast: Mapping[str, Robot], path: Path | None) -> Iterator[Finding]:
+    """Robots whose own machines have to be looked at."""
+    if far := [f"{name} on {robot.host.name}" for name, robot in cast.items() if robot.host]:
+        command = f"improv doctor --hosts {path}" if path else "improv doctor --hosts"
+        yield Finding(Mark.ABSENT, f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
 
 
 def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
@@ -39,6 +40,8 @@ class Connection:
 
 def connect(host: str, arguments: Sequence[str], config: str | None = None) -> Connection:
     """Connect, with these arguments for the far end. Raises ConnectError."""
+    if sys.platform == "win32":
+        raise ConnectError("robots on other machines can't be moved from Windows: use Linux, macOS, or WSL")
     try:
         ssh = Child(ssh_command(host, config), POLICY)
     except HostError as error:

@@ -36,8 +36,8 @@ from improv_core.stage.messages import END_LIMIT, FOLDER, STOP_PIPE
 
 SILENCE_LIMIT = 20.0
 """Seconds in which something must come through the link: its near end asks for the time all the while."""
-LOOK_PERIOD = 0.05
-"""Seconds between two looks whether the stage hangs."""
+LOOK_PERIOD, REST_PERIOD = 0.05, 0.5
+"""Seconds between two looks whether the stage hangs, while it is to answer a ping, and otherwise."""
 MOST_WAITING = 1_000_000
 """Bytes from the stage that may wait for the link. Then the stage is not read until some have left."""
 POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
@@ -194,11 +194,12 @@ class FarEnd:
     def _read(self, child: Child) -> None:
         with suppress(EOFError):
             while True:
-                for line in child.read(LOOK_PERIOD):
+                period = LOOK_PERIOD if self._asked.pings else REST_PERIOD
+                for line in child.read(period):
                     self._hear(line)
                     self._outbox.put(b"m%b\n" % line)
                 with self._lock:
-                    self._asked, limit = hanging.looked(self._asked, time.monotonic(), LOOK_PERIOD)
+                    self._asked, limit = hanging.looked(self._asked, time.monotonic(), period)
                 if limit:
                     child.kill()
                     self.fail(f"hung {limit:g}")
@@ -293,7 +294,7 @@ def listen(far: FarEnd) -> None:
     incoming = Incoming(DOWN, LONGEST_DOWN)
     heard = time.monotonic()
     while not far.over.is_set():
-        readable, _, _ = select.select([0], [], [], LOOK_PERIOD * 4)
+        readable, _, _ = select.select([0], [], [], REST_PERIOD)
         if readable:
             data = os.read(0, 65_536)
             if not data:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.commands.doctor import elsewhere
 from improv_core.commands.doctor_hosts import examine_hosts, findings, hosts_of
 from improv_core.commands.ros_setup import proof
 from improv_core.remote.connecting import ConnectError
@@ -59,6 +60,15 @@ def test_the_hosts_of_a_program_are_those_of_its_robots() -> None:
     assert hosts_of(None) == []
     run("hosts", "allow", "bob")
     assert hosts_of(None) == [HostOfRobots("bob")]
+
+
+def test_doctor_says_whom_it_can_not_see_from_here() -> None:
+    robots = read_robots(TOML)
+    (line,) = elsewhere({name: robots.robot(name) for name in robots.robots}, Path("dance.improv"))
+    assert str(line) == (
+        "– not seen from here: a on pi@anna, b on pi@anna: look there with `improv doctor --hosts dance.improv`"
+    )
+    assert [*elsewhere({"c": robots.robot("c")}, None)] == []
 
 
 @pytest.fixture

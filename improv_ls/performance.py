@@ -27,7 +27,7 @@ from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.stage.messages import Misplaced, TransportMessage, When
 from improv_core.stage.robot_messages import FaultMessage
 from improv_core.text import Span
-from improv_ls.documents import Document, name_of, opened, path_of
+from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
 from improv_ls.editor import Editor
 from improv_ls.held_keys import HeldKeys
 from improv_ls.hinting import Hinting
@@ -61,6 +61,7 @@ class Performance:
         self,
         editor: Editor,
         documents: Mapping[str, Document],
+        robots_files: Mapping[str, RobotsFile],
         records: Records,
         settling: Settling,
     ) -> None:
@@ -82,7 +83,7 @@ class Performance:
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
         self._offered = False  # whether the person has been offered to begin, wherever robots stand
-        self._placing = Placing(editor, documents)
+        self._placing = Placing(editor, documents, robots_files)
         self._closing: set[asyncio.Task[None]] = set()
 
     async def warm_up(self) -> None:
@@ -314,6 +315,11 @@ class Performance:
         elif message["type"] == "sensed" and message["generation"] == self.playing.generation:
             self.playing.sensed(message)
             self.live.sensed()
+        elif message["type"] == "tune" and self.playing.latest:
+            if self._only and self._only.moved:
+                self._editor.warn("this rehearsal doesn't begin at beat 0: play the program to change its song")
+            else:
+                self._editor.soon(self._placing.offer(self.playing.latest.uri, message))
         elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
             if self._only and self._only.moved:
                 self._editor.warn("this rehearsal doesn't begin at the starts: play the program to move them")

@@ -1,4 +1,5 @@
-"""Starts that people change on the page become lines of the program, through the editor, where that can be undone."""
+"""What people change on the page, starts, tempos, and where songs begin, becomes lines of the program and of its
+`improv.toml`, through the editor, where that can be undone."""
 
 from __future__ import annotations
 
@@ -6,44 +7,73 @@ import asyncio
 from collections.abc import Mapping, Sequence
 
 from lsprotocol import types
+from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.placing import UNPLACED, formed, placed
+from improv_core.ide.tempo import in_tempo
 from improv_core.program.analysis import Analysis
-from improv_core.stage.commands import Form, PlaceRobots
-from improv_ls.documents import Document, name_of
+from improv_core.robots.config import FILE_NAME
+from improv_core.robots.edits import set_first_beat
+from improv_core.stage.commands import Form, PlaceRobots, Tune
+from improv_core.text import LineIndex, Span, difference
+from improv_ls.documents import Document, RobotsFile, name_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
+
+UNSUNG = "its section [music] is missing, or written in an unusual form"
+"""What to say if `first_beat` could not be written."""
 
 
 class Placing:
     """Asks the editor to make edits, one at a time: each is of the text that the one before has left."""
 
-    def __init__(self, editor: Editor, documents: Mapping[str, Document]) -> None:
+    def __init__(
+        self, editor: Editor, documents: Mapping[str, Document], robots_files: Mapping[str, RobotsFile]
+    ) -> None:
         self._editor = editor
         self._documents = documents
+        self._robots_files = robots_files
         self._one_at_a_time = asyncio.Lock()
 
-    async def offer(self, uri: str, asked: PlaceRobots | Form) -> None:
+    async def offer(self, uri: str, asked: PlaceRobots | Form | Tune) -> None:
         """Ask the editor to make the edit; if it does not, say so in one line."""
         async with self._one_at_a_time:
             document, name = self._documents.get(uri), name_of(uri)
             if not document:
                 self._editor.warn(f"{name} was not changed: open it in the editor first")
                 return
-            edits = edits_of(document.analysis, asked)
+            uri, changed = self._changed(document, asked)
+            name = name_of(uri)
+            edits = changed.edits if changed else None
             if edits is None:
-                self._editor.warn(f"{name} was not changed: {UNPLACED}")
+                why = UNSUNG if asked["type"] == "tune" else UNPLACED
+                self._editor.warn(f"{name} was not changed: {why}")
             elif not self._editor.can("workspace.apply_edit"):
                 lines = " and ".join(f"`{line}`" for edit in edits for line in edit.text.split("\n") if line.strip())
                 self._editor.warn(f"this editor takes no edits: write {lines} into {name} yourself")
-            elif edits:
-                await self._ask(document, edits, asked)
+            elif changed and edits:
+                await self._ask(uri, changed, asked)
 
-    async def _ask(self, document: Document, edits: Sequence[Edit], asked: PlaceRobots | Form) -> None:
-        what = f"start of {', '.join(asked['start_poses'])}" if asked["type"] == "place" else "formation"
-        changed = ChangedText(document.version, document.analysis.lines, edits)
-        edit = workspace_edit({document.uri: changed}, self._editor.takes_document_changes, self._editor.encoding)
+    def _changed(self, document: Document, asked: PlaceRobots | Form | Tune) -> tuple[str, ChangedText | None]:
+        """What is to be changed, and how; None if something has to be fixed first."""
+        if asked["type"] != "tune" or asked["key"] == "beat":
+            edits = edits_of(document.analysis, asked)
+            lines = document.analysis.lines
+            return document.uri, None if edits is None else ChangedText(document.version, lines, edits)
+        cast = document.analysis.cast
+        uri = (cast.path and from_fs_path(str(cast.path))) or FILE_NAME
+        file = self._robots_files.get(uri) or RobotsFile(uri, None, LineIndex(cast.text))
+        made = set_first_beat(file.lines.text, asked["value"])
+        if made is None:
+            return uri, None
+        start, end, written = difference(file.lines.text, made)
+        edits = [Edit(Span(start, end), written)] if start < end or written else []
+        return uri, ChangedText(file.version, file.lines, edits)
+
+    async def _ask(self, uri: str, changed: ChangedText, asked: PlaceRobots | Form | Tune) -> None:
+        what = _called(asked)
+        edit = workspace_edit({uri: changed}, self._editor.takes_document_changes, self._editor.encoding)
         asking = self._editor.server.workspace_apply_edit_async(types.ApplyWorkspaceEditParams(edit, f"Improv: {what}"))
         try:
             applied = (await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)).applied
@@ -55,9 +85,19 @@ class Placing:
             self._editor.warn(f"the editor did not accept the new {what}")
 
 
-def edits_of(analysis: Analysis, asked: PlaceRobots | Form) -> Sequence[Edit] | None:
+def _called(asked: PlaceRobots | Form | Tune) -> str:
+    if asked["type"] == "place":
+        return f"start of {', '.join(asked['start_poses'])}"
+    if asked["type"] == "form":
+        return "formation"
+    return "tempo" if asked["key"] == "beat" else "first beat of the song"
+
+
+def edits_of(analysis: Analysis, asked: PlaceRobots | Form | Tune) -> Sequence[Edit] | None:
     """The edits of a program that do what was asked for; None if a line of it has to be fixed first."""
     analysis = analysis.settled()
+    if asked["type"] == "tune":
+        return in_tempo(analysis, max(asked["value"], 1))
     if asked["type"] == "form":
         return formed(analysis, asked["shape"], asked["distance"], asked["facing"])
     return placed(

@@ -86,7 +86,7 @@ class Session(StdioServer):
         from improv_ls.performance import Performance
 
         self.obey_while_busy()
-        return Performance(self.editor, self.documents, self.records, self.settling)
+        return Performance(self.editor, self.documents, self.robots_files, self.records, self.settling)
 
     @cached_property
     def records(self) -> Records:

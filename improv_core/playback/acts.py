@@ -12,10 +12,10 @@ from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import Heard
 from improv_core.playback.start import SinkName
 from improv_core.score.score import OutsideClock
-from improv_core.stage.commands import Editing, Form, PlaceRobots, Watched
+from improv_core.stage.commands import Editing, Form, PlaceRobots, Tune, Watched
 from improv_core.stage.messages import Takeover, ToStage
 
-News = Heard | PlaceRobots | Form | Watched
+News = Heard | PlaceRobots | Form | Tune | Watched
 """What a listener gets: a message from a stage, its end, that a page was opened, or start poses that it asks for."""
 
 

@@ -39,7 +39,12 @@ def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: No
         return _play(show, request, now)
     if request["type"] == "program" or request["type"] == "source" or request["type"] == "answer":
         return _inform(show, request)
-    if request["type"] == "place" or request["type"] == "form" or request["type"] == "watched":
+    if (
+        request["type"] == "place"
+        or request["type"] == "form"
+        or request["type"] == "tune"
+        or request["type"] == "watched"
+    ):
         return show, [Announce(request)]
     if request["type"] == "editing":
         return show, [PassOn(request, now.stops)]

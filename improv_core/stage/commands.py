@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypedDict, TypeGuard
 
 from improv_core.stage.editing import AskEditor
-from improv_core.stage.fields import Beat, Distance, Facing, Factor, Name, Names, Shape, StartPoses
+from improv_core.stage.fields import Beat, Distance, Facing, Factor, Name, Names, Shape, SongTime, StartPoses
 from improv_core.stage.typed_lines import type_of
 
 
@@ -132,6 +132,15 @@ class Form(TypedDict):
     facing: Facing
 
 
+class Tune(TypedDict):
+    """Somebody tapped another tempo on the page (`beat`, in beats per minute), or moved the song (`first_beat`, in
+    seconds)."""
+
+    type: Literal["tune"]
+    key: Literal["beat", "first_beat"]
+    value: SongTime
+
+
 class Watched(TypedDict):
     """Somebody opened a page."""
 
@@ -153,7 +162,7 @@ class Editing(_Editing, total=False):
     overtaken: bool
 
 
-PageRequest = Conduct | Restart | PlaceRobots | Form | Editing
+PageRequest = Conduct | Restart | PlaceRobots | Form | Tune | Editing
 """What somebody may request on the page, or from elsewhere."""
 
 
@@ -217,6 +226,7 @@ _ROWS = (
     ),
     Command(PlaceRobots, ("page",), to_stages=False),
     Command(Form, ("page",), to_stages=False),
+    Command(Tune, ("page",), to_stages=False, about=lambda tune: str(tune["key"])),
     Command(
         Editing,
         ("page",),

@@ -133,3 +133,29 @@ def test_an_edit_that_was_not_made_can_be_requested_again(tmp_path: Path) -> Non
             drag(page, CLEO)
             edited(PROGRAM, client)
             client.wait_for_line("the editor did not accept the new start of cleo")
+
+
+def test_a_tempo_that_was_tapped_is_written_into_the_program(tmp_path: Path) -> None:
+    file = tmp_path / "dance.improv"
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        ask(play(client, file), {"type": "tune", "key": "beat", "value": 96})
+        document, text = edited(PROGRAM, client)
+    assert document["uri"] == file.as_uri()
+    assert text == "# 🐢\nbeat 96\nanna bert cleo at line 1\nanna bert cleo $ forward\n"
+
+
+def test_a_song_that_was_moved_is_written_into_its_file(tmp_path: Path) -> None:
+    toml = '[music]\nfile = "song.mp3"\n'
+    (tmp_path / "improv.toml").write_text(toml, encoding="utf-8")
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        ask(play(client, tmp_path / "dance.improv"), {"type": "tune", "key": "first_beat", "value": 0.35})
+        document, text = edited(toml, client)
+    assert document["uri"] == (tmp_path / "improv.toml").as_uri()
+    assert text == f"{toml}first_beat = 0.35\n"
+    assert (tmp_path / "improv.toml").read_text(encoding="utf-8") == toml
+
+
+def test_a_song_that_no_file_names_is_not_written(tmp_path: Path) -> None:
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        ask(play(client, tmp_path / "dance.improv"), {"type": "tune", "key": "first_beat", "value": 0.35})
+        client.wait_for_line("improv.toml was not changed: its section [music] is missing, or written in an unusual")

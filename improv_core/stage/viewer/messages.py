@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
-from improv_core.stage.commands import Form, PageConduct, PlaceRobots, Restart
+from improv_core.stage.commands import Form, PageConduct, PlaceRobots, Restart, Tune
 from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
 from improv_core.stage.fields import Beat, Count
 from improv_core.stage.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
@@ -269,4 +269,4 @@ ToPage = (
     | ProgramSource
     | EditorAnswer
 )
-FromPage = Press | PageConduct | Restart | PlaceRobots | Form | AskWindow | AskEditor
+FromPage = Press | PageConduct | Restart | PlaceRobots | Form | Tune | AskWindow | AskEditor

@@ -150,6 +150,10 @@ function takeScore(message) {
   if (message.takes_start_poses) {
     startPoses.write = (start_poses) => send({ type: "place", start_poses })
     formation.write = (chosen) => send({ type: "form", ...chosen })
+    sound.write = {
+      firstBeat: (value) => send({ type: "tune", key: "first_beat", value }),
+      tempo: (value) => send({ type: "tune", key: "beat", value }),
+    }
   }
   if (program.takeScore(message)) showProgram()
 }

@@ -19,6 +19,7 @@
  *   | { type: "restart" }
  *   | { type: "place", start_poses: Record<string, StartPose> }
  *   | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
+ *   | { type: "tune", key: "beat" | "first_beat", value: number }
  *   | { type: "window", generation: number, from: number, to: number }
  *   | { type: "analyze", number: number, text: string }
  *   | { type: "complete", number: number, offset: number }
@@ -33,6 +34,7 @@
 export const LIMITS = {
   speed: { factor: [0.1, 4] },
   form: { distance: [0.001, 1000] },
+  tune: { value: [-3600, 3600] },
   arrange: { distance: [0.001, 1000] },
   tempo: { tempo: [1, 1000] },
   first_beat: { seconds: [-3600, 3600] },

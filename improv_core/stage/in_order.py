@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 from improv_core.score.score import Score
 from improv_core.stage.arrivals import Ordered, Play, after_of, kind_of
-from improv_core.stage.commands import VOID
+from improv_core.stage.commands import VOID, Pause
 from improv_core.stage.messages import MOST_AHEAD
 from improv_core.stage.overtaking import Overtaking
 
@@ -27,8 +27,7 @@ class InOrder:
         self._meeting: tuple[Play, Iterator[None]] | None = None
         self.overtaking = Overtaking()
         """What stops have overtaken: that is dropped."""
-        self.held_until = -math.inf
-        """Nothing is to be done before this time: a pause that came first takes effect then."""
+        self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
 
     @property
     def is_busy(self) -> bool:
@@ -38,11 +37,24 @@ class InOrder:
     @property
     def due(self) -> float:
         """The time for which the next one waits; infinite if there is none, or if it waits for something else."""
-        at = max(self.held_until, _time_of(self._waiting[0], self._clock())) if self._waiting else -math.inf
-        return at if at > self._clock() else math.inf
+        now = self._clock()
+        first = self._pause or (self._waiting[0] if self._waiting else None)
+        at = _time_of(first, now) if first else -math.inf
+        return at if at > now else math.inf
 
     def add(self, arrival: Ordered) -> None:
         self._waiting.append(arrival)
+
+    def pause(self, pause: Pause) -> bool:
+        """Keep a pause until its time, before all that came behind it; False if that is not to come."""
+        if not self._clock() < _time_of(pause, self._clock()):
+            return False
+        self._pause = pause
+        return True
+
+    def forget_pause(self) -> None:
+        """A stop has come instead."""
+        self._pause = None
 
     def stop(self) -> None:
         """Drop what must not be obeyed after a stop that has itself arrived on standard input."""
@@ -53,6 +65,10 @@ class InOrder:
     def next(self) -> Ordered | None:
         """What to do next; None if there is nothing or a slice of time has passed."""
         end = self._clock() + SLICE
+        if self._pause:
+            pause = self._pause if self.due == math.inf else None
+            self._pause = None if pause else self._pause
+            return pause
         while self._meeting or self._waiting:
             if not self._meeting:
                 if self._awaits(self._waiting[0]):

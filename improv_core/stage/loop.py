@@ -17,7 +17,7 @@ from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
 from improv_core.stage.asleep import NOTICED
-from improv_core.stage.commands import Pause, Stop, is_stop
+from improv_core.stage.commands import Stop, is_stop
 from improv_core.stage.gate import made_of
 from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
@@ -144,7 +144,6 @@ class Loop:
         self._may_move = False  # whether real robots move, or may do so without being asked
         self._in_order = InOrder(opened.sink.meet, clock.now)
         self._is_far = False  # whether its parent is on another machine
-        self._pausing: tuple[float, Pause] | None = None  # a pause that takes effect later
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
         self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
         self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
@@ -155,8 +154,7 @@ class Loop:
         keys = min(self._keys.values(), default=math.inf)
         owed = self._opened.owed.due if self._opened.owed else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
-        timed = min(self._pausing[0] if self._pausing else math.inf, self._in_order.due)
-        return min(silent, self._held_until, keys, owed, timed, math.inf if deadline is None else deadline)
+        return min(silent, self._held_until, keys, owed, self._in_order.due, math.inf if deadline is None else deadline)
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
@@ -172,8 +170,6 @@ class Loop:
             self.hold(None, now)
         for key in [key for key, until in self._keys.items() if now >= until]:
             self.hold_key(key, False, now)
-        if self._pausing and now >= self._pausing[0]:
-            self._pause(*self._pausing)
         due = self.player.deadline(now) if self._in_order.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
@@ -195,13 +191,13 @@ class Loop:
             if self._may_move:
                 self._halt(arrival.message, now)
         elif isinstance(arrival, First):
-            self._in_order.overtaking = self._in_order.overtaking.hear(arrival.message["type"], arrival.number)
-            if arrival.message["type"] == "pause":
-                self._pause_in_time(arrival.message, now)
-            else:
-                if arrival.message["type"] == "stop":
-                    self._forget_pause()
-                self._obey(arrival.message, now)
+            message = arrival.message
+            self._in_order.overtaking = self._in_order.overtaking.hear(message["type"], arrival.number)
+            if message["type"] == "stop":
+                self._in_order.forget_pause()
+            playing = self.player.state == "playing"
+            if not (message["type"] == "pause" and playing and self._in_order.pause(message)):
+                self._obey(message, now)
             self._do_next()  # what came by standard input may have waited for it
         elif isinstance(arrival, dict) and is_stop(arrival):
             self._in_order.stop()
@@ -242,23 +238,6 @@ class Loop:
             clock.wait_until(deadline)
             with suppress(Exception):
                 player.advance(clock.now())
-
-    def _pause_in_time(self, pause: Pause, now: float) -> None:
-        """Pause at its time, which may be to come. What comes by standard input waits for that."""
-        at = pause.get("at", now)
-        if now < at <= now + MOST_AHEAD and self.player.state == "playing":
-            self._pausing = at, pause
-            self._in_order.held_until = at
-        else:
-            self._obey(pause, now)
-
-    def _pause(self, at: float, pause: Pause) -> None:
-        self._forget_pause()
-        self._obey(pause, max(at, self.player.reached))
-
-    def _forget_pause(self) -> None:
-        self._pausing = None
-        self._in_order.held_until = -math.inf
 
     def _desert(self, now: float) -> None:
         """Stop all robots because the parent is silent."""

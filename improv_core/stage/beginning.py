@@ -129,8 +129,8 @@ def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
         return replace(run, gate=_opened(run, run.gate, facts)), [Listen()]
     if run.mode != "paused":
         return run, []
-    if run.clock and run.clock.is_music and run.clock.rate and not (event.anyway or run.clock.silent):
-        return entering(replace(run, continues=True), facts), [Report()]
+    if comes_in(run) and not event.anyway:
+        return coming_in(replace(run, continues=True), facts), [Report()]
     places = {} if event.anyway else facts.places
     return play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, places)
 
@@ -144,7 +144,13 @@ def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
     return run, []
 
 
-def entering(run: Run, facts: Facts) -> Run:
+def comes_in(run: Run) -> bool:
+    """Whether a clock of music runs, so that robots don't go on at any moment, but come in at their beat of a bar."""
+    clock = run.clock
+    return clock is not None and clock.is_music and clock.rate > 0 and not clock.silent
+
+
+def coming_in(run: Run, facts: Facts) -> Run:
     """A pause is to end when a clock of music is at the beat of the performance: as a musician comes in again."""
     clock, performed = run.clock, run.transport.performed(facts.now)
     assert clock

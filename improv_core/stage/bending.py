@@ -16,7 +16,7 @@ from improv_core.score.peer_clock import bent
 from improv_core.stage import events
 from improv_core.stage.acts import Act, Dismiss
 from improv_core.stage.agenda import Due
-from improv_core.stage.beginning import OPENS, changed, entering, go_on, waits
+from improv_core.stage.beginning import OPENS, changed, coming_in, go_on, waits
 from improv_core.stage.events import Facts
 from improv_core.stage.fields import FASTEST, SLOWEST
 from improv_core.stage.outside_clock import Following
@@ -43,7 +43,7 @@ def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
     if run.mode == "waiting":
         return _at_bar(run, clock, facts), acts
     if run.mode == "paused" and run.continues and clock.is_music:
-        return entering(run, facts), acts
+        return coming_in(run, facts), acts
     if clock.stands or run.mode == "paused":
         run, more = changed(run, events.Changed(), facts)
         return run, [*acts, *more]

@@ -39,7 +39,7 @@ from improv_core.stage.acts import (
     Welcome,
 )
 from improv_core.stage.agenda import Due, Rank
-from improv_core.stage.beginning import begin_parts, in_time, play_from, waits
+from improv_core.stage.beginning import begin_parts, comes_in, coming_in, in_time, play_from, waits
 from improv_core.stage.events import Event, Facts
 from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.stage.run import EMPTY, Run, Silenced
@@ -102,6 +102,10 @@ def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
     beat = near(min(max(event.beat, 0.0), float(run.begun.beats), LAST_BEAT))
     run = run.at_scene_of(run.begun, beat)
     acts: list[Act] = [Dismiss(), ForgetEdges()]
+    if run.mode == "playing" and comes_in(run):
+        run, stands = stopping.leave(run, "paused", facts)
+        run = coming_in(replace(run.left_at(beat), continues=True), facts)
+        return run, [*stands, *acts, Place(beat), Report()]
     if run.mode == "playing":
         places = _places_at(run.score, beat, facts)
         run, more = play_from(run, beat, run.transport.performed(facts.now), facts, places)
@@ -215,6 +219,8 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
                 Resend(others),
                 *(warning_line(f"{score.parts[each].topic} has the part of {each} now") for each in others),
             ]
+    elif run.mode == "paused" and comes_in(run):
+        run, acts = coming_in(replace(run.left_at(event.beat), continues=True), facts), [Report()]
     else:
         run, acts = play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
     return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *recast})]

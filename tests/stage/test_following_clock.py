@@ -182,6 +182,26 @@ def test_who_resumes_what_a_person_has_paused_comes_in_at_the_beat_of_the_clock(
     assert stage.states[-1] == "stopped", "a stop counts while it waits to come in"
 
 
+@pytest.mark.parametrize("asked", ["seek", "a save in a pause"])
+def test_who_seeks_or_saves_in_a_pause_comes_in_at_the_beat_of_the_clock(asked: str) -> None:
+    stage = stage_following("midi")
+    phase: Phase = lambda now: now * 2  # noqa: E731
+    told = anchors(phase, 20, 1 / 48, jitter=0.0)
+    play(stage, [each for each in told if each.at < START + 10.3], 10.3)
+    if asked == "seek":
+        stage.player.seek(101.5, stage.now)
+    else:
+        stage.player.pause(stage.now)
+        later = replace(score(DANCE.replace("left", "left left")), clock=OutsideClock("midi"))
+        stage.player.load(later, 2, "now", stage.now)
+    assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["the MIDI clock"])
+    play(stage, [each for each in told if each.at >= START + 10.3], 20)
+    assert stage.states[-1] == "playing"
+    beat = float(stage.player.run.beat(stage.now, math.inf))
+    assert math.remainder(beat - phase(20), 4) == pytest.approx(0, abs=0.01)
+    assert (beat > 101) == (asked == "seek")
+
+
 def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> None:
     stage = stage_following("midi", profile=Profile("cart", step=1, max_linear=2.0))
     assert ceiling(stage.player.score) == ("r", 120)

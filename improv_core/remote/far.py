@@ -27,7 +27,6 @@ from typing import Any
 from improv_core.child import Child, Policy
 from improv_core.playback.interpreter import Interpreter, InterpreterError, find_ros_python
 from improv_core.remote import hanging
-from improv_core.remote.far_setup import set_up_here
 from improv_core.remote.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, LinkFrame, TimeThere, number_in
 from improv_core.remote.taking import TakenError, take
 from improv_core.stage.asleep import asleep
@@ -269,6 +268,8 @@ def main() -> int:
         os.environ["RMW_IMPLEMENTATION"] = options.rmw
     signal.signal(signal.SIGTERM, _end)
     if options.set_up:
+        from improv_core.remote.far_setup import set_up_here  # which needs much that a stage does not
+
         set_up_here(options.set_up, outbox.put)
         outbox.close()
         writer.join(1.0)

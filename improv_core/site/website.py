@@ -26,7 +26,7 @@ from improv_core.stage.viewer.application import CONTENT_TYPES, FOLDER
 MARK = "improv-site.json"
 """The file that says that a folder is a website that we have built, so that it may be built again."""
 PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
-"""What a browser needs of the npm package `pyodide`."""
+"""What a browser needs of the npm package `pyodide`: the `LIBRARY` is Python's own."""
 PACKAGES = {
     "improv_core": (
         "__main__.py",
@@ -44,6 +44,12 @@ PACKAGES = {
     "segno": ("cli.py",),
 }
 """The Python packages that run in the browser, and what of each doesn't: how the paths begin there."""
+LIBRARY = "python_stdlib.zip"
+NOT_IMPORTED = (
+    *("_pyrepl/", "doctest.py", "ftplib.py", "imaplib.py", "mailbox.py", "multiprocessing/", "pdb.py", "poplib.py"),
+    *("pydoc.py", "pydoc_data/", "smtplib.py", "unittest/", "wsgiref/", "xmlrpc/"),
+)
+"""What of Python's own library nothing here imports: terminals, tests, mail, and servers."""
 CODE = (".py", ".lark", ".json")
 LEFT_OUT = ("senses/bump",)
 """The programs of the gallery that can't be played there: nobody bumps into anything."""
@@ -106,11 +112,29 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def _packed(path: Path) -> tuple[str, bytes]:
-    """A file of Pyodide. WebAssembly is compressed here, because most web servers don't do it."""
+    """A file of Pyodide. WebAssembly is compressed here, because most web servers don't do it. Raises SiteError."""
     data = path.read_bytes()
     if path.suffix == ".wasm":
         return f"pyodide/{path.name}.packed", gzip.compress(data, mtime=0)
-    return f"pyodide/{path.name}", data
+    return f"pyodide/{path.name}", _library(path) if path.name == LIBRARY else data
+
+
+def _library(path: Path) -> bytes:
+    """Python's library without what is not imported."""
+    archive = io.BytesIO()
+    try:
+        with zipfile.ZipFile(path) as whole, zipfile.ZipFile(archive, "w") as file:
+            for info in whole.infolist():
+                if not info.filename.startswith(NOT_IMPORTED):
+                    _add(file, info.filename, whole.read(info))
+    except zipfile.BadZipFile:
+        raise SiteError(f"{path} is broken: run `npm install pyodide` again") from None
+    return archive.getvalue()
+
+
+def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
+    info = zipfile.ZipInfo(name, SAME_TIME)
+    archive.writestr(info, data, zipfile.ZIP_DEFLATED, compresslevel=9)
 
 
 def _index(loaded: Mapping[str, bytes]) -> str:
@@ -164,13 +188,11 @@ def _own(name: str) -> bytes:
 def _archive() -> bytes:
     """Our package and lark's, as a zip archive."""
     archive = io.BytesIO()
-    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
+    with zipfile.ZipFile(archive, "w") as file:
         for package, left_out in PACKAGES.items():
             for name, data in _code(resources.files(package), ""):
                 if not name.startswith(left_out):
-                    info = zipfile.ZipInfo(f"{package}/{name}", SAME_TIME)
-                    info.compress_type = zipfile.ZIP_DEFLATED
-                    file.writestr(info, data)
+                    _add(file, f"{package}/{name}", data)
     return archive.getvalue()
 
 

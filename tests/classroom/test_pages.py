@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.site.website import PYODIDE, build
+from improv_core.site.website import build
 from tests.axe import violations
 from tests.commands.command_line import IMPROV
+from tests.pyodide import imitate
 from tests.stage.viewer.conftest import Keep
 
 
@@ -22,9 +23,7 @@ from tests.stage.viewer.conftest import Keep
 def links(tmp_path: Path) -> Iterator[tuple[str, str, str]]:
     """The children's address, the code, and the address that opens the teacher's page, of a class that runs."""
     pyodide, site = tmp_path / "pyodide", tmp_path / "site"
-    pyodide.mkdir()
-    for name in PYODIDE:
-        (pyodide / name).write_text("")  # no child plays here
+    imitate(pyodide)  # no child plays here
     build(site, pyodide)
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:

@@ -12,8 +12,9 @@ from typing import Any
 import aiohttp
 import pytest
 
-from improv_core.site.website import PYODIDE, build
+from improv_core.site.website import build
 from tests.commands.command_line import IMPROV
+from tests.pyodide import imitate
 from tests.ros.conftest import Listen, Listener
 from tests.ros.dance import still
 
@@ -25,9 +26,7 @@ LIMIT = 60.0
 def said(alone: Mapping[str, str], tmp_path: Path) -> Iterator[tuple[str, str, str]]:
     """What a class says that has a real robot: the children's address, the code, and the teacher's."""
     pyodide, site, robots = tmp_path / "pyodide", tmp_path / "site", tmp_path / "improv.toml"
-    pyodide.mkdir()
-    for name in PYODIDE:
-        (pyodide / name).write_text("")
+    imitate(pyodide)  # no child plays here
     build(site, pyodide)
     robots.write_text('[robots.turtle1]\nprofile = "turtlesim"\n')
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0", "--robots", str(robots)]

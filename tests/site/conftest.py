@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.site.website import PYODIDE, build
+from improv_core.site.website import build
 from tests.needs import lacking
+from tests.pyodide import imitate
 from tests.stage.viewer.conftest import browser, chromium, keep, page, window
 
 __all__ = ["browser", "chromium", "keep", "page", "window"]
@@ -23,11 +24,7 @@ PYODIDE_HERE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules"
 @pytest.fixture
 def pyodide(tmp_path: Path) -> Path:
     """A folder that looks like the npm package."""
-    folder = tmp_path / "pyodide"
-    folder.mkdir()
-    for name in PYODIDE:
-        (folder / name).write_text(name)
-    return folder
+    return imitate(tmp_path / "pyodide")
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):

@@ -15,7 +15,7 @@ from playwright.sync_api import Page, expect
 
 from improv_core.services.program_file import TEMPLATE
 from improv_core.site.compiled import compiled
-from improv_core.site.website import MARK, SiteError, build
+from improv_core.site.website import LIBRARY, MARK, SiteError, build
 from tests.site.conftest import served
 from tests.stage.viewer.conftest import LIMIT, Keep, wait
 from tests.stage.viewer.songs import clicks
@@ -52,6 +52,14 @@ def test_python_files_of_the_command_line_stay_out(pyodide: Path, tmp_path: Path
     names = zipfile.ZipFile(io.BytesIO((tmp_path / "site" / "improv.zip").read_bytes())).namelist()
     assert {"improv_core/site/home.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
     assert not [name for name in names if re.search("/commands/|/page/|/remote/|sinks/ros|__pycache__", name)]
+
+
+def test_of_pythons_own_library_what_nothing_imports_stays_out(pyodide: Path, tmp_path: Path) -> None:
+    build(tmp_path / "site", pyodide)
+    assert zipfile.ZipFile(tmp_path / "site" / "pyodide" / LIBRARY).namelist() == ["re/__init__.py"]
+    (pyodide / LIBRARY).write_text("half of it")
+    with pytest.raises(SiteError, match="is broken: run `npm install pyodide` again"):
+        build(tmp_path / "site", pyodide)
 
 
 def test_the_python_files_need_no_others(pyodide: Path, tmp_path: Path) -> None:

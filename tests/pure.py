@@ -12,6 +12,7 @@ from hypothesis import settings
 TESTS = Path(__file__).parent
 PURE = {"ide", "playback", "program", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
 BUT = {
+    "playback/test_clock_process.py",
     "playback/test_interpreter.py",
     "playback/test_isolation.py",
     "playback/test_stage_process.py",

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 TESTS = Path(__file__).parent
-PURE = {"ide", "playback", "program", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
+PURE = {"ide", "playback", "program", "remote", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
 BUT = {
     "playback/test_clock_process.py",
     "playback/test_interpreter.py",
@@ -19,6 +19,8 @@ BUT = {
     "playback/test_stop_socket.py",
     "program/test_fuzz.py",
     "program/test_huge.py",
+    "remote/test_bundle.py",
+    "remote/test_connecting.py",
     "robots/test_schema.py",
     "stage/sinks/test_ros_publishing.py",
     "stage/sinks/test_ros_reader.py",

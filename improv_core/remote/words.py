@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from improv_core.plain import message as in_plain_text
 from improv_core.playback.hosts import split
@@ -44,7 +44,7 @@ def of_ssh(host: str, said: Sequence[str]) -> str:
     return in_plain_text(f"ssh has ended: {last}" if last else "the connection has ended")
 
 
-def of_bootstrap(said: dict[str, object]) -> str:
+def of_bootstrap(said: Mapping[str, object]) -> str:
     """Why there is no far end, from what the bootstrap said."""
     if said["problem"] == "old":
         version = ".".join(map(str, python)) if isinstance(python := said.get("python"), list) else "old"

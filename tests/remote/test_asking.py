@@ -1,0 +1,75 @@
+"""What the near end of a link knows about the clock there, and when it asks, on a clock that the tests advance."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.remote.asking import (
+    AT_FIRST,
+    MOVING,
+    OFTEN,
+    RESTING,
+    Asking,
+    asked,
+    border,
+    estimated,
+    lag,
+    period,
+    told,
+)
+from improv_core.remote.border import SECOND
+from improv_core.remote.frames import TimeThere
+
+AHEAD = 100.0
+ASLEEP = 7.0
+
+
+def exchanged(seconds: float, way: float = 0.001) -> Asking:
+    """What is known after so many seconds of questions, of which each way takes `way`."""
+    asking = Asking(0.0)
+    for number in range(int(seconds / OFTEN)):
+        now = number * OFTEN
+        asking = asked(asking, number, now)
+        at = round((now + way + AHEAD) * SECOND)
+        answer = TimeThere(number, at, at, wall=at + 50 * SECOND, asleep=round(ASLEEP * SECOND))
+        asking = estimated(told(asking, answer, now + 2 * way), now + 2 * way)
+    return asking
+
+
+@pytest.mark.parametrize(
+    ("now", "moves", "seconds"),
+    [(0.0, False, OFTEN), (AT_FIRST - 1, True, OFTEN), (AT_FIRST, True, MOVING), (AT_FIRST, False, RESTING)],
+)
+def test_it_asks_often_at_first_and_rarely_while_nothing_moves(now: float, moves: bool, seconds: float) -> None:
+    assert period(Asking(0.0), now, moves=moves) == seconds
+
+
+def test_the_clock_there_is_known_after_a_few_answers() -> None:
+    assert exchanged(0.5).clocks is None
+    known = exchanged(5)
+    assert known.clocks
+    assert known.found
+    assert known.clocks.there(10.0) == pytest.approx(10.0 + AHEAD, abs=1e-6)
+    assert known.found.round_trip == pytest.approx(0.002, abs=1e-6)
+
+
+def test_an_answer_to_what_was_never_asked_says_nothing() -> None:
+    known = exchanged(5)
+    liar = TimeThere(12_345, 0, 0, 0, 0)
+    assert told(known, liar, 6.0) == known
+    again = TimeThere(3, 0, 0, 0, 0)  # was answered
+    assert told(known, again, 6.0) == known
+
+
+def test_a_message_nearly_always_arrives_within_the_longest_way_but_one() -> None:
+    known = exchanged(5, way=0.02)
+    assert lag(known) == pytest.approx(0.02, abs=1e-6)
+    assert lag(Asking(0.0)) == 0.0
+
+
+def test_the_border_has_both_walls_and_how_much_longer_the_machine_there_slept() -> None:
+    known = border(exchanged(5), now=5 * SECOND, wall=1_000 * SECOND, asleep=3.0)
+    assert known
+    assert (known.wall, known.wall_there, known.asleep) == (995 * SECOND, 50 * SECOND, ASLEEP - 3.0)
+    assert known.unix_there(1_000.0) == pytest.approx(5 + AHEAD + 50, abs=1e-6)
+    assert border(Asking(0.0), now=0, wall=0, asleep=0.0) is None

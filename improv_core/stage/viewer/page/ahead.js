@@ -1,9 +1,14 @@
 // @ts-check
 // By how many seconds the server's clock is ahead of the page's, from questions about the time and their answers.
 
-/** @typedef {{ sent: number, wall: number, received: number }} TimeAnswer the page's seconds, and the server's Unix time in between */
+/**
+ * @typedef {{ sent: number, wall: number, received: number, own: number }} TimeAnswer
+ * the page's seconds, the server's Unix time in between, and by how much the Unix time of the page's machine is ahead of
+ * the page's seconds
+ */
 
-const KEPT = 8
+const KEPT = 12
+const SLACK = 0.002 // seconds: clocks have whole milliseconds, and drift
 
 /**
  * The answers to go by after another one. If the server's clock was set meanwhile, the earlier ones don't count.
@@ -11,12 +16,26 @@ const KEPT = 8
  * @param {TimeAnswer} answer
  */
 export function answered(answers, answer) {
-  const fits = answers.every(({ sent, wall, received }) => wall - received <= answer.wall - answer.sent && answer.wall - answer.received <= wall - sent)
-  return [...(fits ? answers : []), answer].slice(-KEPT)
+  const all = [...answers, answer]
+  const [least, most] = bounds(all)
+  return least <= most + SLACK ? all.slice(-KEPT) : [answer]
 }
 
-/** By how much it is ahead according to the answer that was the fastest; null without one. @param {TimeAnswer[]} answers */
+/**
+ * By how much it is ahead; null without an answer. No answer allows more than some of it: the server read its clock after
+ * the question was sent, and before the answer was received. If the clock of the page's machine fits all of them, it is
+ * probably the server's, too, and then nothing is more exact.
+ * @param {TimeAnswer[]} answers
+ */
 export function aheadBy(answers) {
-  const [best] = [...answers].sort((one, two) => one.received - one.sent - (two.received - two.sent))
-  return best ? best.wall - (best.sent + best.received) / 2 : null
+  const latest = answers.at(-1)
+  if (!latest) return null
+  const [least, most] = bounds(answers)
+  return latest.own >= least - SLACK && latest.own <= most + SLACK ? latest.own : (least + most) / 2
+}
+
+/** @param {TimeAnswer[]} answers */
+function bounds(answers) {
+  const least = Math.max(...answers.map(({ wall, received }) => wall - received))
+  return [least, Math.min(...answers.map(({ wall, sent }) => wall - sent))]
 }

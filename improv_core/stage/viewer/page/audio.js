@@ -19,7 +19,8 @@ import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } f
  * @property {Song | null} song
  */
 
-const SURE = 2 // looks after which it is known how late what is played is heard
+const SURE = 2 // looks after which it is known how late what is played is heard,
+const BEGINNING = 1 // or seconds of the context: hidden pages look rarely
 const PERIOD = 40 // milliseconds between two looks
 const LEAD = 0.02 // seconds from a decision to the sound
 const AHEAD = 0.3 // seconds that are scheduled
@@ -90,7 +91,7 @@ export class Audio {
     const latest = this.isOn ? hearing(context.getOutputTimestamp?.() ?? {}, context, performance.now() / 1000) : null
     if (!latest) return
     this.#hearings = heard(this.#hearings, latest)
-    if (this.#hearings.length < SURE) return
+    if (this.#hearings.length < SURE && context.currentTime < BEGINNING) return
     const { transport, ahead, tempo, bar, counting, clicks, song } = this.#look()
     const lead = shift(this.#hearings) - ahead
     const line = beatLine(transport, lead)

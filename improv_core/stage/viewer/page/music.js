@@ -30,6 +30,7 @@ const SHORTEST = 0.03 // seconds of a grain
 const LONGEST = 0.25
 const BEGINNING = 0.5 // seconds after which a browser that doesn't say what is heard at least knows its latency
 const KEPT = 15 // hearings
+const OLD = 5 // seconds after which one no longer counts: two clocks drift
 const MOVED = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
 const AGREEING = 3 // hearings that have to differ
 const SAME = 0.003 // seconds by which clicks may be off before they are scheduled again
@@ -54,7 +55,7 @@ export function hearing({ contextTime = 0, performanceTime = 0 }, { currentTime,
  * @param {Hearing} hearing
  */
 export function heard(hearings, hearing) {
-  const all = [...hearings, hearing].slice(-KEPT)
+  const all = [...hearings.filter(({ page }) => hearing.page - page < OLD), hearing].slice(-KEPT)
   const latest = all.slice(-AGREEING)
   const moved = latest.every((each) => Math.abs(shift([each]) - shift(all)) > MOVED)
   return moved ? latest : all

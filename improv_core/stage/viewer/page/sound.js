@@ -15,7 +15,8 @@ import { Waveform } from "./waveform.js"
 /** @import { Messages } from "./messages.js" */
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
-const ASKING = 5000 // milliseconds between two questions about the server's time
+const ASKING = 2000 // milliseconds between two questions about the server's time
+const FIRST = [0, 50, 100, 200, 400, 800] // milliseconds after which it is asked at first
 const PATIENCE = 300 // milliseconds in which a browser turns sound on, if it does without a click
 const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
 const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
@@ -213,7 +214,7 @@ export class Sound {
     this.#loaded?.run(runs)
     if (runs && !this.#asking) {
       this.#asking = window.setInterval(() => this.#ask(), ASKING)
-      this.#ask()
+      for (const wait of FIRST) setTimeout(() => this.#ask(), wait)
     }
     if (!runs) {
       clearInterval(this.#asking)
@@ -225,7 +226,8 @@ export class Sound {
   async #ask() {
     const sent = performance.now() / 1000
     const wall = await fetchTime()
-    if (wall !== null) this.#answers = answered(this.#answers, { sent, wall, received: performance.now() / 1000 })
+    const received = performance.now() / 1000
+    if (wall !== null) this.#answers = answered(this.#answers, { sent, wall, received, own: Date.now() / 1000 - received })
   }
 
   /** Says that sound needs a click, if it does. */

@@ -193,13 +193,18 @@ test("a browser that says what is heard is believed, and another one's latency c
 
 test("hearings are a median of the latest, and begin anew when another loudspeaker is later", () => {
   let hearings = []
-  for (const [page, audio] of [[1, 1.1], [2, 2.1], [3, 3.12], [4, 4.1]]) hearings = heard(hearings, { page, audio })
+  for (const [page, audio] of [[1, 1.1], [1.1, 1.2], [1.2, 1.32], [1.3, 1.4]]) hearings = heard(hearings, { page, audio })
   assert.ok(Math.abs(shift(hearings) - 0.1) < 1e-9)
-  for (const page of [5, 6]) hearings = heard(hearings, { page, audio: page - 0.1 })
+  for (const page of [1.4, 1.5]) hearings = heard(hearings, { page, audio: page - 0.1 })
   assert.ok(Math.abs(shift(hearings) - 0.1) < 1e-9) // the machine may only have been busy
-  hearings = heard(hearings, { page: 7, audio: 6.9 })
+  hearings = heard(hearings, { page: 1.6, audio: 1.5 })
   assert.ok(Math.abs(shift(hearings) + 0.1) < 1e-9)
   assert.equal(hearings.length, 3)
+})
+
+test("hearings from before a long pause don't count, because clocks drift", () => {
+  const before = [1, 2, 3].reduce((hearings, page) => heard(hearings, { page, audio: page }), [])
+  assert.deepEqual(heard(before, { page: 600, audio: 600.02 }), [{ page: 600, audio: 600.02 }])
 })
 
 test("grains are at most 20 ms off at their ends, and long near the song's own speed", () => {

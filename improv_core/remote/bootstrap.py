@@ -49,8 +49,8 @@ def begin(digest: str, size: int, arguments: List[str]) -> None:  # noqa: UP006
 
 
 def say(**fields: Any) -> None:
-    """Tell the near end. It recognizes our lines by their first word."""
-    os.write(1, b"improv " + json.dumps(fields).encode() + b"\n")
+    """Tell the near end. It recognizes our lines by their first word, whatever a shell has printed before."""
+    os.write(1, b"\nimprov " + json.dumps(fields).encode() + b"\n")
 
 
 def cache_folder() -> Path:

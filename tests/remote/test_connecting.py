@@ -143,6 +143,11 @@ def test_what_is_wrong_there_is_said_here(host: Host, problem: Callable[[Host], 
     assert len(host.versions()) == (problem is it_has_no_ros)
 
 
+def test_a_shell_that_greets_is_no_problem(host: Host) -> None:
+    host.run_first("print('Welcome to Ubuntu!\\nToday is ', end='', flush=True)")
+    check(host, "no Python there has rclpy: run `improv ros setup --host robot`, or install ROS 2 there")
+
+
 @pytest.mark.parametrize(
     ("name", "line"),
     [
@@ -208,4 +213,4 @@ def started_there(cache: Path, data: bytes) -> bytes:
         [sys.executable, "-I", "-c", code], input=data, env=env, capture_output=True, timeout=LIMIT, check=False
     )
     assert done.stderr == b""
-    return done.stdout
+    return b"\n".join(line for line in done.stdout.splitlines() if line)

@@ -75,7 +75,7 @@ async def _measure(files: Mapping[str, File], seconds: float) -> None:
         )
         replayed = asyncio.create_task(children.communicate())
         took: list[float] = []
-        async with aiohttp.ClientSession() as http:
+        async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(force_close=True)) as http:
             base, _, _ = held.teacher.link().partition("/?")
             async with http.get(held.teacher.link()) as answer:
                 found = re.search(r'name="improv-token" content="(.+?)"', await answer.text())

@@ -129,7 +129,7 @@ def _print_typing(page: Page, address: str, quick: bool) -> None:
     wait(page, "answered.length > 0 && answered.at(-1)[0] > keys.at(-1)")
     page.evaluate("keys.length = drawn.length = answered.length = 0")
     page.locator("#text").press_sequentially(
-        ("e $ step9 (left) " * KEYS)[: KEYS // 4 if quick else KEYS], delay=BETWEEN
+        ("e $ step9 (left) " * KEYS)[: KEYS // 4 if quick else KEYS], delay=BETWEEN, timeout=240_000
     )
     wait(page, "answered.length > 0 && answered.at(-1)[0] >= keys.at(-1)")
     keys, drawn, answered = page.evaluate("[keys, drawn, answered]")

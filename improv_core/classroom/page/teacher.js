@@ -5,6 +5,8 @@
 /** @typedef {Child | { type: "gone", number: number } | { type: "robots", names: string[] } | { type: "playing", line: string }} Message */
 
 const KEY = "improv.class.token"
+const AGAIN = 100 // milliseconds until a stop that did not arrive is sent again
+const TRIES = 50
 const given = document.querySelector("#token")?.getAttribute("content") ?? ""
 if (given) sessionStorage.setItem(KEY, given)
 const token = given || (sessionStorage.getItem(KEY) ?? "")
@@ -140,12 +142,14 @@ function send(command) {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(command))
 }
 
+/** Stops everything, and tries again for a while if a connection breaks meanwhile. */
 async function stop() {
-  try {
-    const answer = await fetch(withToken("stop"), { method: "POST" })
-    if (!answer.ok) say("The stop was not obeyed: press Ctrl-C in the terminal.")
-  } catch {
-    say("The stop did not arrive: press Ctrl-C in the terminal.")
+  for (let tries = 0; tries < TRIES; tries++) {
+    const answer = await fetch(withToken("stop"), { method: "POST", keepalive: true }).catch(() => null)
+    if (answer?.ok) return
+    say(answer ? "The stop was not obeyed: press Ctrl-C in the terminal." : "The stop did not arrive: press Ctrl-C in the terminal.")
+    if (answer) return
+    await new Promise((done) => setTimeout(done, AGAIN))
   }
 }
 

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from aiohttp.web_protocol import RequestHandler
 
 SILENT_LIMIT = 10.0
-"""Seconds after which a connection that has no request is closed."""
+"""Seconds after which a connection without a first request is closed. Later, the server's own limit holds, which counts
+from the latest request: otherwise, one that is just arriving would be lost."""
 MAX_CONNECTIONS = 256
 """More than all pages and their files need, and far fewer than the usual limit of 1024 open files."""
 
@@ -23,6 +24,7 @@ class Connections:
     def __init__(self, server: Server) -> None:
         self._server = server
         self._busy: set[RequestHandler] = set()
+        self._silent: dict[RequestHandler, asyncio.TimerHandle] = {}
 
     def connect(self) -> asyncio.BaseProtocol:
         """What handles a new connection."""
@@ -30,13 +32,16 @@ class Connections:
         if len(idle) + len(self._busy) >= MAX_CONNECTIONS and idle:
             _abort(idle[0])
         connection = self._server()
-        asyncio.get_running_loop().call_later(SILENT_LIMIT, self._close_idle, connection)
+        later = asyncio.get_running_loop().call_later(SILENT_LIMIT, self._close_silent, connection)
+        self._silent[connection] = later
         return connection
 
     @contextmanager
     def busy(self, request: Request) -> Iterator[None]:
         """While a request is answered, its connection stays open; a page's WebSocket is one long request."""
         self._busy.add(request.protocol)
+        if later := self._silent.pop(request.protocol, None):
+            later.cancel()
         try:
             yield
         finally:
@@ -46,7 +51,8 @@ class Connections:
         closing = connection.transport is None or connection.transport.is_closing()
         return not closing and connection not in self._busy
 
-    def _close_idle(self, connection: RequestHandler) -> None:
+    def _close_silent(self, connection: RequestHandler) -> None:
+        del self._silent[connection]
         if self._is_idle(connection):
             _abort(connection)
 

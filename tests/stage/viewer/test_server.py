@@ -11,6 +11,7 @@ import queue
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
@@ -608,6 +609,18 @@ def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatc
         connection = silent(viewer)
         connection.sendall(sent)
         assert is_closed(connection)
+
+
+def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
+    monkeypatch.setattr(connections, "SILENT_LIMIT", 0.1)
+    used = http.client.HTTPConnection(urlsplit(viewer.address).netloc, timeout=LIMIT)
+    used.connect()
+    own, end = used.sock, time.monotonic() + 0.5
+    while time.monotonic() < end:
+        used.request("GET", "/page.js")
+        assert used.getresponse().read()
+        assert used.sock is own
+    used.close()
 
 
 def test_connections_without_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:

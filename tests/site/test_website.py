@@ -131,6 +131,15 @@ def test_an_earlier_build_is_replaced_and_other_folders_stay(pyodide: Path, tmp_
         build(tmp_path / "new", tmp_path)
 
 
+def test_the_page_opens_over_plain_http_as_in_a_class(pyodide: Path, tmp_path: Path, page: Page) -> None:
+    build(tmp_path / "site", pyodide)
+    with served(tmp_path / "site") as root:
+        page.goto(root.replace("127.0.0.1", "0.0.0.0"))  # the same server, but browsers don't trust this address
+        assert not page.evaluate("isSecureContext")
+        expect(page.locator("#text")).to_have_value(TEMPLATE)
+        assert page.evaluate("improv.transport.generation") == 0
+
+
 @pytest.mark.slow("opens a browser")
 def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
     pyodide: Path, tmp_path: Path, page: Page, keep: Keep

@@ -2,6 +2,8 @@
 // What becomes of a text that is being written: which version of the file it is an edit of, and what is kept of it in
 // the browser, so that no text is lost: unsaved text, and the one of two versions that was not chosen.
 
+import { randomName } from "./random.js"
+
 /** @typedef {{ path: string, text: string, revision: string }} Source a version of the file */
 /** @typedef {{ text: string, time: number }} Other a text that was put aside, and when, in milliseconds since 1970 */
 /** @typedef {{ path: string, text: string, revision: string, others: Other[], time: number }} Kept */
@@ -125,11 +127,11 @@ export class Draft {
 /** A name for this tab, which lasts as long as the tab does. */
 function tab() {
   try {
-    const known = sessionStorage.getItem(TAB) ?? crypto.randomUUID()
+    const known = sessionStorage.getItem(TAB) ?? randomName()
     sessionStorage.setItem(TAB, known)
     return known
   } catch {
-    return crypto.randomUUID()
+    return randomName()
   }
 }
 

@@ -1,6 +1,7 @@
 // @ts-check
 // The stops of this page: each is sent again, over a connection of its own, until it is confirmed that it was obeyed.
 
+import { randomName } from "./random.js"
 import { withToken } from "./token.js"
 
 const AGAIN = 500 // milliseconds until a stop is sent again that is not confirmed
@@ -9,7 +10,7 @@ const MOST = 3 // that may wait for an answer at the same time: browsers open on
 const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
 
 export class Stops {
-  page = crypto.randomUUID()
+  page = randomName()
   #onWait
   #pressed = 0 // stops so far
   #confirmed = 0

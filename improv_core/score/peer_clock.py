@@ -15,6 +15,8 @@ FADING = 2.0
 """How fast what was heard is forgotten, per second. Twice as much follows an accelerando sooner, and jitter too."""
 STRAY = 0.1
 """Seconds by which what is heard may be off. Beyond that, it is a hiccup of this machine, or the clock has jumped."""
+USUAL = 0.01
+"""Seconds by which what is heard may usually be off. What is off by more counts no more than that: it was held up."""
 JUMPED = 0.25
 """Seconds of nothing but strays after which the clock has jumped."""
 GAP = 0.5
@@ -97,6 +99,8 @@ def sighted(estimate: Estimate, at: float, phase: float, gap: float = GAP) -> Es
     off = phase - expected
     if abs(off) > STRAY * anchor.rate and estimate.is_known:
         return _stray(estimate, at, phase, gap)
+    if estimate.is_known:
+        off = min(max(off, -USUAL * anchor.rate), USUAL * anchor.rate)
     alpha, beta, gamma = _gains(estimate.seen + 1, passed)
     rate = anchor.rate + estimate.change * passed + beta * off / passed
     if rate <= 0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -54,6 +55,14 @@ def check(phase: Phase, sightings: Iterable[Anchor], within: float) -> None:
 @pytest.mark.parametrize("phase", [steady(60), steady(120), ramp])
 def test_a_clock_is_known_to_a_few_milliseconds(phase: Phase, every: float) -> None:
     check(phase, heard(phase, 60, every), within=0.006)
+
+
+@pytest.mark.parametrize("phase", [steady(120), ramp])
+def test_sightings_that_were_held_up_count_little(phase: Phase) -> None:
+    """Every thirtieth comes 50 ms late, as on a machine that has much to do."""
+    sightings = [*heard(phase, 60, 0.02)]
+    late = [replace(each, at=each.at + 0.05 * (not number % 30)) for number, each in enumerate(sightings)]
+    check(phase, sorted(late, key=lambda each: each.at), within=0.006)
 
 
 def test_its_rate_is_known_after_half_a_second() -> None:

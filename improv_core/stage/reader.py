@@ -22,7 +22,9 @@ from improv_core.stage.reader_messages import FromReader, MeasuredPose, ToReader
 from improv_core.stage.sinks import Edge, RawPose
 
 NICENESS = 5
-"""If all processors are busy, commands come first."""
+"""If all processors are busy, commands come first, unless robots have to keep apart: then poses are as urgent."""
+PROMPT = "prompt"
+"""The argument that says so."""
 LOOK = 0.05
 """Seconds between two looks for silence and for what the stage says, at most."""
 
@@ -31,7 +33,8 @@ def main() -> int:
     """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
     lines: Lines[ToReader] = Lines()
     tell: Callable[[FromReader], None] = own_output()
-    os.nice(NICENESS)
+    if PROMPT not in sys.argv[2:]:
+        os.nice(NICENESS)
     from improv_core.stage.sinks.ros_subscriptions import Subscriptions
 
     senses = HeardSenses(time.monotonic())

@@ -13,6 +13,7 @@ from improv_core.plain import message as in_plain_text
 from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
 from improv_core.stage.messages import helper
+from improv_core.stage.reader import PROMPT as URGENT
 from improv_core.stage.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
 from improv_core.stage.sinks import Edge, RawJoints, RawPose, RawPoses
 
@@ -126,7 +127,7 @@ class RosReader:
         """Keep a process that reads, until we are closed."""
         while not self._closing.is_set():
             try:
-                child = Child(helper("reader", self._node), POLICY)
+                child = Child(helper("reader", self._node, *([URGENT] if self._period == PROMPT else [])), POLICY)
             except OSError as error:
                 what = f"can't start: {error}"
             else:

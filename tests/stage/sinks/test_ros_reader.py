@@ -14,7 +14,7 @@ import pytest
 
 from improv_core.score.senses import RobotSense, Topic
 from improv_core.stage.sinks import Edge, RawJoints, RawPoses, ros_reader
-from improv_core.stage.sinks.ros_reader import RosReader
+from improv_core.stage.sinks.ros_reader import PROMPT, USUAL, RosReader
 from tests.processes import command_of, descendants
 
 LIMIT = 60.0
@@ -102,3 +102,20 @@ def test_a_process_that_resumes_counts_again_once_it_has_caught_up(
         gate.touch()
         edges.append(heard.get(timeout=LIMIT))
         assert [edge.value for edge in edges if isinstance(edge, Edge)] == [False, None, True]
+
+
+@pytest.mark.parametrize(("period", "urgent"), [(USUAL, False), (PROMPT, True)])
+def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
+    period: float, urgent: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: queue.SimpleQueue[list[str]] = queue.SimpleQueue()
+
+    def start(command: list[str], policy: object) -> None:
+        started.put(command)
+        raise OSError("not in this test")
+
+    monkeypatch.setattr(ros_reader, "Child", start)
+    reader = RosReader("node", lambda heard: None, time.monotonic)
+    reader.read({}, {"anna": "/anna/pose"}, {}, {}, period)
+    assert ("prompt" in started.get(timeout=LIMIT)) == urgent
+    reader.close()

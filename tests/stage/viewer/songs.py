@@ -26,6 +26,16 @@ window.AudioContext = class extends made {
     window.contexts.push(this)
   }
 }
+const Socket = window.WebSocket
+window.WebSocket = class extends Socket {
+  constructor(address) {
+    super(address)
+    this.addEventListener("message", ({ data }) => {
+      const { type, wall, beat, tempo, state } = JSON.parse(data)
+      if (type === "transport") window.changes.push([wall, beat, tempo, state === "playing"])
+    })
+  }
+}
 AudioNode.prototype.connect = function (to, ...more) {
   if (to === this.context.destination) (this.context.last ??= []).push(this)
   return connect.call(this, to, ...more)
@@ -36,14 +46,9 @@ window.hear = async () => {
   const ear = new AudioWorkletNode(context, "ear")
   for (const node of context.last) connect.call(node, ear)
   ear.port.onmessage = ({ data }) => window.heard.push(data)
-  let latest = ""
   setInterval(() => {
     const { contextTime, performanceTime } = context.getOutputTimestamp()
     window.hearings.push([performance.now() / 1000, contextTime, performanceTime / 1000, Date.now() / 1000])
-    const { wall, beat, tempo, state } = improv.transport
-    const change = [wall, beat, tempo, state === "playing"]
-    if (String(change) !== latest) window.changes.push(change)
-    latest = String(change)
   }, 20)
 }
 """

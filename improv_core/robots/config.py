@@ -5,40 +5,37 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
-from improv_core.robots.bodies import read_body, with_offsets
+from improv_core.robots.bodies import with_offsets
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.hosts import host_of, read_hosts
 from improv_core.robots.music import read_music
 from improv_core.robots.osc import read_osc
+from improv_core.robots.profiles import read_profiles
 from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
-from improv_core.robots.schema import known
+from improv_core.robots.safety import read_safety
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_reading import PROFILES, WORLD, TomlReading, listed
+from improv_core.robots.toml_reading import PROFILES, WORLD, TomlReading
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
-from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.music import Music
 from improv_core.score.osc import Osc
-from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
+from improv_core.score.profiles import BUILT_IN, DEFAULT, Profile
 from improv_core.score.score import (
     BASE_FRAME,
-    Deadman,
     Follow,
     Host,
     OdomFrame,
     OutsideClock,
-    Preflight,
-    Rejoin,
     Safety,
 )
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
@@ -47,8 +44,6 @@ from improv_core.score.world import EMPTY, World
 from improv_core.syntax.vocabulary import WORDS
 
 FILE_NAME = "improv.toml"
-MOST_SCALE = 2.0
-"""How far what a robot is told may be from how it is to move. Wheels are never that wrong: it is a slip of the pen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,15 +179,11 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     toml = read_toml(text)
     reading = _RobotsReading(toml, list(toml.diagnostics))
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.readable).items()}
-    profiles = reading.profiles(sections.get("profiles", {}))
+    profiles = read_profiles(reading, sections.get("profiles", {}))
     ros = reading.table(("ros",), sections.get("ros", {}))
     namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
-    safety = replace(
-        reading.safety(ros, namespace),
-        faults=reading.faults(sections.get("on", {})),
-        preflight=reading.preflight(sections.get("preflight", {})),
-    )
+    safety = read_safety(reading, ros, namespace, sections.get("on", {}), sections.get("preflight", {}))
     node = node_name(reading, ("ros", "node"), ros)
     publish = reading.flag(("ros", "publish"), ros)
     odom_frame = cast(OdomFrame, reading.one_of(("ros", "odom_frame"), ros) or "own")
@@ -272,8 +263,6 @@ def _topic(namespace: str) -> str:
 
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
-
-_MOTORS_ONLY = ("wheel_error", "noise")
 
 
 class _RobotsReading(TomlReading):
@@ -369,16 +358,6 @@ class _RobotsReading(TomlReading):
             self.at_key((*keys, "odom_frame"), "`odom_frame` is about the poses on `odom`: add `odom`", given=(keys,))
         return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame, battery, own)
 
-    def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
-        rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin
-        deadman = self.deadman(ros["deadman"], namespace) if "deadman" in ros else None
-        stop = ros_name(self, ("ros", "stop"), ros, namespace)
-        if stop and deadman and stop == deadman.topic:
-            message = "the deadman button is on this topic: the emergency stop needs one of its own"
-            self.at_value(("ros", "stop"), message)
-        start_without = "start_without" not in ros or self.flag(("ros", "start_without"), ros)
-        return Safety(stop, deadman, cast(Rejoin, rejoin), start_without=start_without)
-
     def clock(self, value: Any) -> OutsideClock | None:
         table = self.table(("clock",), value)
         follow = cast(Follow | None, self.one_of(("clock", "follow"), table))
@@ -388,116 +367,9 @@ class _RobotsReading(TomlReading):
             self.at_key(("clock", "port"), message, given=(("clock",),))
         return OutsideClock(follow, port) if follow else None
 
-    def faults(self, value: Any) -> FaultRules:
-        table = self.table(("on",), value)
-        numbers, default = self.numbers(("on",), table), FaultRules()
-        responses = {fault: self.one_of(("on", fault), table) for fault in get_args(Fault)}
-        angle = numbers.get("angle")
-        return FaultRules(
-            {fault: cast(Response, response) for fault, response in responses.items() if response},
-            numbers.get("distance", default.distance),
-            default.angle if angle is None else math.radians(angle),
-        )
-
-    def preflight(self, value: Any) -> Preflight:
-        found, usual = self.numbers(("preflight",), self.table(("preflight",), value)), Preflight()
-        turn = math.radians(found["degrees"]) if "degrees" in found else usual.turn
-        return Preflight(found.get("distance", usual.distance), turn)
-
-    def deadman(self, value: Any, namespace: str) -> Deadman | None:
-        keys = ("ros", "deadman")
-        if not isinstance(value, dict) or not value.keys() >= {"topic", "button"}:
-            self.at_value(
-                keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`', given=(keys,)
-            )
-            return None
-        table = self.table(keys, value)
-        topic = ros_name(self, (*keys, "topic"), table, namespace)
-        button = self.integer((*keys, "button"), table["button"])
-        return Deadman(topic, button) if topic and button is not None else None
-
     def start(self, keys: Keys, value: Any) -> Pose | None:
         if not isinstance(value, dict):
             self.at_value(keys, "write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
             return None
         found = self.numbers(keys, self.table(keys, value))
         return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
-
-    def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
-        """All profiles, including the built-in ones. Each is made after its base."""
-        own = {name: self.table(("profiles", name), value) for name, value in tables.items()}
-        known = dict.fromkeys([*BUILT_IN, *own])
-        made = {name: profile for name, profile in BUILT_IN.items() if name != PUPPET.name or name not in own}
-        for first in own:
-            if first in BUILT_IN and first != PUPPET.name:
-                message = f"`{first}` is built in: choose another name and use it as `base`"
-                self.at_key(("profiles", first), message)
-            chain: list[str] = []
-            name: str | None = first
-            while name and name not in made and name not in chain:
-                chain.append(name)
-                name = self.base(name, own[name], known)
-            if name in chain:
-                message = f"with base `{name}`, `{chain[-1]}` is based on itself: choose another base"
-                self.at_value(("profiles", chain[-1], "base"), message)
-                name = None
-            profile = made[name] if name else DEFAULT
-            for link in reversed(chain):
-                profile = made[link] = self.profile(link, own[link], profile)
-        return made
-
-    def base(self, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
-        if "base" not in table and "step" not in table:
-            message = "add `step`, in meters, or `base`, the profile to take all other values from"
-            self.at_key(("profiles", name), message, given=(("profiles", name),))
-        return self.one_of(("profiles", name, "base"), table, known, given=(PROFILES,))
-
-    def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
-        keys = ("profiles", name)
-        changes: dict[str, Any] = self.numbers(keys, table)
-        for key in ("quarter_turn", "commanded_quarter_turn"):
-            if key in changes:
-                changes[key] = math.radians(changes[key])
-        for key, scale in (("step", "linear_scale"), ("quarter_turn", "angular_scale")):
-            if commanded := changes.pop(f"commanded_{key}", None):
-                changes[scale] = commanded / changes.get(key, getattr(base, key))
-                if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
-                    message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
-                    self.at_value((*keys, f"commanded_{key}"), message, given=(PROFILES,))
-        motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
-        for word in ("message", "dynamics"):
-            if written := self.one_of((*keys, word), table):
-                changes[word] = written
-        if "wheel_error" in table:
-            changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
-        if "smooth" in table:
-            changes["smooth"] = self.flag((*keys, "smooth"), table)
-        body = read_body(self, keys, table, base.body)
-        profile = replace(base, name=name, motions=motions or base.motions, body=body, **changes)
-        if profile.dynamics != "motors":
-            for key in _MOTORS_ONLY:
-                if key in table:
-                    self.at_key(
-                        (*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line', given=(PROFILES,)
-                    )
-        return profile
-
-    def wheel_error(self, keys: Keys, value: Any) -> tuple[float, float]:
-        key = known(keys)
-        least, most = key.least, key.most
-        if isinstance(value, list) and len(value) == 2:
-            left, right = value
-            if all(type(wheel) in (int, float) and least <= wheel <= most for wheel in value):
-                return float(left), float(right)
-        message = f"write `wheel_error` as two numbers from {least} to {most}, left and right: `[0.98, 1.0]`"
-        self.at_value(keys, message)
-        return 1.0, 1.0
-
-    def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
-        if not isinstance(value, list) or not value:
-            self.at_value(keys, f"write `motions` as a list of one or more of {listed(MOTIONS)}")
-            return ()
-        for place, item in enumerate(value):
-            if item not in MOTIONS:
-                self.at_value((*keys, place), f"write one of {listed(MOTIONS)} here")
-        return tuple(motion for motion in MOTIONS if motion in value)

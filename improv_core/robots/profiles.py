@@ -1,0 +1,102 @@
+"""Reads the kinds of robots from an `improv.toml`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Any
+
+from improv_core.robots.bodies import read_body
+from improv_core.robots.schema import known as known_key
+from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_reading import PROFILES, TomlReading, listed
+from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
+
+MOST_SCALE = 2.0
+"""How far what a robot is told may be from how it is to move. Wheels are never that wrong: it is a slip of the pen."""
+_MOTORS_ONLY = ("wheel_error", "noise")
+
+
+def read_profiles(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Profile]:
+    """All profiles, including the built-in ones. Each is made after its base."""
+    own = {name: reading.table(("profiles", name), value) for name, value in tables.items()}
+    known = dict.fromkeys([*BUILT_IN, *own])
+    made = {name: profile for name, profile in BUILT_IN.items() if name != PUPPET.name or name not in own}
+    for first in own:
+        if first in BUILT_IN and first != PUPPET.name:
+            message = f"`{first}` is built in: choose another name and use it as `base`"
+            reading.at_key(("profiles", first), message)
+        chain: list[str] = []
+        name: str | None = first
+        while name and name not in made and name not in chain:
+            chain.append(name)
+            name = _base(reading, name, own[name], known)
+        if name in chain:
+            message = f"with base `{name}`, `{chain[-1]}` is based on itself: choose another base"
+            reading.at_value(("profiles", chain[-1], "base"), message)
+            name = None
+        profile = made[name] if name else DEFAULT
+        for link in reversed(chain):
+            profile = made[link] = _profile(reading, link, own[link], profile)
+    return made
+
+
+def _base(reading: TomlReading, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
+    if "base" not in table and "step" not in table:
+        message = "add `step`, in meters, or `base`, the profile to take all other values from"
+        reading.at_key(("profiles", name), message, given=(("profiles", name),))
+    return reading.one_of(("profiles", name, "base"), table, known, given=(PROFILES,))
+
+
+def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
+    keys = ("profiles", name)
+    changes: dict[str, Any] = reading.numbers(keys, table)
+    for key in ("quarter_turn", "commanded_quarter_turn"):
+        if key in changes:
+            changes[key] = math.radians(changes[key])
+    for key, scale in (("step", "linear_scale"), ("quarter_turn", "angular_scale")):
+        if commanded := changes.pop(f"commanded_{key}", None):
+            changes[scale] = commanded / changes.get(key, getattr(base, key))
+            if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
+                message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
+                reading.at_value((*keys, f"commanded_{key}"), message, given=(PROFILES,))
+    motions = _motions(reading, (*keys, "motions"), table["motions"]) if "motions" in table else ()
+    for word in ("message", "dynamics"):
+        if written := reading.one_of((*keys, word), table):
+            changes[word] = written
+    if "wheel_error" in table:
+        changes["wheel_error"] = _wheel_error(reading, (*keys, "wheel_error"), table["wheel_error"])
+    if "smooth" in table:
+        changes["smooth"] = reading.flag((*keys, "smooth"), table)
+    body = read_body(reading, keys, table, base.body)
+    profile = replace(base, name=name, motions=motions or base.motions, body=body, **changes)
+    if profile.dynamics != "motors":
+        for key in _MOTORS_ONLY:
+            if key in table:
+                reading.at_key(
+                    (*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line', given=(PROFILES,)
+                )
+    return profile
+
+
+def _wheel_error(reading: TomlReading, keys: Keys, value: Any) -> tuple[float, float]:
+    key = known_key(keys)
+    least, most = key.least, key.most
+    if isinstance(value, list) and len(value) == 2:
+        left, right = value
+        if all(type(wheel) in (int, float) and least <= wheel <= most for wheel in value):
+            return float(left), float(right)
+    message = f"write `wheel_error` as two numbers from {least} to {most}, left and right: `[0.98, 1.0]`"
+    reading.at_value(keys, message)
+    return 1.0, 1.0
+
+
+def _motions(reading: TomlReading, keys: Keys, value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or not value:
+        reading.at_value(keys, f"write `motions` as a list of one or more of {listed(MOTIONS)}")
+        return ()
+    for place, item in enumerate(value):
+        if item not in MOTIONS:
+            reading.at_value((*keys, place), f"write one of {listed(MOTIONS)} here")
+    return tuple(motion for motion in MOTIONS if motion in value)

@@ -9,13 +9,20 @@ from contextlib import suppress
 from pathlib import Path
 
 
+class Descriptor(int):
+    """A descriptor that is closed once nobody knows it any more."""
+
+    def __del__(self) -> None:
+        os.close(self)
+
+
 def descendants(pid: int) -> dict[int, int]:
     """All processes below this one, each with a descriptor that stays its own after its number is used again."""
     found: dict[int, int] = {}
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in map(int, task.read_text().split()):
             with suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile
-                found[child] = os.pidfd_open(child)
+                found[child] = Descriptor(os.pidfd_open(child))
                 found.update(descendants(child))
     return found
 
@@ -45,7 +52,6 @@ def wait_until_gone(processes: dict[int, int], limit: float) -> None:
         poll = select.poll()
         poll.register(descriptor, select.POLLIN)
         assert poll.poll(max(end - time.monotonic(), 0) * 1000), f"process {pid} still runs after {limit} s"
-        os.close(descriptor)
 
 
 def in_session(leader: int) -> list[int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -273,8 +272,7 @@ def _topic(robot: str) -> str:
 
 def _stage(server: Server) -> int:
     """The process of the server's stage."""
-    for pid, descriptor in descendants(server.pid).items():
-        os.close(descriptor)
+    for pid in descendants(server.pid):
         if b"--sink" in Path(f"/proc/{pid}/cmdline").read_bytes():
             return pid
     raise RuntimeError("no stage runs")

@@ -105,6 +105,7 @@ def test_a_robot_with_a_new_topic_is_stopped_on_the_old_one(server: Server, robo
     text = "bert $ repeat forward\n"
     server.client.open(uri, text)
     server.client.save(uri)
+    server.wait_for_line("▶ bert")
     robots.wait(moving)
     (tmp_path / "improv.toml").write_text('[robots.bert]\ntopic = "/other/cmd_vel"\n')
     server.client.save(uri)

@@ -20,7 +20,7 @@ odom_frame = "world"
 [profiles.base]
 base = "turtlebot4"
 max_linear = 1
-max_angular = 4
+max_angular = 2
 """
 ROBOT = """
 [robots.{name}]

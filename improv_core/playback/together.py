@@ -101,7 +101,7 @@ def in_time(troupe: Troupe, message: Any, now: Times) -> Any:
 
 def started(troupe: Troupe, host: str, now: Times) -> Decided:
     """A stage has started, or started again."""
-    fresh = replace(troupe.members[host], alive=True, armed=False, state="stopped", transport=None, may_move=False)
+    fresh = replace(troupe.members[host], alive=True, armed=False, transport=None, may_move=False)
     troupe = replace(troupe, members={**troupe.members, host: replace(fresh, misplaced={})})
     kept: list[Act] = [SendTo(host, message) for message in troupe.kept.values()]
     troupe, acts = _join(troupe, host, now)
@@ -222,10 +222,8 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
     else:
         return troupe, []
     troupe = replace(troupe, joining=frozenset())
-    sent = {host: troupe.load_for(host, load) for host in hosts}
-    for host in hosts:
-        sent[host]["stops"] = presses[host]  # it was asked for before, and nobody has stopped it
-    return troupe, [SendTo(host, sent[host]) for host in hosts]
+    # It was asked for before, and nobody has stopped it: so each may know of all presses that it has heard.
+    return troupe, [SendTo(host, {**troupe.load_for(host, load), "stops": presses[host]}) for host in hosts]
 
 
 def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
@@ -279,9 +277,8 @@ def _armed(troupe: Troupe, now: Times) -> Decided:
 
 def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:
     state, was_moving = transport["state"], troupe.members[host].may_move
-    troupe = troupe.with_member(
-        host, state=state, transport=transport, may_move=was_moving and state in ("playing", "waiting")
-    )
+    moves = was_moving and state in ("playing", "waiting")
+    troupe = troupe.with_member(host, transport=transport, may_move=moves)
     by_lead: list[Act] = [Say(transport)] if host == troupe.lead else []
     if by_lead and state == "playing" and troupe.mode == "playing":
         troupe, acts = _admit(troupe, now)
@@ -289,7 +286,7 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
     if transport["generation"] != troupe.generation or host in troupe.joining:
         return troupe, by_lead
     if state == "stopped" and troupe.is_on:  # it has its reasons: an emergency stop, or it couldn't keep up
-        others = [each for each in troupe.alive if each != host]
+        others = troupe.others(host)
         troupe = replace(troupe, mode="stopped", joining=frozenset(), paused_by=frozenset())
         troupe = replace(troupe.with_all(others, may_move=True), unconfirmed_at=now.at + CONFIRM_LIMIT)
         stop: Stop = {"type": "stop"}
@@ -300,7 +297,7 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
     if state == "paused" and troupe.mode == "playing" and is_old:
         return troupe, []  # it has sought the beat from which all go on, or is late to say that it was paused
     if state == "paused" and troupe.mode == "playing":
-        others = [each for each in troupe.alive if each != host]
+        others = troupe.others(host)
         pause: Pause = {"type": "pause"}
         troupe = replace(troupe, mode="paused", paused_by=frozenset({host}))
         return troupe, [*(SendTo(each, pause) for each in others), Say(transport)]
@@ -315,7 +312,7 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
 
 def _goes_on(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:
     """A stage that had paused by itself goes on by itself: so do the others, unless another one still waits."""
-    others = [each for each in troupe.alive if each != host]
+    others = troupe.others(host)
     left = troupe.paused_by - {host}
     if left:
         pause: Pause = {"type": "pause"}
@@ -346,7 +343,7 @@ def _gone(troupe: Troupe, host: str, why: str) -> Decided:
 
 
 def _pressed(troupe: Troupe) -> Decided:
-    """SendTo of all emergency stops that any stage has heard."""
+    """Say which emergency stops are on, wherever they were heard."""
     counts = {host: member.pressed["count"] for host, member in troupe.members.items()}
     topics = sorted({topic for member in troupe.members.values() for topic in member.pressed["topics"]})
     kept = dict([*troupe.presses.items(), (sum(counts.values()), counts)][-MOST_PRESSES:])
@@ -368,7 +365,7 @@ def _about_robots(troupe: Troupe, host: str, message: FromStage) -> list[Act]:
         return []
     acts: list[Act] = [Say(message)]
     if message["type"] == "sensed":
-        acts += [SendTo(other, message) for other in troupe.alive if other != host]
+        acts += [SendTo(other, message) for other in troupe.others(host)]
     return acts
 
 

@@ -14,7 +14,6 @@ from improv_core.stage.messages import (
     Load,
     MisplacedRobot,
     Pressed,
-    State,
     Takeover,
     ToStage,
     TransportMessage,
@@ -46,7 +45,6 @@ class Hosted:
 
     alive: bool = True
     armed: bool = False
-    state: State = "stopped"
     transport: TransportMessage | None = None
     lag: float = 0.0
     misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
@@ -86,6 +84,10 @@ class Troupe:
     def alive(self) -> list[str]:
         """The hosts whose stages are alive; this machine is the first one."""
         return sorted(host for host, member in self.members.items() if member.alive)
+
+    def others(self, host: str) -> list[str]:
+        """The hosts whose stages are alive, but for this one."""
+        return [each for each in self.alive if each != host]
 
     @property
     def lead(self) -> str | None:

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import getpass
 import os
-import re
 import socket
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-_FORM = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}@)?([A-Za-z0-9_](?:[A-Za-z0-9_.-]{0,252}))(?::([0-9]{1,5}))?")
+from improv_core.score.score import is_host
 
 
 class HostError(Exception):
@@ -22,12 +21,8 @@ class HostError(Exception):
 
 
 def checked(host: str) -> str:
-    """The host, if it has the form `name`, `user@name`, or `user@name:port`. Raises HostError.
-
-    Nothing else reaches ssh: no option, and no character that any shell would understand.
-    """
-    found = _FORM.fullmatch(host)
-    if not found or (found[2] and not 0 < int(found[2]) < 65_536):
+    """The host, if its name may reach ssh. Raises HostError."""
+    if not is_host(host):
         raise HostError(f"`{host}` is not a host: write `name`, `user@name`, or `user@name:port`")
     return host
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from improv_core.robots.toml_reading import TomlReading
-from improv_core.score.score import Host
+from improv_core.score.score import Host, is_host
 
-_HOST = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]*@)?[A-Za-z0-9_][A-Za-z0-9_.-]*(?::[0-9]{1,5})?")
-_LONGEST_HOST = 255
 _PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
 
 
@@ -21,7 +18,7 @@ def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Hos
     for name, value in tables.items():
         keys = ("hosts", name)
         table = reading.table(keys, value)
-        if not _is_plain(name):
+        if not is_host(name):
             reading.at_key(keys, f"`{name}` can't be a host: {_PLAIN}")
             continue
         domain = reading.integer((*keys, "domain"), table["domain"]) if "domain" in table else None
@@ -39,13 +36,9 @@ def host_of(reading: TomlReading, robot: str, table: Mapping[str, Any], hosts: M
                 (*keys, "link_patience"), "`link_patience` is about a robot with a `host`: add it", given=(keys,)
             )
         return None
-    if not _is_plain(name):
+    if not is_host(name):
         reading.at_value((*keys, "host"), _PLAIN)
         return None
     host = hosts.get(name, Host(name))
     patience = reading.numbers(keys, table).get("link_patience", host.patience)
     return replace(host, patience=patience)
-
-
-def _is_plain(name: str) -> bool:
-    return len(name) <= _LONGEST_HOST and _HOST.fullmatch(name) is not None

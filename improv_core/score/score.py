@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -29,6 +30,18 @@ LINK_PATIENCE = 0.5
 """Seconds without a word from us after which a stage on another machine stops its robots, by default."""
 UNNUMBERED = 0
 """The edition of a part that has not been compared with others."""
+
+
+_HOST = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}@)?[A-Za-z0-9_][A-Za-z0-9_.-]{0,252}(?::([0-9]{1,5}))?")
+
+
+def is_host(name: str) -> bool:
+    """Whether a machine's name has the form `machine`, `user@machine`, or `user@machine:port`.
+
+    Nothing else reaches ssh: no option, and no character that any shell would understand.
+    """
+    form = _HOST.fullmatch(name)
+    return form is not None and (form[1] is None or 0 < int(form[1]) < 65_536)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from functools import partial
 
 from improv_core.playback import together
 from improv_core.playback.stage_process import Heard, Stage, StageError
-from improv_core.playback.together import Say, SendTo, StartHost, Times
 from improv_core.playback.troupe import HERE, Hosted, Troupe
+from improv_core.playback.troupe_acts import Decided, Say, SendTo, StartHost, Times
 from improv_core.stage.commands import is_stop
 from improv_core.stage.messages import VERSION, Ready, ToStage
 
@@ -113,7 +113,7 @@ class Ensemble:
         while self._stopped:
             self._do(together.told(self._troupe, self._stopped.popleft(), _now()))
 
-    def _do(self, decided: together.Decided) -> None:
+    def _do(self, decided: Decided) -> None:
         self._troupe, acts = decided
         for act in acts:
             match act:

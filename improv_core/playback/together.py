@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
+from improv_core.playback import sightings
 from improv_core.playback.stage_process import Heard
 from improv_core.playback.troupe import HERE, Troupe, beat_at
+from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, StartHost, Times
 from improv_core.stage.clock_messages import BendMessage
 from improv_core.stage.commands import COMMANDS, Pause, Stop
 from improv_core.stage.messages import FromStage, Load, Pressed, ToStage, TransportMessage
@@ -30,40 +32,6 @@ BEGIN_EARLY = 1.0
 MOST_PRESSES = 20
 """Counts of presses that are remembered. A score that somebody asked for longer ago is refused by hosts."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
-
-
-@dataclass(frozen=True, slots=True)
-class Times:
-    """The monotonic time, and Unix time."""
-
-    at: float
-    wall: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class SendTo:
-    """Send a message to the stage of a host."""
-
-    host: str
-    message: ToStage
-
-
-@dataclass(frozen=True, slots=True)
-class Say:
-    """Say a message to whoever believes that all are one stage."""
-
-    message: Heard
-
-
-@dataclass(frozen=True, slots=True)
-class StartHost:
-    """Start the stage of a host again."""
-
-    host: str
-
-
-Act = SendTo | Say | StartHost
-Decided = tuple[Troupe, list[Act]]
 
 
 def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
@@ -132,6 +100,8 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         return troupe, [Say({**message, "robots": robots})]
     if message["type"] == "pressed":
         return _pressed(troupe.with_member(host, pressed=message))
+    if message["type"] == "seen":
+        return sightings.seen(troupe, host, message, now)
     if message["type"] == "link":
         return troupe.with_member(host, lag=message["lag"]), [Say(message)]
     if message["type"] == "warning" or message["type"] == "error":
@@ -162,13 +132,15 @@ def waited(troupe: Troupe, now: Times) -> Decided:
     if troupe.mode == "armed" and now.wall >= troupe.begins - BEGIN_EARLY:
         troupe, more = _begin(troupe, now.at + max(troupe.begins - now.wall, troupe.ahead))
         acts += more
-    return troupe, acts
+    troupe, passed = sightings.passed_on(troupe, now)
+    return troupe, [*acts, *passed]
 
 
 def due(troupe: Troupe, now: Times) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
     begins = now.at + troupe.begins - BEGIN_EARLY - now.wall if troupe.mode == "armed" else math.inf
-    return min(troupe.unconfirmed_at, begins, troupe.drifts if troupe.mode == "playing" else math.inf)
+    drifts = troupe.drifts if troupe.mode == "playing" else math.inf
+    return min(troupe.unconfirmed_at, begins, drifts, sightings.due(troupe))
 
 
 def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
@@ -293,9 +265,11 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         return troupe, [*(SendTo(each, stop) for each in others), Say(transport)]
     if state == "paused" and troupe.mode in ("gathering", "armed"):
         return replace(troupe, mode="unplaced"), [Say(transport)]
-    is_old = transport["monotonic"] < troupe.since + CLOSE and not _waits(transport)
+    is_old = transport["monotonic"] < troupe.since + CLOSE and not transport.get("waits_for")
     if state == "paused" and troupe.mode == "playing" and is_old:
-        return troupe, []  # it has sought the beat from which all go on, or is late to say that it was paused
+        # It has sought the beat from which all go on, or is late to say that it was paused. Of two robots that come too
+        # near to each other, each is paused by its own stage, and the second may say so after a person resumes.
+        return troupe, []
     if state == "paused" and troupe.mode == "playing":
         others = troupe.others(host)
         pause: Pause = {"type": "pause"}

@@ -14,6 +14,7 @@ from improv_core.stage.messages import (
     Load,
     MisplacedRobot,
     Pressed,
+    SeenRobot,
     Takeover,
     ToStage,
     TransportMessage,
@@ -62,7 +63,8 @@ class Troupe:
     themselves, and those that are `joining` have yet to play along. They play `since` a monotonic time: what is said
     about a pause before that is no news. From `drifts` on, in monotonic seconds, their clocks may have drifted apart.
     `kept` holds for stages that start later. `unconfirmed_at` is when people are told who has not confirmed a stop, in
-    monotonic seconds. `presses` says for each count of presses that was told how many each stage had heard.
+    monotonic seconds. `presses` says for each count of presses that was told how many each stage had heard. `seen` are
+    robots of which stages elsewhere have yet to be told where they are, from `passes_on` on, in monotonic seconds.
     """
 
     members: Mapping[str, Hosted]
@@ -79,6 +81,8 @@ class Troupe:
     kept: Mapping[str, ToStage] = field(default_factory=dict)
     unconfirmed_at: float = math.inf
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    seen: Mapping[str, SeenRobot] = field(default_factory=dict)
+    passes_on: float = -math.inf
 
     @property
     def alive(self) -> list[str]:

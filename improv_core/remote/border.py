@@ -68,7 +68,7 @@ def to_there(message: Mapping[str, Any], border: Border) -> dict[str, Any]:
     else:
         crossed = _with(crossed, {"wall": border.nanoseconds_there})
         if "robots" in crossed and isinstance(crossed["robots"], Mapping):
-            crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_there})
+            crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_there, "at": border.at_there})
     return crossed
 
 
@@ -93,6 +93,8 @@ def to_here(message: Mapping[str, Any], border: Border) -> dict[str, Any] | None
         _set_begins(crossed, border.unix_here)
     elif kind == "measured":
         crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_here})
+    elif kind == "seen":
+        crossed["robots"] = _each(crossed["robots"], {"at": border.at_here})
     return _with(crossed, {"wall": border.nanoseconds_here})
 
 

@@ -139,6 +139,11 @@ class Outgoing:
         """So many more bytes have reached the stage."""
         self._unread = max(self._unread - count, 0)
 
+    @property
+    def rests(self) -> bool:
+        """Whether no line waits, and little is on its way."""
+        return not self._lines and self._unread < CHUNK
+
     def next(self) -> bytes | None:
         """The frame to send now; None if nothing waits, or nothing may be sent."""
         if self._urgent:

@@ -52,6 +52,7 @@ class NearEnd:
         now = time.monotonic()
         self._asking = Asking(now)
         self._border: Border | None = None
+        self._seen: dict[str, Any] = {}  # where robots of others are, of which the stage there has yet to be told
         self._held: list[Mapping[str, Any]] = []  # what the stage has said before its clock is known
         self._heard = self._looked = now
         self._linked = self._asked = 0.0  # when our parent was last told of the link, and the far end asked
@@ -134,7 +135,11 @@ class NearEnd:
         with self._changed:
             self._changed.wait_for(lambda: self._border or self._gone.is_set())
             known = self._border
-        if known:
+        if known and message["type"] == "seen":
+            with self._changed:
+                self._seen |= to_there(message, known)["robots"]
+                self._changed.notify_all()
+        elif known:
             if message["type"] == "load":
                 patience: Any = message.get("patience")
                 self._patience = float(patience) if type(patience) in (int, float) else SILENCE_LIMIT
@@ -181,6 +186,10 @@ class NearEnd:
         """The next frame; None after the last one."""
         with self._changed:
             while not (frame := self._outgoing.next()):
+                if self._seen and self._outgoing.rests and not self._ending:  # nothing waits behind where robots were
+                    self._outgoing.put(dumps({"type": "seen", "robots": self._seen}))
+                    self._seen = {}
+                    continue
                 if self._ending or self._gone.is_set():
                     return None
                 self._changed.wait()

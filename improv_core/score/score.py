@@ -63,7 +63,8 @@ class Part:
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame
     that they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic that says how full its
     battery is. `namespace` is that of the robot's own topics. `host` is where its stage runs; None stands for here. It
-    is `elsewhere` if the stage that plays it is not the one that moves the robot. With `use_sim_time`, its messages are
+    is `elsewhere` if the stage that plays it is not the one that moves the robot; then it has no `odom`, and another
+    stage tells where it is if its poses are in the world. With `use_sim_time`, its messages are
     stamped with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read.
     `editions` has a number for each scene: two parts of a robot with the same number move it alike.
 
@@ -226,11 +227,23 @@ class Score:
         return frozenset(replace(part.host, patience=LINK_PATIENCE) for part in self.parts.values() if part.host)
 
     def on(self, host: str) -> Score:
-        """As the stage of a host plays it ("": the one here): others move the robots elsewhere and know where they are,
-        but when scenes begin depends on all."""
-        there = {name: part for name, part in self.parts.items() if (part.host.name if part.host else "") != host}
+        """As the stage of a host plays it ("": the one here): others move the robots elsewhere and measure where they
+        are, but when scenes begin depends on all."""
+        there = {
+            name: part
+            for name, part in self.parts.items()
+            if (part.host.name if part.host else "") != host and not part.elsewhere
+        }
         lost = {
-            name: replace(each, elsewhere=True, odom=None, battery=None, reset=None) for name, each in there.items()
+            name: replace(
+                each,
+                elsewhere=True,
+                odom=None,
+                odom_frame=each.odom_frame if each.odom else "own",
+                battery=None,
+                reset=None,
+            )
+            for name, each in there.items()
         }
         return replace(self, parts={**self.parts, **lost})
 

@@ -10,12 +10,21 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose
+from improv_core.score.score import Score
 from improv_core.stage.events import TooNear
 from improv_core.stage.fault_lines import in_one_phrase
+from improv_core.stage.fields import to_pose_json
+from improv_core.stage.messages import RobotsSeen, SeenRobot
 from improv_core.stage.nearness import Proximity
 from improv_core.stage.odometry import Odometry
 from improv_core.stage.run import Run
 from improv_core.stage.sinks import RawPose, Sink
+
+FROM_ELSEWHERE = "another stage"
+"""The source of poses of robots that stages elsewhere move."""
+QUIET = 10.0
+"""Seconds for which poses of a robot elsewhere must have come in time until people are told again that they don't: on
+a bad link, that changes all the time."""
 
 
 class Guard:
@@ -25,17 +34,30 @@ class Guard:
         self._sink = sink
         self._proximity = Proximity()
         self._told: set[str] = set()  # robots that people know are not guarded
-        self._lost: set[str] = set()  # those of which no poses come now
+        self._lost: dict[str, float] = {}  # those of which no poses come now, and when that was so last
         self._delayed: set[str] = set()  # those whose poses come too late
         self._misdated: set[str] = set()  # those whose poses have stamps of another time
 
     def forget(self) -> None:
         """Name all robots again that aren't guarded, since somebody has restarted everything."""
-        self._told, self._lost, self._delayed, self._misdated = set(), set(), set(), set()
+        self._told, self._lost, self._delayed, self._misdated = set(), {}, set(), set()
 
     def hear(self, poses: Iterable[RawPose]) -> None:
         """Take measured poses."""
         self._proximity = self._proximity.heard(poses)
+
+    def shared(self, run: Run, poses: Iterable[RawPose]) -> RobotsSeen | None:
+        """What stages elsewhere have to know of these poses, which were measured here, so that robots keep apart."""
+        parts = run.score.parts
+        if not self._sink.real or run.score.world.keep_apart is None or run.mode in ("stopped", "ended"):
+            return None
+        if not any(part.elsewhere for part in parts.values()):
+            return None
+        ours = _guarded(run).keys() & _ours(run)
+        robots: dict[str, SeenRobot] = {
+            raw.robot: {"at": raw.at, "pose": to_pose_json(raw.pose)} for raw in poses if raw.robot in ours
+        }
+        return {"type": "seen", "robots": robots} if robots else None
 
     def unseen(self, run: Run, now: float) -> list[str]:
         """The robots that must be seen and aren't at a time on the clock."""
@@ -69,17 +91,15 @@ class Guard:
         """Lines about robots that aren't guarded, each once."""
         if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing":
             return
-        guarded = _guarded(run)
-        never = run.score.parts.keys() - guarded.keys() - self._told
-        self._told |= never
-        if far := sorted(robot for robot in never if run.score.parts[robot].elsewhere):
-            yield f"`keep_apart` doesn't see {', '.join(far)}, which stages elsewhere move: keep people near them"
-        if unknown := sorted(never.difference(far)):
+        parts, guarded = run.score.parts, _guarded(run)
+        if unknown := sorted(parts.keys() - guarded.keys() - self._told):
+            self._told |= {*unknown}
             yield f'`keep_apart` doesn\'t guard {", ".join(unknown)}: that needs poses with `odom_frame = "world"`'
         lost = {robot for robot in guarded if not self._proximity.is_fresh(robot, now)}
-        if new := lost - self._lost:
+        if new := lost - self._lost.keys():
             yield f"`keep_apart` doesn't guard {in_one_phrase(sorted(new))} now: no pose came for {OLDEST} s"
-        self._lost = lost
+        far = {robot: at for robot, at in self._lost.items() if robot in guarded and parts[robot].elsewhere}
+        self._lost = {robot: at for robot, at in far.items() if now < at + QUIET} | dict.fromkeys(lost, now)
 
     def clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
         """Lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. They are so
@@ -116,6 +136,15 @@ class Guard:
         self._delayed = (self._delayed | late) - over
 
 
+def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
+    """Where robots are that other stages move, as these say. None was measured later than now."""
+    return [
+        RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now))
+        for robot, each in seen["robots"].items()
+        if robot in score.parts and score.parts[robot].elsewhere
+    ]
+
+
 def _ours(run: Run) -> list[str]:
     """The robots that this stage moves."""
     return [robot for robot, part in run.score.parts.items() if not part.elsewhere]
@@ -130,5 +159,8 @@ def _dependent(run: Run) -> list[str]:
 
 def _guarded(run: Run) -> Mapping[str, float]:
     """The radii of the robots whose poses are in the world that all share."""
-    parts = run.score.parts.items()
-    return {robot: part.profile.radius for robot, part in parts if part.odom and part.odom_frame == "world"}
+    return {
+        robot: part.profile.radius
+        for robot, part in run.score.parts.items()
+        if (part.odom or part.elsewhere) and part.odom_frame == "world"
+    }

@@ -19,6 +19,7 @@ from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play,
 from improv_core.stage.asleep import NOTICED
 from improv_core.stage.commands import Stop, is_stop
 from improv_core.stage.gate import made_of
+from improv_core.stage.guard import from_elsewhere
 from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
 from improv_core.stage.messages import (
@@ -199,6 +200,8 @@ class Loop:
             if not (message["type"] == "pause" and playing and self._in_order.pause(message)):
                 self._obey(message, now)
             self._do_next()  # what came by standard input may have waited for it
+        elif isinstance(arrival, dict) and arrival["type"] == "seen":  # it waits for nothing that has its time
+            self._obey(arrival, now)
         elif isinstance(arrival, dict) and is_stop(arrival):
             self._in_order.stop()
             self._do(arrival, now)
@@ -321,6 +324,9 @@ class Loop:
             return
         if message["type"] == "sensed" or message["type"] == "decided":
             self._follow(message, now)
+            return
+        if message["type"] == "seen":
+            self.player.measure(from_elsewhere(message, self.player.score, now), now)
             return
         if message["type"] == "anchor":
             heard = Anchor(message["at"], message["beat"], message["tempo"] / 60, message["period"], message["jumps"])

@@ -94,6 +94,20 @@ class Measured(TypedDict):
     robots: Mapping[str, MeasuredRobot]
 
 
+class SeenRobot(TypedDict):
+    """Where a robot was in the world that all share, `at` a monotonic time."""
+
+    at: float
+    pose: PoseJson
+
+
+class RobotsSeen(TypedDict):
+    """Where robots of one stage are, which stages elsewhere have to keep theirs apart from."""
+
+    type: Literal["seen"]
+    robots: Mapping[str, SeenRobot]
+
+
 class MisplacedRobot(TypedDict):
     """Where a robot should be and where it stands (null: not known), and what has to be done about it."""
 
@@ -260,7 +274,7 @@ ToPages = (
     | JointPositions
 )
 """From the parent to the pages, through their stage."""
-ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | AnchorMessage | BendMessage | Ping
+ToStage = Load | Conduct | Sensed | Decided | RobotsSeen | ToPages | Pressed | AnchorMessage | BendMessage | Ping
 
 
 class _Ready(TypedDict):
@@ -371,6 +385,7 @@ FromStage = (
     | Sensed
     | Decided
     | Measured
+    | RobotsSeen
     | FaultMessage
     | Vitals
     | Unreached

@@ -90,7 +90,7 @@ class Odometry:
         for robot in self._tracks.keys() - parts.keys():
             del self._tracks[robot]
         for robot, part in parts.items():
-            if not part.odom and part.profile.dynamics == "ideal":
+            if part.elsewhere or (not part.odom and part.profile.dynamics == "ideal"):
                 self._tracks.pop(robot, None)
             else:
                 if robot not in self._tracks:

@@ -25,6 +25,7 @@ from improv_core.stage.messages import (
     Paced,
     Poses,
     Pressed,
+    RobotsSeen,
     Sensed,
     Trailing,
     TransportMessage,
@@ -50,6 +51,7 @@ Told = (
     | Sensed
     | Decided
     | Measured
+    | RobotsSeen
     | Misplaced
     | Armed
     | FaultMessage

@@ -360,7 +360,10 @@ class Tracks:
         """Take measured poses, and report where robots were and where they ideally would have been."""
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
-        self.guard.hear(raw._replace(at=self.odometry.taken_at(raw)) for raw in poses)
+        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
+        self.guard.hear(taken)
+        if seen := self.guard.shared(run, taken):
+            self.tell(seen)
         for comparison in found if self.sink.real else ():
             self.watches.take(comparison)
         if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):

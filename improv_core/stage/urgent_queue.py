@@ -13,7 +13,9 @@ from improv_core.stage.sinks import Edge
 
 URGENT = {row.name: row.voids for row in COMMANDS.values() if row.overtakes} | {"ping": frozenset[str]()}
 """Each urgent message, and what it makes void: requests that were made before it and must not be obeyed after it."""
-OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {"sensed", "decided", "measured", "joints", "program", "source", "answer"}
+OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {
+    "sensed", "decided", "seen", "measured", "joints", "program", "source", "answer"
+}  # fmt: skip
 """What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
 
 MOST_SENSED = 1_000

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback import together
-from improv_core.playback.together import Act, Say, SendTo, StartHost, Times
+from improv_core.playback import sightings, together
 from improv_core.playback.troupe import HERE, SPARE, Hosted, Troupe, beat_at
+from improv_core.playback.troupe_acts import Act, Say, SendTo, StartHost, Times
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.equality import same
@@ -223,6 +223,65 @@ def test_a_stage_that_pauses_by_itself_pauses_all_until_it_goes_on() -> None:
         "say playing",
     ]
     assert story.sent(HERE)[0]["beat"] == pytest.approx(3.0 + 2 * SPARE)
+
+
+def seen(*robots: str, at: float = NOW) -> dict[str, Any]:
+    return {robot: {"at": at, "pose": {"x": 0.0, "y": 0.0, "z": 0.0, "heading": 0.0}} for robot in robots}
+
+
+def test_where_robots_are_is_told_to_the_stages_that_move_others() -> None:
+    story = Story.playing()
+    assert story.said(PI, "seen", robots=seen("p", "q", "a")) == ["here: seen", f"{PAD}: seen"]
+    assert story.sent(HERE)[0]["robots"] == seen("p", "q"), "it may speak only of its own"
+
+
+def test_what_is_seen_within_a_moment_is_told_together_and_the_latest_counts() -> None:
+    story = Story.playing()
+    begun = story.now
+    story.said(PI, "seen", robots=seen("p"))
+    assert story.said(PAD, "seen", robots=seen("o")) == []
+    story.said(HERE, "seen", robots=seen("a"))
+    story.said(HERE, "seen", robots=seen("a", at=NOW + 0.01))
+    assert story.waits() == ["here: seen", f"{PAD}: seen", f"{PI}: seen"]
+    assert story.now == begun + sightings.PERIOD
+    assert story.sent(PI)[0]["robots"] == {**seen("o"), **seen("a", at=NOW + 0.01)}
+    story.now += sightings.PERIOD
+    assert story.said(PI, "seen", robots=seen("p")) == ["here: seen", f"{PAD}: seen"], (
+        "at once if nobody was told lately"
+    )
+
+
+def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_pause() -> None:
+    story = Story.playing()
+    near = {"too_near": ["a", "p"]}
+    story.now += 1
+    assert story.is_at(PI, "paused", 2.0, **near) == ["here: pause", f"{PAD}: pause", "say paused"]
+    assert story.is_at(HERE, "paused", 2.02, **near) == ["say paused"]
+    story.is_at(PAD, "paused", 2.1)
+    assert story.told("resume") == ["here: resume", f"{PAD}: seek", f"{PAD}: resume", f"{PI}: seek", f"{PI}: resume"]
+    story.now += SPARE
+    for host in story.troupe.alive:
+        story.is_at(host, "paused", 2.02)
+        story.is_at(host, "playing", 2.02)
+    assert story.troupe.mode == "playing"
+    story.now += 1
+    assert story.is_at(PI, "paused", 4.0, **near)[0] == "here: pause", "what comes later is another pause"
+
+
+def test_a_stage_that_says_only_after_a_person_resumes_that_it_was_paused_too_pauses_nobody() -> None:
+    story = Story.playing()
+    near = {"too_near": ["a", "p"]}
+    story.now += 1
+    story.is_at(PI, "paused", 2.0, **near)
+    story.is_at(HERE, "paused", 2.0)
+    late = story.now
+    story.now += 0.2
+    story.told("resume")
+    assert story.is_at(PAD, "paused", 2.0, **near, monotonic=late) == []
+    assert story.troupe.mode == "playing"
+    story.now += SPARE
+    held = {"waits_for": ["button 4 on /joy"]}
+    assert story.is_at(PAD, "paused", 2.0, **held)[-1] == "say paused", "it can't go on: a button must be held"
 
 
 def test_a_robot_that_is_not_in_its_place_holds_all_back_until_people_play_again() -> None:

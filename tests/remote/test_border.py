@@ -34,6 +34,10 @@ BORDER = Border(
             | {"score": {"at": 1}},
         ),
         (
+            {"type": "seen", "robots": {"r": {"at": 5.0, "pose": {"x": 1.0}}}},
+            {"type": "seen", "robots": {"r": {"at": 1_005.0, "pose": {"x": 1.0}}}},
+        ),
+        (
             {"type": "load", "arming": {"begins": 1_700_000_007.0}, "senses": [{"wall": 1_700_000_000 * SECOND}]},
             {"type": "load", "arming": {"begins": 1_700_000_057.0}, "senses": [{"wall": 1_700_000_050 * SECOND}]},
         ),

@@ -59,6 +59,17 @@ def test_a_stop_goes_before_the_rest_of_a_long_line_even_if_the_window_is_full()
     assert all_of(outgoing) == [b"s3\n"]
 
 
+def test_it_rests_once_no_line_waits_and_what_was_sent_has_arrived() -> None:
+    outgoing = Outgoing()
+    assert outgoing.rests
+    outgoing.put(b"x" * CHUNK)
+    assert not outgoing.rests
+    all_of(outgoing)
+    assert not outgoing.rests
+    outgoing.acknowledge(CHUNK + 1)
+    assert outgoing.rests
+
+
 def test_at_the_end_what_is_urgent_is_sent_and_the_rest_is_not() -> None:
     outgoing = Outgoing()
     outgoing.put(b"x" * WINDOW)

@@ -12,20 +12,31 @@ from typing import Any
 
 import pytest
 
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT4
-from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.score import Deadman, Host, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
+from improv_core.score.world import World
 from improv_core.stage.arrivals import Arrival, End, First, Play
 from improv_core.stage.beginning import WAITS
 from improv_core.stage.commands import Force, Held, KeySense, Released, Seek, Speed
 from improv_core.stage.listeners import PATIENCE
 from improv_core.stage.loop import Opened, run
-from improv_core.stage.messages import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping, When
+from improv_core.stage.messages import (
+    DEADMAN_LIMIT,
+    LOADING_LIMIT,
+    SILENCE_LIMIT,
+    FromStage,
+    Load,
+    Ping,
+    RobotsSeen,
+    SeenRobot,
+    When,
+)
 from improv_core.stage.parent import Parent
 from improv_core.stage.pipes import arrival
-from improv_core.stage.sinks import Alarm, Edge, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, RawPose, RawPoses
 from tests.stage.test_player import Memory, score
 
 START = 1000.0
@@ -181,6 +192,26 @@ def test_a_simulated_robot_that_only_stands_there_is_met() -> None:
     sink = Memory()
     perform(sink, (0, load("r $ forward\ns at 1 2\n")), (0.5, End()), real=False)
     assert sink.met == {"r", "s"}
+
+
+def test_where_robots_elsewhere_are_counts_at_once_also_behind_what_waits_for_its_time() -> None:
+    sink, dance = Memory(), load("a b $ repeat forward\n")
+    parts = {name: replace(part, odom=f"/{name}/pose", odom_frame="world") for name, part in dance.score.parts.items()}
+    parts["b"] = replace(parts["b"], host=Host("pad"))
+    dance.load["here"] = ""
+    dance.load["anyway"] = True
+    near = {"b": SeenRobot(at=START + 0.3, pose={"x": 0.5, "y": 0.0, "z": 0.0, "heading": 0.0})}
+    told = perform(
+        sink,
+        (0, replace(dance, score=replace(dance.score, parts=parts, world=World(keep_apart=1.0)))),
+        (0.1, FromRos(RawPoses([RawPose("a", "odom", Pose(), START + 0.1)]))),
+        (0.2, Speed(type="speed", factor=0.5, at=START + 0.5)),
+        (0.29, FromRos(RawPoses([RawPose("a", "odom", Pose(), START + 0.29)]))),
+        (0.3, RobotsSeen(type="seen", robots=near)),
+        (0.4, End()),
+    )
+    states = {each["state"]: each["monotonic"] for each in told if each["type"] == "transport"}
+    assert states["paused"] == START + 0.3
 
 
 def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:

@@ -10,8 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.score.motion import Pose
-from improv_core.score.score import OdomFrame, Safety
+from improv_core.score.profiles import TURTLEBOT4
+from improv_core.score.score import Host, OdomFrame, Safety
 from improv_core.score.world import World
+from improv_core.stage.guard import QUIET, from_elsewhere
+from improv_core.stage.messages import RobotsSeen
 from improv_core.stage.nearness import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
 from improv_core.stage.odometry import CONTINUOUS
 from improv_core.stage.player import Player
@@ -198,6 +201,131 @@ def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -
         stage.run(0.1)
     stage.run(1)
     assert unguarded(stage).count(lost) == before + 1
+
+
+# Robots that stages elsewhere move
+
+FAR = Host("pad")
+
+
+def beside(keep_apart: float | None = KEEP_APART, odom: str | None = "/b/pose") -> Stage:
+    """A real robot here that has driven for a second, and b, which another stage moves; 3 m are between their edges."""
+    stage = Stage()
+    stage.sink.real = True
+    read = score("beat 60\na b $ repeat 80 forward")
+    here = replace(read.parts["a"], odom="/a/pose", odom_frame="world")
+    there = replace(read.parts["b"], odom=odom, odom_frame="world", host=FAR)
+    dance = replace(read, parts={"a": here, "b": there}, world=World(keep_apart=keep_apart)).on("")
+    stage.player.load(dance, 1, "restart", stage.now, anyway=True)
+    stage.run(1)
+    see_here(stage)
+    see_there(stage, 3)
+    return stage
+
+
+def see_here(stage: Stage) -> None:
+    stage.player.measure(seen(stage.now, a=0), stage.now)
+
+
+def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b") -> None:
+    """The stage elsewhere says where its robot was so many seconds ago, with so many meters between the edges."""
+    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
+    message: RobotsSeen = {"type": "seen", "robots": {robot: {"at": stage.now - ago, "pose": where}}}  # type: ignore[typeddict-item]
+    stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
+
+
+def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
+    return [message for message in stage.told if message["type"] == "seen"]
+
+
+def test_a_robot_of_another_stage_that_comes_too_near_pauses_at_once() -> None:
+    stage = beside()
+    see_there(stage, 0.31)
+    assert stage.states[-1] == "playing"
+    see_there(stage, 0.2)
+    assert stage.states[-1] == "paused"
+    assert stage.lines[-1] == "paused: a and b are 0.20 m apart, and `keep_apart` is 0.3 m: make room, then resume"
+    see_there(stage, 0.2)
+    stage.player.resume(stage.now, anyway=True)
+    see_there(stage, 0.25)
+    assert stage.states[-1] == "playing", "both may move apart"
+
+
+def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_than_now() -> None:
+    stage = beside()
+    see_there(stage, 0.2, ago=0.21)
+    assert stage.states[-1] == "playing"
+    see_there(stage, 0.2, ago=-60)
+    assert stage.states[-1] == "paused"
+    stage = beside()
+    see_there(stage, 3, ago=-60)
+    stage.run(0.3)
+    stage.player.measure(seen(stage.now, a=3), stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_another_stage_says_nothing_about_a_robot_here() -> None:
+    stage = beside()
+    see_there(stage, 0.1)
+    assert stage.states[-1] == "paused"
+    stage = beside()
+    see_there(stage, 3 - 2.9, robot="a")
+    assert stage.states[-1] == "playing"
+
+
+def test_robots_elsewhere_of_which_no_poses_come_are_named_and_again_only_after_a_quiet_while() -> None:
+    stage = beside()
+
+    def poses_come(seconds: float, *, there: bool = True) -> None:
+        for _ in range(round(seconds / 0.1)):
+            see_here(stage)
+            if there:
+                see_there(stage, 3)
+            stage.run(0.1)
+
+    lost = "`keep_apart` doesn't guard b now: no pose came for 0.2 s"
+    poses_come(QUIET + 2)
+    for there in (False, True, False):
+        poses_come(2, there=there)
+    assert stage.lines.count(lost) == 1
+    poses_come(QUIET + 2)
+    poses_come(2, there=False)
+    assert stage.lines.count(lost) == 2
+
+
+def test_nobody_here_waits_until_a_robot_elsewhere_is_in_its_place() -> None:
+    stage = Stage()
+    stage.sink.real = True
+    read = score("beat 60\na b $ repeat 8 forward")
+    there = replace(read.parts["b"], odom="/b/pose", odom_frame="world", host=FAR, profile=TURTLEBOT4)
+    stage.player.load(replace(read, parts={**read.parts, "b": there}).on(""), 1, "restart", stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_a_robot_elsewhere_without_poses_in_the_world_is_named_once() -> None:
+    stage = beside(odom=None)
+    stage.run(1)
+    assert unguarded(stage)[0] == '`keep_apart` doesn\'t guard b: that needs poses with `odom_frame = "world"`'
+    see_there(stage, 0.1)
+    assert stage.states[-1] == "playing"
+
+
+def test_stages_elsewhere_are_told_where_robots_here_are_while_they_play_or_pause() -> None:
+    stage = beside()
+    (told,) = told_elsewhere(stage)
+    assert told["robots"] == {"a": {"at": stage.now, "pose": {"x": 0, "y": 0.0, "z": 0.0, "heading": 0.0}}}
+    stage.player.pause(stage.now)
+    see_here(stage)
+    assert len(told_elsewhere(stage)) == 2
+    stage.player.stop(stage.now)
+    see_here(stage)
+    assert len(told_elsewhere(stage)) == 2
+
+
+@pytest.mark.parametrize("stage", [playing(), beside(keep_apart=None)], ids=["nobody is elsewhere", "not kept apart"])
+def test_otherwise_nobody_is_told(stage: Stage) -> None:
+    assert told_elsewhere(stage) == []
 
 
 # Robots that must be seen

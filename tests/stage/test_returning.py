@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +11,7 @@ import pytest
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT4, slow_speeds
-from improv_core.score.score import Safety
+from improv_core.score.score import Host, Safety
 from improv_core.score.world import Wall, World
 from improv_core.stage.sinks import RawPose
 from tests.stage.test_player import GONE, Stage, score
@@ -35,6 +35,7 @@ class Floor(Stage):
         world: World | None = None,
         safety: Safety | None = None,
         deaf: Mapping[str, str] | None = None,
+        elsewhere: Collection[str] = (),
     ) -> None:
         super().__init__()
         self.sink.real, self.sink.deaf = True, dict(deaf or {})
@@ -44,12 +45,19 @@ class Floor(Stage):
         self._obeys = dict.fromkeys(APART, STILL)
         read = score(program)
         parts = {
-            robot: replace(part, odom=f"/{robot}/pose", odom_frame="world", start=APART[robot], profile=TURTLEBOT4)
+            robot: replace(
+                part,
+                odom=f"/{robot}/pose",
+                odom_frame="world",
+                start=APART[robot],
+                profile=TURTLEBOT4,
+                host=Host("pad") if robot in elsewhere else None,
+            )
             for robot, part in read.parts.items()
         }
         self.dance = replace(
             read, parts=parts, world=world or World(keep_apart=0.3), safety=safety or Safety(rejoin="return")
-        )
+        ).on("")
         self.see()
         self.player.load(self.dance, 1, "restart", self.now, anyway=True)
 
@@ -178,6 +186,18 @@ def test_it_stands_while_somebody_is_in_its_way() -> None:
     floor.poses["s"] = APART["s"]
     floor.move(0.1)
     assert not floor.stands()
+
+
+def test_a_robot_drives_back_once_those_that_stages_elsewhere_move_are_seen_too() -> None:
+    floor = Floor(elsewhere={"s"})
+    floor.move(1)
+    floor.sink.deaf = GONE
+    floor.move(3)
+    floor.sink.deaf, floor.unseen = {}, {"s"}
+    floor.move(1)
+    assert floor.stands()
+    floor.unseen = set()
+    until_back(floor)
 
 
 def test_something_in_the_world_is_in_its_way() -> None:

@@ -28,8 +28,18 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
     if not editor.pulls_diagnostics:  # a client that got both would show everything twice
         ls.withdraw(types.TEXT_DOCUMENT_DIAGNOSTIC)
         ls.withdraw(types.WORKSPACE_DIAGNOSTIC)
+    elif _asks_only_about_files(params.client_info):
+        ls.withdraw(types.WORKSPACE_DIAGNOSTIC)
     if params.process_id and os.name == "posix":
         editor.soon(_watch_parent(ls, params.process_id))
+
+
+def _asks_only_about_files(client: types.ClientInfo | None) -> bool:
+    """Whether a client that is offered the diagnostics of all files asks for nothing else when it is told to ask again.
+
+    Neovim 0.12 does, and ignores what the answer says of open programs: what is found late would never be shown there.
+    """
+    return client is not None and client.name == "Neovim" and (client.version or "").startswith("0.12.")
 
 
 def initialized(ls: Session, params: types.InitializedParams) -> None:

@@ -92,6 +92,21 @@ def test_a_client_that_pulls_is_told_to_ask_again_when_the_robots_change(tmp_pat
 
 
 @pytest.mark.parametrize(
+    ("name", "version", "offered"),
+    [("Neovim", "0.12.4+v0.12.4", False), ("Neovim", "0.13.0", True), ("Neovim", None, True), ("Zed", "0.12.4", True)],
+)
+def test_neovim_0_12_is_not_offered_those_of_all_files_as_it_would_refresh_only_these(
+    name: str, version: str | None, offered: bool
+) -> None:
+    about = {"clientInfo": {"name": name, **({"version": version} if version else {})}}
+    with Client(QUIET, capabilities=PULLS, about=about) as client:
+        provider = client.initialized["capabilities"]["diagnosticProvider"]
+        assert provider["workspaceDiagnostics"] is offered
+        client.open(URI, PROGRAM)
+        assert len(pull(client, URI)["items"]) == 2
+
+
+@pytest.mark.parametrize(
     "capabilities",
     [
         {},

@@ -1,4 +1,4 @@
--- Who uses a name, all safe fixes at once, and the beat of the line that plays.
+-- Who uses a name, all safe fixes at once, the beat of the line that plays, and whom robots meet.
 
 local person = require("person")
 local await = person.await
@@ -34,4 +34,8 @@ person.session(function()
   await("the next beat", function() return hint():find("^beat %d+/∞$") and hint() ~= first end)
   vim.cmd.ImprovHush()
   await("no beat", function() return hint() == "" end)
+
+  -- The server finds this out after it has answered, and nobody types meanwhile.
+  vim.api.nvim_buf_set_lines(0, 0, -1, false, { "ada at 0 0", "bo at 1 -1 facing 90", "ada $ forward", "bo $ forward" })
+  await("a meeting", function() return (vim.diagnostic.get(0)[1] or {}).code == "meets" end)
 end)

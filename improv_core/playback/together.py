@@ -17,7 +17,7 @@ from improv_core.playback.troupe import HERE, Troupe, beat_at
 from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, StartHost, Times
 from improv_core.stage.clock_messages import BendMessage
 from improv_core.stage.commands import COMMANDS, Pause, Stop
-from improv_core.stage.messages import FromStage, Load, Pressed, ToStage, TransportMessage
+from improv_core.stage.messages import Armed, FromStage, Load, Pressed, ToStage, TransportMessage
 
 CONFIRM_LIMIT = 1.0
 """Seconds that a stop may take to be confirmed. Then people are told which robots may still be moving."""
@@ -83,7 +83,7 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
     if message["type"] == "transport":
         return _transport(troupe, host, message, now)
     if message["type"] == "armed":
-        return _armed(troupe.with_member(host, armed=message["armed"]), now)
+        return _armed(troupe.with_member(host, armed=message["armed"]), host, message, now)
     if message["type"] == "lacks":
         return _join(troupe, host, now)
     if message["type"] == "deserted":
@@ -129,8 +129,8 @@ def waited(troupe: Troupe, now: Times) -> Decided:
     if now.at >= troupe.drifts:
         troupe = replace(troupe, drifts=now.at + DRIFT_PERIOD)
         acts += _where_it_is(troupe, now)
-    if troupe.mode == "armed" and now.wall >= troupe.begins - BEGIN_EARLY:
-        troupe, more = _begin(troupe, now.at + max(troupe.begins - now.wall, troupe.ahead))
+    if troupe.mode == "armed" and now.wall >= troupe.opens - BEGIN_EARLY:
+        troupe, more = _begin(troupe, now.at + max(troupe.opens - now.wall, troupe.ahead))
         acts += more
     troupe, passed = sightings.passed_on(troupe, now)
     return troupe, [*acts, *passed]
@@ -138,7 +138,7 @@ def waited(troupe: Troupe, now: Times) -> Decided:
 
 def due(troupe: Troupe, now: Times) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
-    begins = now.at + troupe.begins - BEGIN_EARLY - now.wall if troupe.mode == "armed" else math.inf
+    begins = now.at + troupe.opens - BEGIN_EARLY - now.wall if troupe.mode == "armed" else math.inf
     drifts = troupe.drifts if troupe.mode == "playing" else math.inf
     return min(troupe.unconfirmed_at, begins, drifts, sightings.due(troupe))
 
@@ -233,17 +233,23 @@ def _begin(troupe: Troupe, at: float) -> Decided:
     return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
 
 
-def _armed(troupe: Troupe, now: Times) -> Decided:
+def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
+    """A stage is ready for beat 0, or no longer. Once all have been told to begin, the one that leads says when it
+    counts, and that it has begun."""
     ready = all(troupe.members[host].armed for host in troupe.alive)
     if troupe.mode == "gathering" and ready:
         if troupe.arming is None:
             return _begin(troupe, now.at + troupe.ahead)
         begins = troupe.begins if troupe.begins < math.inf else None
-        armed: FromStage = {"type": "armed", "generation": troupe.generation, "armed": True, "begins": begins}
+        armed: Armed = {"type": "armed", "generation": troupe.generation, "armed": True, "begins": begins}
+        if begins and troupe.count:
+            armed["count"] = troupe.count
         return replace(troupe, mode="armed"), [Say(armed)]
     if troupe.mode == "armed" and not ready:
-        not_armed: FromStage = {"type": "armed", "generation": troupe.generation, "armed": False, "begins": None}
+        not_armed: Armed = {"type": "armed", "generation": troupe.generation, "armed": False, "begins": None}
         return replace(troupe, mode="gathering"), [Say(not_armed)]
+    if troupe.mode not in ("gathering", "armed") and host == troupe.lead:
+        return troupe, [Say(said)]
     return troupe, []
 
 

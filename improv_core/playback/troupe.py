@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from fractions import Fraction
+from typing import Any, Literal, cast
 
+from improv_core.score.transport import BEATS_PER_BAR
+from improv_core.stage.commands import Speed
 from improv_core.stage.messages import (
     MOST_AHEAD,
     SILENCE_LIMIT,
     Arming,
+    CountJson,
     Load,
     MisplacedRobot,
     Pressed,
@@ -116,6 +120,20 @@ class Troupe:
         """Seconds by which everybody must be told of something in order to do it at the same instant."""
         lag = max((self.members[host].lag for host in self.alive), default=0.0)
         return min(lag + SPARE, MOST_AHEAD)
+
+    @property
+    def count(self) -> CountJson | None:
+        """What each stage counts before beat 0, from when it is told to begin."""
+        if not self.load or not self.load["score"].get("count_in"):
+            return None
+        score, faster = self.load["score"], cast(Speed, self.kept.get("speed", {"factor": 1.0}))
+        beats = score["bar"] or self.load.get("beats_per_bar", BEATS_PER_BAR)
+        return {"beats": beats, "period": 60 / float(Fraction(score["tempo"])) / faster["factor"]}
+
+    @property
+    def opens(self) -> float:
+        """When all have to be told to begin by themselves, in Unix time: beats may be counted until beat 0."""
+        return self.begins - (self.count["beats"] * self.count["period"] if self.count else 0.0)
 
     @property
     def is_on(self) -> bool:

@@ -139,6 +139,54 @@ def test_a_dance_that_is_armed_begins_when_a_person_or_its_time_says_so() -> Non
         assert {act.message["at"] for act in story.acts} == {begins or NOW + SPARE}  # type: ignore[union-attr, typeddict-item]
 
 
+COUNT = {"beats": 3, "period": 0.25}
+"""A bar of three beats at 120 beats per minute, twice as fast."""
+
+
+def counting(**arming: float) -> Story:
+    """All are ready, and a bar is counted before beat 0."""
+    story = Story(HERE, PI)
+    story.told("speed", factor=2.0)
+    score = replace(on_hosts("beat 120\na p $ repeat forward\n"), count_in=True, bar=3)
+    load = {"generation": 1, "score": to_json(score, story.written), "when": "restart", "backend": "all"}
+    story.told("load", **load, arming=arming)
+    for host in (HERE, PI):
+        story.said(host, "armed", generation=1, armed=True, begins=None)
+    return story
+
+
+def test_all_begin_to_count_at_one_instant_and_the_one_that_leads_says_until_when() -> None:
+    story = counting()
+    assert [act.message.get("count") for act in story.acts] == [None], "nobody counts yet"  # type: ignore[union-attr]
+    assert story.told("resume") == ["here: resume", f"{PI}: resume"]
+    assert {act.message["at"] for act in story.acts} == {NOW + SPARE}  # type: ignore[union-attr, typeddict-item]
+    for host, words in ((PI, []), (HERE, ["say armed"])):
+        assert story.said(host, "armed", generation=1, armed=True, begins=NOW + 0.78, count=COUNT) == words
+    assert story.told("resume") == [], "nobody can shorten it"
+    for host, words in ((PI, []), (HERE, ["say armed"])):
+        assert story.said(host, "armed", generation=1, armed=False, begins=None) == words
+    assert story.is_at(HERE, "playing") == ["say playing"]
+
+
+def test_the_last_bar_before_a_time_is_counted_by_all() -> None:
+    story = counting(begins=NOW + 60)
+    (armed,) = (act.message for act in story.acts if isinstance(act, Say))
+    assert (armed["begins"], armed["count"]) == (NOW + 60, COUNT)  # type: ignore[typeddict-item]
+    assert story.waits() == ["here: resume", f"{PI}: resume"]
+    instants = {act.message["at"] for act in story.acts}  # type: ignore[union-attr, typeddict-item]
+    assert instants == {NOW + 60 - COUNT["beats"] * COUNT["period"]}
+
+
+def test_a_stop_ends_a_count_everywhere_and_people_are_told() -> None:
+    story = counting()
+    story.told("resume")
+    story.said(HERE, "armed", generation=1, armed=True, begins=NOW + 0.78, count=COUNT)
+    story.told("stop")
+    assert story.said(HERE, "armed", generation=1, armed=False, begins=None) == ["say armed"]
+    assert story.is_at(HERE, "stopped") == ["say stopped"]
+    assert story.troupe.mode == "stopped"
+
+
 def test_only_the_stage_that_leads_says_where_playback_is() -> None:
     story = Story.playing()
     assert story.is_at(PI, "playing", 2.0) == []

@@ -198,9 +198,10 @@ class RosReader:
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
     def _measure(self, message: MeasuredPoses) -> None:
-        poses = [_pose(each) for each in message["poses"]]
-        self._posed |= {robot for robot, *_ in poses if robot in self._odometry}
-        self._hear(RawPoses(poses))
+        asked = [each for each in message["poses"] if self._odometry.get(each["robot"]) == each["topic"]]
+        if asked:  # others come from topics that counted until just now
+            self._posed |= {each["robot"] for each in asked}
+            self._hear(RawPoses([_pose(each) for each in asked]))
 
     def _turn(self, sense: RobotSense, value: bool | None, at: float) -> None:
         if self._values.get(sense) != value:

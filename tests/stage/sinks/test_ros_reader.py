@@ -104,6 +104,27 @@ def test_a_process_that_resumes_counts_again_once_it_has_caught_up(
         assert [edge.value for edge in edges if isinstance(edge, Edge)] == [False, None, True]
 
 
+POSES = """\
+import json, sys
+pose = {"robot": "anna", "source": "nav_msgs/Odometry", "frame": "odom", "at": 1.0, "stamp": None}
+pose["pose"] = {"x": 0, "y": 0, "z": 0, "heading": 0}
+while "/anna/odom" not in sys.stdin.readline():
+    pass
+for topic in ("/anna/before", "/anna/odom"):
+    print(json.dumps({"type": "poses", "poses": [pose | {"topic": topic}]}), flush=True)
+sys.stdin.readline()
+"""
+"""Once it has been asked for the poses on a topic, those of another one come first."""
+
+
+def test_a_pose_from_a_topic_that_no_longer_counts_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    with reading(monkeypatch, POSES) as (reader, heard):
+        reader.read({}, {"anna": "/anna/odom"}, {}, {})
+        found = heard.get(timeout=LIMIT)
+        assert isinstance(found, RawPoses)
+        assert [pose.topic for pose in found.poses] == ["/anna/odom"]
+
+
 @pytest.mark.parametrize(("period", "urgent"), [(USUAL, False), (PROMPT, True)])
 def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
     period: float, urgent: bool, monkeypatch: pytest.MonkeyPatch

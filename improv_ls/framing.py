@@ -24,7 +24,7 @@ from pygls.exceptions import (
 )
 from pygls.io_ import StdoutWriter
 from pygls.lsp.server import LanguageServer
-from pygls.protocol import LanguageServerProtocol
+from pygls.protocol import LanguageServerProtocol, default_converter
 
 from improv_core.playback.stops import Stops
 from improv_core.slices import checkpoint
@@ -45,7 +45,9 @@ class StdioServer(LanguageServer):
 
     def __init__(self, name: str, version: str) -> None:
         kind = types.TextDocumentSyncKind.Incremental
-        super().__init__(name, version, text_document_sync_kind=kind, protocol_cls=Protocol)
+        super().__init__(
+            name, version, text_document_sync_kind=kind, protocol_cls=Protocol, converter_factory=default_converter
+        )
         self._ended = asyncio.Event()
         self.stops = Stops()
         self.arrival = Arrival(b"", 0, False)

@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple, Self
 
 import pytest
+from pygls.protocol import default_converter
 
-from improv_ls import settling, slices
+from improv_ls import framing, settling, slices
 from improv_ls.checker import Checker, ProgramFile, diagnostics_in
 from improv_ls.room_checker import RoomChecker, Rooms
 from tests.stage_on_thread import USED, StageOnThread
@@ -30,6 +31,8 @@ Message = dict[str, Any]
 LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
 
+CONVERTER = default_converter()  # type: ignore[no-untyped-call]
+"""Of all servers on threads: learning LSP's types takes longer than the rest of a server's start."""
 CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
     "textDocument": {"codeAction": {"codeActionLiteralSupport": {"codeActionKind": {"valueSet": []}}}},
@@ -119,6 +122,7 @@ class Client:
         if screen:
             self._environment.setenv("DISPLAY", ":0")
         self._environment.setattr(USED, StageOnThread)
+        self._environment.setattr(framing, "default_converter", lambda: CONVERTER)
         if not self._hurries:
             self._environment.setattr(slices, "SLICE", LIMIT)
             self._environment.setattr(settling, "PATIENCE", LIMIT)

@@ -254,8 +254,8 @@ def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
 
 
 def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:
-    state, was_moving = transport["state"], troupe.members[host].may_move
-    moves = was_moving and state in ("playing", "waiting")
+    state, before = transport["state"], troupe.members[host].transport
+    moves = troupe.members[host].may_move and state in ("playing", "waiting")
     troupe = troupe.with_member(host, transport=transport, may_move=moves)
     by_lead: list[Act] = [Say(transport)] if host == troupe.lead else []
     if by_lead and state == "playing" and troupe.mode == "playing":
@@ -271,7 +271,8 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         return troupe, [*(SendTo(each, stop) for each in others), Say(transport)]
     if state == "paused" and troupe.mode in ("gathering", "armed"):
         return replace(troupe, mode="unplaced"), [Say(transport)]
-    is_old = transport["monotonic"] < troupe.since + CLOSE and not transport.get("waits_for")
+    was_paused = before is not None and before["state"] == "paused"
+    is_old = (was_paused or transport["monotonic"] < troupe.since + CLOSE) and not transport.get("waits_for")
     if state == "paused" and troupe.mode == "playing" and is_old:
         # It has sought the beat from which all go on, or is late to say that it was paused. Of two robots that come too
         # near to each other, each is paused by its own stage, and the second may say so after a person resumes.

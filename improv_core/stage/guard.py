@@ -73,7 +73,9 @@ class Guard:
         """The robots that are too near to each other at a time on the clock, if there are any."""
         if not self._sink.real or (keep_apart := run.score.world.keep_apart) is None:
             return None
-        self._proximity, found = self._proximity.looked(run.mode == "playing", _guarded(run), keep_apart, now)
+        self._proximity, found = self._proximity.looked(
+            run.mode == "playing", _guarded(run), keep_apart, now, {*_ours(run)}
+        )
         return TooNear(found) if found else None
 
     def deadline(self, run: Run) -> float:

@@ -6,7 +6,7 @@ Lengths are in meters, times in seconds on the clock. Standard library only.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -48,8 +48,16 @@ class Proximity:
         """After these poses have come."""
         return replace(self, seen={**self.seen, **{raw.robot: raw for raw in poses}})
 
-    def looked(self, playing: bool, radii: Mapping[str, float], keep_apart: float, now: float) -> Looked:
-        """Find the robots that are too near to each other now. `radii` are those of the robots that are guarded.
+    def looked(
+        self,
+        playing: bool,
+        radii: Mapping[str, float],
+        keep_apart: float,
+        now: float,
+        ours: Set[str] | None = None,
+    ) -> Looked:
+        """Find the robots that are too near to each other now. `radii` are those of the robots that are guarded. Others
+        look at pairs without any robot of `ours` (None: all are ours).
 
         Two that come too near are found at once. Two that are too near when they begin to play are found as soon as
         they come nearer, or if they don't move apart.
@@ -57,7 +65,11 @@ class Proximity:
         if not playing:
             return Looked(replace(self, leaving=None), [])
         fresh = {robot: radius for robot, radius in radii.items() if self.is_fresh(robot, now)}
-        near = [*_pairs(self.seen, fresh, keep_apart + JITTER)]
+        near = [
+            each
+            for each in _pairs(self.seen, fresh, keep_apart + JITTER)
+            if ours is None or not ours.isdisjoint(each.robots)
+        ]
         if self.leaving is None:
             begin = {each.robots: Since(each.gap, now) for each in near if each.gap < keep_apart}
             return Looked(replace(self, leaving=begin), [])

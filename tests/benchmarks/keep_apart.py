@@ -8,6 +8,9 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
+from tests.benchmarks.air import LINK
+from tests.benchmarks.hosts import AIR
+from tests.benchmarks.keep_apart_hosts import delays
 from tests.benchmarks.robots import ENV, HERE, PYTHON
 from tests.benchmarks.tables import print_row
 from tests.commands.command_line import IMPROV
@@ -50,3 +53,22 @@ def run(quick: bool) -> None:
     print_row("median", "p90", "worst")
     print_row("---:", "---:", "---:")
     print_row(f"{median(times):.1f}", f"{times[len(times) * 9 // 10]:.1f}", f"{times[-1]:.1f}")
+    if os.geteuid() == 0 and LINK.exists():
+        _on_hosts(rounds)
+
+
+def _on_hosts(rounds: int) -> None:
+    print("\nThe same with two robots on hosts of their own\n")
+    print_row("link", "zeros of", "times", "median", "p90", "worst")
+    print_row("---", "---", "---:", "---:", "---:", "---:")
+    said = []
+    for about, link in (("2 ms", ("--delay", "0.002")), ("2–100 ms, 2 % lost", AIR)):
+        found = delays(rounds, link)
+        for who, seconds in (("the one that is seen", found.shown), ("the other one", found.other)):
+            times = sorted(1000 * each for each in seconds)
+            figures = f"{median(times):.1f}", f"{times[len(times) * 9 // 10]:.1f}", f"{times[-1]:.1f}"
+            print_row(about, who, str(len(times)), *figures)
+        pauses = sum(line.startswith("paused ") for line in found.lines)
+        said.append(f"{about}: {pauses} messages about {len(found.shown)} pauses")
+        said += [f"{about}: {line}" for line in found.lines if "doesn't guard" in line]
+    print("\n" + "\n".join(said))

@@ -235,7 +235,7 @@ def test_who_seeks_the_beat_from_which_all_go_on_has_not_paused_by_itself() -> N
     story.is_at(PI, "paused", 2.26)
     story.told("resume")
     assert story.is_at(PAD, "paused", 2.5) == [], "it says only now that it was paused"
-    story.now += SPARE
+    story.now += SPARE + 0.1  # its machine is busy
     assert story.is_at(PAD, "paused", 2.26) == []
     assert story.is_at(PAD, "playing", 2.26) == []
     story.now += 1
@@ -309,7 +309,8 @@ def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_paus
     assert story.told("resume") == ["here: resume", f"{PAD}: seek", f"{PAD}: resume", f"{PI}: seek", f"{PI}: resume"]
     story.now += SPARE
     for host in story.troupe.alive:
-        story.is_at(host, "paused", 2.02)
+        story.now += 0.02  # they are late to obey, and seek the beat while they are still paused
+        assert story.is_at(host, "paused", 2.02, **near) == []
         story.is_at(host, "playing", 2.02)
     assert story.troupe.mode == "playing"
     story.now += 1

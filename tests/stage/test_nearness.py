@@ -103,6 +103,14 @@ def test_all_pairs_are_found_and_no_others(where: Mapping[str, tuple[float, floa
     assert found == expected
 
 
+def test_two_robots_that_are_near_are_looked_at_by_those_who_move_them() -> None:
+    proximity, _ = Proximity().heard(seen(0, a=0, b=3, c=6)).looked(True, dict.fromkeys("abc", RADIUS), KEEP_APART, 0)
+    proximity = proximity.heard(seen(0.1, a=0, b=0.4, c=0.8))
+    for ours, expected in (({"a"}, ["ab"]), ({"b"}, ["ab", "bc"]), (set[str](), []), (None, ["ab", "bc"])):
+        found = proximity.looked(True, dict.fromkeys("abc", RADIUS), KEEP_APART, 0.1, ours).found
+        assert sorted("".join(each.robots) for each in found) == expected
+
+
 def test_a_line_names_the_nearest_pairs() -> None:
     pairs = [Near(("a", "b"), -0.02), *(Near(("c", f"r{number}"), 0.2) for number in range(MOST_NAMED + 1))]
     assert as_line(pairs[:1], 0.3) == (

@@ -19,7 +19,7 @@ from playwright.sync_api import Page, sync_playwright
 from improv_core.site.website import build
 from tests.benchmarks.tables import print_row
 from tests.needs import need
-from tests.site.conftest import PYODIDE_HERE
+from tests.site.test_website import PYODIDE
 from tests.stage.viewer.conftest import FLAGS, wait
 
 RATE = 10_000_000 / 8
@@ -81,7 +81,7 @@ def run(quick: bool) -> None:
     """Print what it took, in seconds and milliseconds, and how large each part is."""
     with tempfile.TemporaryDirectory() as folder:
         site = Path(folder, "site")
-        build(site, PYODIDE_HERE)
+        build(site, PYODIDE)
         _print_sizes(site)
         firsts, seconds = [], []
         with _served(site) as address, sync_playwright() as playwright:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import http.server
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,19 +13,25 @@ from pathlib import Path
 import pytest
 
 from improv_core.site.website import build
-from tests.needs import lacking
 from tests.pyodide import imitate
+from tests.site.native import homes, run_natively
 from tests.stage.viewer.conftest import browser, chromium, keep, page, window
 
 __all__ = ["browser", "chromium", "keep", "page", "window"]
 
-PYODIDE_HERE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
+
+@pytest.fixture(scope="session")
+def pyodide(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that looks like the npm package. No test changes it."""
+    return imitate(tmp_path_factory.mktemp("npm") / "pyodide")
 
 
-@pytest.fixture
-def pyodide(tmp_path: Path) -> Path:
-    """A folder that looks like the npm package."""
-    return imitate(tmp_path / "pyodide")
+@pytest.fixture(scope="session")
+def built(pyodide: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The website as it is built of that. No test changes it."""
+    site = tmp_path_factory.mktemp("built") / "site"
+    build(site, pyodide)
+    return site
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
@@ -37,16 +44,23 @@ def served(folder: Path) -> Iterator[str]:
     """Where a plain web server serves a folder."""
     handler = functools.partial(_Quiet, directory=str(folder))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
 
 
+@pytest.fixture(scope="session")
+def natively(tmp_path_factory: pytest.TempPathFactory, built: Path) -> Iterator[Path]:
+    """The website with its Python in this process, in a folder of a folder. No test changes it."""
+    root = tmp_path_factory.mktemp("classes")
+    shutil.copytree(built, root / "improv")
+    with homes() as port:
+        run_natively(root / "improv", port)
+        yield root
+
+
 @pytest.fixture
-def address(tmp_path: Path) -> Iterator[str]:
-    """Where the website is served, in a folder of a plain web server."""
-    if not PYODIDE_HERE.exists():
-        lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
-    build(tmp_path / "classes" / "improv", PYODIDE_HERE)
-    with served(tmp_path) as root:
-        yield f"{root}classes/improv/"
+def address(natively: Path) -> Iterator[str]:
+    """Where that is served, for one test: on a port of its own, for which a browser has kept nothing yet."""
+    with served(natively) as root:
+        yield f"{root}improv/"

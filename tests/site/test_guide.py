@@ -73,7 +73,7 @@ def test_a_program_of_the_gallery_plays_there(example: dict[str, str]) -> None:
     assert example["picture"].startswith("<svg")
 
 
-@pytest.mark.slow("starts Python in a browser")
+@pytest.mark.slow("axe looks at the page in five states")
 def test_the_tutorial_stands_beside_the_stage_and_what_it_shows_plays(address: str, page: Page, keep: Keep) -> None:
     page.goto(address)
     wait(page, 'document.body.dataset.connection === "open"')

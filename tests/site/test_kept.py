@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 import zlib
 from base64 import urlsafe_b64encode
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.site.website import build
-from tests.needs import lacking
-from tests.site.conftest import PYODIDE_HERE, served
+from tests.site.conftest import served
 from tests.stage.viewer.conftest import Keep, wait
 
 OPENED = 'document.body.dataset.connection === "open"'
@@ -36,7 +34,6 @@ def fragment(**held: object) -> str:
     return f"#dance={urlsafe_b64encode(data).decode().rstrip('=')}"
 
 
-@pytest.mark.slow("starts Python in a browser, twice")
 def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_was_paused(
     address: str, page: Page, keep: Keep
 ) -> None:
@@ -81,7 +78,6 @@ def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_wa
     expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml.replace("quadrator", "quadrotor"))
 
 
-@pytest.mark.slow("starts Python in a browser, twice")
 def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Page) -> None:
     page.goto(address)
     wait(page, OPENED)
@@ -102,11 +98,8 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
     page.evaluate("localStorage.clear()")
 
 
-@pytest.mark.slow("starts Python in a browser, twice")
-def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(tmp_path: Path, page: Page) -> None:
-    if not PYODIDE_HERE.exists():
-        lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
-    build(tmp_path / "site", PYODIDE_HERE)
+def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(natively: Path, tmp_path: Path, page: Page) -> None:
+    shutil.copytree(natively / "improv", tmp_path / "site")
     with served(tmp_path / "site") as root:
         page.goto(root)
         wait(page, OPENED)

@@ -16,10 +16,14 @@ from playwright.sync_api import Page, expect
 from improv_core.services.program_file import TEMPLATE
 from improv_core.site.compiled import compiled
 from improv_core.site.website import LIBRARY, MARK, SiteError, build
+from tests.needs import lacking
+from tests.pyodide import imitate
 from tests.site.conftest import served
-from tests.stage.viewer.conftest import LIMIT, Keep, wait
+from tests.stage.viewer.conftest import Keep, wait
 from tests.stage.viewer.songs import clicks
 
+PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
+OPENED = 'document.body.dataset.connection === "open"'
 BREAK = """async () => {
   const compiled = await caches.open((await caches.keys()).find((name) => name.startsWith("improv compiled ")))
   const [kept] = await compiled.keys()
@@ -47,24 +51,22 @@ def test_all_that_is_loaded_lies_in_the_folder_and_is_kept_for_later(pyodide: Pa
             assert not hosts, name
 
 
-def test_python_files_of_the_command_line_stay_out(pyodide: Path, tmp_path: Path) -> None:
-    build(tmp_path / "site", pyodide)
-    names = zipfile.ZipFile(io.BytesIO((tmp_path / "site" / "improv.zip").read_bytes())).namelist()
+def test_python_files_of_the_command_line_stay_out(built: Path) -> None:
+    names = zipfile.ZipFile(built / "improv.zip").namelist()
     assert {"improv_core/site/home.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
     assert not [name for name in names if re.search("/commands/|/page/|/remote/|sinks/ros|__pycache__", name)]
 
 
-def test_of_pythons_own_library_what_nothing_imports_stays_out(pyodide: Path, tmp_path: Path) -> None:
-    build(tmp_path / "site", pyodide)
-    assert zipfile.ZipFile(tmp_path / "site" / "pyodide" / LIBRARY).namelist() == ["re/__init__.py"]
-    (pyodide / LIBRARY).write_text("half of it")
+def test_of_pythons_own_library_what_nothing_imports_stays_out(built: Path, tmp_path: Path) -> None:
+    assert zipfile.ZipFile(built / "pyodide" / LIBRARY).namelist() == ["re/__init__.py"]
+    broken = imitate(tmp_path / "pyodide")
+    (broken / LIBRARY).write_text("half of it")
     with pytest.raises(SiteError, match="is broken: run `npm install pyodide` again"):
-        build(tmp_path / "site", pyodide)
+        build(tmp_path / "site", broken)
 
 
-def test_the_python_files_need_no_others(pyodide: Path, tmp_path: Path) -> None:
-    build(tmp_path / "site", pyodide)
-    zipfile.ZipFile(tmp_path / "site" / "improv.zip").extractall(tmp_path / "files")
+def test_the_python_files_need_no_others(built: Path, tmp_path: Path) -> None:
+    zipfile.ZipFile(built / "improv.zip").extractall(tmp_path / "files")
     scene = """
 import asyncio, sys
 sys.path = [each for each in sys.path if "site-packages" not in each and each] + [sys.argv[1]]
@@ -109,18 +111,18 @@ def test_modules_that_were_compiled_need_no_source(tmp_path: Path) -> None:
     assert done.stdout == "compiled source\n"
 
 
-def test_the_same_files_make_the_same_website(pyodide: Path, tmp_path: Path) -> None:
-    build(tmp_path / "one", pyodide)
-    build(tmp_path / "two", pyodide)
-    assert content(tmp_path / "one") == content(tmp_path / "two")
-
-
-def test_an_earlier_build_is_replaced_and_other_folders_stay(pyodide: Path, tmp_path: Path) -> None:
+def test_the_same_files_make_the_same_website_also_in_place_of_an_earlier_one(
+    built: Path, pyodide: Path, tmp_path: Path
+) -> None:
     site = tmp_path / "site"
+    site.mkdir()
+    for name in (MARK, "old.js"):
+        (site / name).write_text("")
     build(site, pyodide)
-    (site / "old.js").write_text("")
-    build(site, pyodide)
-    assert not (site / "old.js").exists()
+    assert content(site) == content(built)
+
+
+def test_folders_with_other_files_stay(pyodide: Path, tmp_path: Path) -> None:
     other = tmp_path / "other"
     other.mkdir()
     (other / "thesis.txt").write_text("")
@@ -131,21 +133,16 @@ def test_an_earlier_build_is_replaced_and_other_folders_stay(pyodide: Path, tmp_
         build(tmp_path / "new", tmp_path)
 
 
-def test_the_page_opens_over_plain_http_as_in_a_class(pyodide: Path, tmp_path: Path, page: Page) -> None:
-    build(tmp_path / "site", pyodide)
-    with served(tmp_path / "site") as root:
+def test_the_page_opens_over_plain_http_as_in_a_class(built: Path, page: Page) -> None:
+    with served(built) as root:
         page.goto(root.replace("127.0.0.1", "0.0.0.0"))  # the same server, but browsers don't trust this address
         assert not page.evaluate("isSecureContext")
         expect(page.locator("#text")).to_have_value(TEMPLATE)
         assert page.evaluate("improv.transport.generation") == 0
 
 
-@pytest.mark.slow("opens a browser")
-def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
-    pyodide: Path, tmp_path: Path, page: Page, keep: Keep
-) -> None:
-    build(tmp_path / "site", pyodide)
-    with served(tmp_path / "site") as root:
+def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(built: Path, page: Page, keep: Keep) -> None:
+    with served(built) as root:
         page.goto(root)
         for width, height in ((1280, 800), (768, 1024), (390, 844)):
             page.set_viewport_size({"width": width, "height": height})
@@ -160,13 +157,42 @@ def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(
         assert paper["height"] > 80
 
 
-@pytest.mark.slow("starts Python in a browser, four times")
-def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(address: str, page: Page, keep: Keep) -> None:
+@pytest.mark.slow("starts Python in a browser, three times")
+def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
+    tmp_path: Path, page: Page, keep: Keep
+) -> None:
+    if not PYODIDE.exists():
+        lacking("Pyodide is missing: npm install --no-save --prefix .cache/pyodide pyodide@314")
+    build(tmp_path / "site", PYODIDE)
+    with served(tmp_path / "site") as address:
+        link = _first_visit(page, address, keep)
+        page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
+        page.context.set_offline(True)
+        try:
+            page.goto("about:blank")
+            page.goto(link)
+            expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
+            wait(page, OPENED)
+            assert page.evaluate("location.hash") == ""
+            assert page.evaluate("improv.transport.generation") == 0  # nothing plays by itself
+            page.get_by_role("button", name="Show it instead").click()  # what was here before is not lost
+            expect(page.locator("#text")).to_have_value("cy $ forward\n")
+            page.get_by_role("button", name="Save and play").click()
+            wait(page, "improv.robots.cy?.x > 0.5")
+            page.evaluate(BREAK)
+            page.goto("about:blank")
+            page.goto(address)  # without what it has compiled, it compiles again
+            wait(page, OPENED)
+        finally:
+            page.context.set_offline(False)
+
+
+def _first_visit(page: Page, address: str, keep: Keep) -> str:
+    """Nothing of the website is kept yet. Returns a link to a dance that was written here; another one plays then."""
     page.goto(address)
     expect(page.locator("#notice")).to_contain_text("Loading Improv:")
     expect(page.locator("#text")).to_have_value(TEMPLATE)  # may be written meanwhile
-    opened = 'document.body.dataset.connection === "open"'
-    wait(page, opened)
+    wait(page, OPENED)
     page.locator("#text").fill("bo $ repeat 3 (forwrd left)\n")
     page.get_by_role("button", name="Change to forward").click()
     expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
@@ -178,11 +204,13 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(addres
     page.keyboard.press("Escape")
     wait(page, 'improv.transport.state === "stopped"')
 
+    page.locator("#stage").click()  # before that, browsers play nothing
     page.get_by_role("button", name="Examples").click()
     expect(page.locator("#examples-list img").first).to_be_visible()
     keep(page, "site-examples.png")
-    page.locator("#examples").get_by_role("button", name="square", exact=True).click()
-    wait(page, "improv.robots.turtle1?.x > 0.5")
+    page.locator("#examples").get_by_role("button", name="waltz (music)").click()
+    wait(page, "Math.abs(improv.song - (0.25 + (improv.beat * 60) / 144)) < 0.25")
+    expect(page.locator("#song-line")).to_be_hidden()
     page.locator("#text").focus()
     page.keyboard.press("Control+z")
     expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
@@ -195,32 +223,12 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(addres
     page.locator("#text").fill("cy $ forward\n")
     page.keyboard.press("Control+Enter")
     wait(page, "improv.robots.cy?.x > 0.5")
-
-    page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
-    page.context.set_offline(True)
-    try:
-        page.goto("about:blank")
-        page.goto(link)
-        expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n", timeout=LIMIT * 1000)
-        wait(page, opened)
-        assert page.evaluate("location.hash") == ""
-        assert page.evaluate("improv.transport.generation") == 0  # nothing plays by itself
-        page.get_by_role("button", name="Show it instead").click()  # what was here before is not lost
-        expect(page.locator("#text")).to_have_value("cy $ forward\n")
-        page.get_by_role("button", name="Save and play").click()
-        wait(page, "improv.robots.cy?.x > 0.5")
-        page.evaluate(BREAK)
-        page.goto("about:blank")
-        page.goto(address)  # without what it has compiled, it compiles again
-        wait(page, opened)
-    finally:
-        page.context.set_offline(False)
+    return link
 
 
-@pytest.mark.slow("starts Python in a browser")
 def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: str, page: Page) -> None:
     page.goto(address)
-    wait(page, 'document.body.dataset.connection === "open"')
+    wait(page, OPENED)
     page.locator("#text").fill("beat 120\nbo $ repeat (forward left)\n")
     page.keyboard.press("Control+Enter")
     wait(page, 'improv.transport.state === "playing"')
@@ -232,21 +240,9 @@ def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: st
     wait(page, 'improv.transport.state === "stopped" && improv.song === null')
 
 
-@pytest.mark.slow("starts Python in a browser")
-def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) -> None:
-    page.goto(address)
-    wait(page, 'document.body.dataset.connection === "open"')
-    page.locator("#stage").click()
-    page.get_by_role("button", name="Examples").click()
-    page.locator("#examples").get_by_role("button", name="waltz (music)").click()
-    wait(page, "Math.abs(improv.song - (0.25 + (improv.beat * 60) / 144)) < 0.25")
-    expect(page.locator("#song-line")).to_be_hidden()
-
-
-@pytest.mark.slow("starts Python in a browser")
 def test_a_broken_link_says_so_and_the_page_works(address: str, page: Page) -> None:
     page.goto(f"{address}#dance=q1YqU7Iy")
-    wait(page, 'document.body.dataset.connection === "open"')
+    wait(page, OPENED)
     expect(page.locator("#notice")).to_contain_text("this link is broken")
     page.locator("#text").fill("ada $ forward\n")
     page.keyboard.press("Control+Enter")

@@ -10,17 +10,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from lsprotocol import types
-
+from improv_core.diagnostics import Diagnostic
 from improv_core.program import room
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program
 from improv_core.robots.config import Robots
 from improv_core.stage.lines import own_output
-from improv_ls import to_lsp
+from improv_core.text import LineIndex
 from improv_ls.asking import ANSWER_LIMIT, Answerer, packed, unpacked
-from improv_ls.positions import Encoding
-from improv_ls.to_lsp import DiagnosticSupport
 
 
 class ProgramFile(NamedTuple):
@@ -31,18 +28,23 @@ class ProgramFile(NamedTuple):
     robots: Robots
 
 
-class Checker:
-    """Checks programs for a client. The process starts when there is something to check, and ends with `close`."""
+class Findings(NamedTuple):
+    """What is wrong with a program, and the lines of its text."""
 
-    def __init__(self, encoding: Encoding, support: DiagnosticSupport, limit: float = ANSWER_LIMIT) -> None:
-        self.taken = encoding, support
+    lines: LineIndex
+    diagnostics: Sequence[Diagnostic]
+
+
+class Checker:
+    """Checks programs. The process starts when there is something to check, and ends with `close`."""
+
+    def __init__(self, limit: float = ANSWER_LIMIT) -> None:
         self.answerer = Answerer("improv_ls.checker", limit)
 
-    def check(self, programs: Sequence[ProgramFile]) -> list[list[types.Diagnostic]]:
-        """The diagnostics of each program; none for one that can't be read. Blocks; raises EOFError or OSError if the
-        process has ended, or has hung and was killed."""
-        found: list[list[types.Diagnostic]] = self.answerer.ask((programs, *self.taken))
-        return found
+    def check(self, programs: Sequence[ProgramFile]) -> list[Findings | None]:
+        """What is wrong with each program; None if nothing is, or it can't be read. Blocks; raises EOFError or OSError
+        if the process has ended, or has hung and was killed."""
+        return [each and Findings(*each) for each in self.answerer.ask(programs)]
 
     def close(self) -> None:
         self.answerer.close()
@@ -52,19 +54,19 @@ def _serve() -> None:
     """Answer what is asked on standard input, until it is closed."""
     say: Callable[[str], None] = own_output()
     for line in sys.stdin.buffer:
-        programs, encoding, support = unpacked(line)
-        say(packed([diagnostics_in(each, encoding, support) for each in programs]))
+        # As tuples: the classes of this module are those of `__main__` here.
+        say(packed([found and tuple(found) for found in map(found_in, unpacked(line))]))
 
 
-def diagnostics_in(program: ProgramFile, encoding: Encoding, support: DiagnosticSupport) -> list[types.Diagnostic]:
-    """What is wrong with a program on disk; nothing if it can't be read."""
+def found_in(program: ProgramFile) -> Findings | None:
+    """What is wrong with a program on disk; None if nothing is, or it can't be read."""
     try:
         analysis = analyze(read_program(program.path), program.robots)
     except ReadError:
-        return []
+        return None
     report = room.check(analysis)
     found = sorted([*analysis.diagnostics, *(report.diagnostics if report else ())], key=lambda each: each.span)
-    return [to_lsp.diagnostic(program.uri, analysis.lines, each, encoding, support) for each in found]
+    return Findings(analysis.lines, found) if found else None
 
 
 if __name__ == "__main__":

@@ -137,6 +137,11 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
+def nodes(path: Path) -> Sequence[ast.AST]:
+    return [*ast.walk(tree(path))]
+
+
 class Import(NamedTuple):
     name: str  # `a.b.c` for `from a.b import c`
     when: Literal["for types", "at once", "later"]
@@ -248,7 +253,7 @@ def test_text_reaches_people_in_few_places() -> None:
     for path in MODULES:
         if not any(function.rpartition(".")[2] in path.read_text(encoding="utf-8") for function in TO_PEOPLE):
             continue
-        called = {f".{ast.unparse(node.func)}" for node in ast.walk(tree(path)) if isinstance(node, ast.Call)}
+        called = {f".{ast.unparse(node.func)}" for node in nodes(path) if isinstance(node, ast.Call)}
         for function in TO_PEOPLE:
             if any(each.endswith(f".{function}") for each in called):
                 found[function].add(path.as_posix())
@@ -276,7 +281,7 @@ SHARED = {
 
 
 def test_a_class_has_its_name_to_itself() -> None:
-    counts = Counter(node.name for path in MODULES for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef))
+    counts = Counter(node.name for path in MODULES for node in nodes(path) if isinstance(node, ast.ClassDef))
     assert {name: count for name, count in counts.items() if count > 1 and not name.startswith("_")} == SHARED
 
 
@@ -290,10 +295,10 @@ IN_PIECES = {
 
 def identifiers(path: Path) -> set[str]:
     """What is defined in a module, and the variables and attributes that it uses."""
-    nodes = [*ast.walk(tree(path))]
-    defined = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)}
-    used = {node.id for node in nodes if isinstance(node, ast.Name)}
-    return defined | used | {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    found = nodes(path)
+    defined = {node.name for node in found if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)}
+    used = {node.id for node in found if isinstance(node, ast.Name)}
+    return defined | used | {node.attr for node in found if isinstance(node, ast.Attribute)}
 
 
 def test_what_is_played_is_a_score_and_not_a_piece() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +11,8 @@ from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.robots.config import Robots
-from improv_ls.checker import Checker, ProgramFile
+from improv_ls import to_lsp
+from improv_ls.checker import Checker, Findings, ProgramFile
 from improv_ls.documents import Document, path_of, robots_of
 from improv_ls.handlers.diagnostic import diagnosed
 from improv_ls.programs import LARGEST_FILE, programs_in
@@ -59,13 +60,13 @@ async def _reports(ls: Session, known: dict[str, str]) -> AsyncIterator[tuple[Se
     ls.checked = {uri: each for uri, each in ls.checked.items() if uri in listed}
     robots: dict[Path, Robots] = {}
     uris = list(listed)
-    checker = Checker(ls.editor.encoding, ls.editor.diagnostic_support)
+    checker, told = Checker(), partial(_diagnostics, ls)
     try:
         for first in range(0, len(uris), AT_ONCE):
             portion = uris[first : first + AT_ONCE]
             opened = {path_of(uri): document for uri, document in ls.documents.items()}
             closed = [uri for uri in portion if listed[uri] not in opened]
-            ls.checked |= await asyncio.to_thread(_check, closed, listed, dict(ls.checked), robots, checker)
+            ls.checked |= await asyncio.to_thread(_check, closed, listed, dict(ls.checked), robots, checker, told)
             reports = partial(_reports_now, ls, portion, opened, listed, known)
             found = await ls.settling.run(reports)
             known.update({each.uri: each.result_id for each in found if each.result_id})
@@ -90,9 +91,10 @@ def _check(
     checked: Mapping[str, Checked],
     robots: dict[Path, Robots],
     checker: Checker,
+    told: Callable[[str, Findings], list[types.Diagnostic]],
 ) -> dict[str, Checked]:
     """What is wrong with these files now, on a thread. One that has not changed is not read. `robots` keeps what each
-    folder's `improv.toml` says."""
+    folder's `improv.toml` says; `told` makes of what is found what the client gets."""
     stamps, changed = [], []
     for uri in uris:
         path = listed[uri]
@@ -107,12 +109,18 @@ def _check(
         if state.st_size <= LARGEST_FILE and not (before and (before.stamp, before.robots) == (stamp, cast)):
             stamps.append(stamp)
             changed.append(ProgramFile(uri, path, cast))
-    found = {}
-    for program, stamp, items in zip(changed, stamps, checker.check(changed) if changed else (), strict=True):
+    news = {}
+    for program, stamp, found in zip(changed, stamps, checker.check(changed) if changed else (), strict=True):
+        items = told(program.uri, found) if found else []
         before = checked.get(program.uri)
         same = before.sent if before and before.sent.items == items else None
-        found[program.uri] = Checked(stamp, program.robots, same or sent(items))
-    return found
+        news[program.uri] = Checked(stamp, program.robots, same or sent(items))
+    return news
+
+
+def _diagnostics(ls: Session, uri: str, found: Findings) -> list[types.Diagnostic]:
+    encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
+    return [to_lsp.diagnostic(uri, found.lines, each, encoding, support) for each in found.diagnostics]
 
 
 def _reports_now(

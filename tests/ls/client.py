@@ -23,7 +23,7 @@ import pytest
 from pygls.protocol import default_converter
 
 from improv_ls import framing, settling, slices
-from improv_ls.checker import Checker, ProgramFile, diagnostics_in
+from improv_ls.checker import Checker, ProgramFile, found_in
 from improv_ls.room_checker import RoomChecker, Rooms
 from tests.stage_on_thread import USED, StageOnThread
 
@@ -294,9 +294,9 @@ class Client:
         self._inbox.put(None)
 
 
-def _check(checker: Checker, programs: Sequence[ProgramFile]) -> Any:
+def _check(_: Checker, programs: Sequence[ProgramFile]) -> Any:
     """As the process of a checker does it."""
-    return [diagnostics_in(each, *checker.taken) for each in programs]
+    return [*map(found_in, programs)]
 
 
 class ProcessClient(Client):
@@ -333,7 +333,7 @@ class ProcessClient(Client):
             _, log = self.process.communicate(timeout=LIMIT)
         finally:
             self.process.kill()
-        assert failed or log == b"", log.decode()
+        assert failed or (self.process.returncode, log) == (self.code, b""), log.decode()
 
     def _last_words(self) -> str:
         return self.process.stderr.read().decode() if self.process.stderr else ""

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from io import BytesIO
@@ -17,8 +17,7 @@ import pytest
 from improv_core import __version__
 from improv_ls.__main__ import main
 from improv_ls.server import create_server
-from tests.ls.client import LIMIT, Client, ProcessClient
-from tests.processes import descendants, wait_until_gone
+from tests.ls.client import LIMIT, Client
 from tests.stage_on_thread import running
 
 QUIET = {"backend": "sim", "page": {"open": False}}
@@ -33,12 +32,6 @@ PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS, NOT_INITIALIZED 
 def framed(message: bytes | dict[str, Any]) -> bytes:
     body = message if isinstance(message, bytes) else json.dumps({"jsonrpc": "2.0", **message}).encode()
     return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
-
-
-def run(*arguments: str, sent: bytes = b"") -> subprocess.CompletedProcess[bytes]:
-    """A server that gets these bytes, and then the end of its input."""
-    command = [sys.executable, "-m", "improv_ls", *arguments]
-    return subprocess.run(command, input=sent, capture_output=True, timeout=LIMIT, check=False)
 
 
 def told(output: bytes) -> list[dict[str, Any]]:
@@ -87,15 +80,21 @@ def test_exit_tells_whether_the_editor_has_asked_for_shutdown() -> None:
 
 
 def test_exit_without_shutdown_stops_the_robots() -> None:
-    with ProcessClient(QUIET) as client:
+    ends_and_stops_the_robots(lambda client: client.notify("exit", None))
+
+
+def ends_and_stops_the_robots(end: Callable[[Client], None]) -> None:
+    """How a server ends that makes robots dance."""
+    others = running()
+    with Client(QUIET) as client:
         client.open(URI, "r $ repeat left\n")
         client.save(URI)
         client.wait_for_line("▶")
-        stages = descendants(client.process.pid)
-        assert stages
-        client.notify("exit", None)
-        assert client.process.wait(LIMIT) == 1
-        wait_until_gone(stages, LIMIT)
+        assert running() - others
+        end(client)
+        client.code = 1
+        client.wait_for_end()
+        assert not running() - others
 
 
 def test_nothing_else_is_answered_before_initialize() -> None:
@@ -166,17 +165,7 @@ def test_an_unreadable_stream_ends_the_server(capsys: pytest.CaptureFixture[str]
 
 
 def test_an_unreadable_stream_stops_the_robots() -> None:
-    others = running()
-    with Client(QUIET) as client:
-        client.open(URI, "r $ repeat left\n")
-        client.save(URI)
-        client.wait_for_line("▶")
-        stages = running() - others
-        assert stages
-        client.send_bytes(HEADERS[0])
-        client.code = 1
-        client.wait_for_end()
-        assert not running() & stages
+    ends_and_stops_the_robots(lambda client: client.send_bytes(HEADERS[0]))
 
 
 def test_the_command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -192,7 +181,6 @@ def test_the_command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
     for arguments in (["--tcp"], ["--stdio", "dance.improv"], ["--stdio", "--port=7"]):
         problem = f"improv-ls: unknown argument {arguments[-1]!r}; see improv-ls --help\n"
         assert answer(*arguments) == (2, "", problem)
-    process = run("--stdio", sent=framed(INITIALIZE) + framed(SHUTDOWN) + framed(EXIT))
-    assert (process.returncode, len(told(process.stdout)), process.stderr) == (0, 2, b"")
-    wrong = run(sent=framed(INITIALIZE) + HEADERS[0])
-    assert (wrong.returncode, wrong.stderr.count(b"\n")) == (1, 1)
+    command = [sys.executable, "-m", "improv_ls", "--stdio"]
+    process = subprocess.run(command, input=framed(INITIALIZE) + HEADERS[0], capture_output=True, timeout=LIMIT)
+    assert (process.returncode, len(told(process.stdout)), process.stderr.count(b"\n")) == (1, 1, 1)

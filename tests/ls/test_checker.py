@@ -11,7 +11,6 @@ import pytest
 
 from improv_core.robots.config import read_robots
 from improv_ls.checker import Checker, ProgramFile
-from improv_ls.to_lsp import DiagnosticSupport
 from tests.processes import ours
 
 LIMIT = 60.0
@@ -26,18 +25,19 @@ def program(tmp_path: Path) -> ProgramFile:
 
 @pytest.fixture
 def checker() -> Iterator[Checker]:
-    checker = Checker("utf-16", DiagnosticSupport(True, True, True), LIMIT)
+    checker = Checker(LIMIT)
     yield checker
     checker.close()
 
 
-def test_a_program_on_disk_is_checked(checker: Checker, program: ProgramFile) -> None:
-    [[found]] = checker.check([program])
-    assert found.code == "unknown-name"
-
-
-def test_a_hung_process_is_given_up_on(checker: Checker, program: ProgramFile) -> None:
-    checker.check([program])
+def test_programs_on_disk_are_checked_until_the_process_hangs(checker: Checker, program: ProgramFile) -> None:
+    right, missing = (program.path.with_name(name) for name in ("right.improv", "missing.improv"))
+    right.write_text("ada $ forward\n", encoding="utf-8")
+    nothing = [ProgramFile(path.as_uri(), path, program.robots) for path in (right, missing)]
+    found, *others = checker.check([program, *nothing])
+    assert found
+    assert [each.code for each in found.diagnostics] == ["unknown-name"]
+    assert others == [None, None]
     for process in ours("improv_ls.checker"):
         os.kill(process, signal.SIGSTOP)
     checker.answerer.limit = 0.1

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from improv_ls.handlers.workspace_symbol import search
-from tests.ls.client import CAPABILITIES, LIMIT, Client, ProcessClient
-from tests.processes import descendants, wait_until_gone
+from tests.ls.client import CAPABILITIES, Client
+from tests.stage_on_thread import running
 
 QUIET = {"backend": "sim", "page": {"open": False}}
 SILENT = {"onSave": "off"}
@@ -155,16 +155,16 @@ def test_a_canceled_search_ends(tmp_path: Path) -> None:
 
 
 def test_the_answer_to_shutdown_waits_until_the_stages_have_ended() -> None:
-    with ProcessClient(QUIET) as client:
+    others = running()
+    with Client(QUIET) as client:
         client.open("file:///dance.improv", "anna $ repeat up\n")
         client.save("file:///dance.improv")
         client.wait_for_line("▶")
-        stages = descendants(client.process.pid)
-        assert stages
+        assert running() - others
         client.request("shutdown", None)
-        wait_until_gone(stages, 0)
+        assert not running() - others
         client.notify("exit", None)
-        assert client.process.wait(LIMIT) == 0
+        client.wait_for_end()
 
 
 @pytest.mark.parametrize("pulled", [False, True])

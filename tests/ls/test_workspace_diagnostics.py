@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import Client, ProcessClient
+from tests.ls.client import Client
 
 PULLS = {
     "textDocument": {"diagnostic": {}},
@@ -67,13 +67,9 @@ def test_all_programs_in_a_folder_and_then_only_the_changed_ones(tmp_path: Path)
         assert codes(pull(client, second)) == {"a.improv": ["unknown-robot"], "b.improv": ["unknown-robot"]}
 
 
-@pytest.mark.slow("starts a server and the process of its checker")
-def test_a_server_that_starts_alone_knows_what_its_checker_has_found_before(tmp_path: Path) -> None:
-    """It loads LSP's types without slots, and the checker's process with them."""
+def test_a_change_that_changes_no_diagnostic_is_no_news(tmp_path: Path) -> None:
     (file := tmp_path / "a.improv").write_text("anna $ fowrard\n")
-    added = [{"uri": tmp_path.as_uri(), "name": "dances"}]
-    with ProcessClient({"onSave": "off"}, PULLS) as client:
-        client.notify("workspace/didChangeWorkspaceFolders", {"event": {"added": added, "removed": []}})
+    with Client({"onSave": "off"}, capabilities=PULLS, folders=[tmp_path]) as client:
         first = pull(client)
         assert codes(first) == {"a.improv": ["unknown-name"]}
         file.write_text("anna $ fowrard # as before\n")

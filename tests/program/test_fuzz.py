@@ -190,7 +190,7 @@ WORST = [
     "r $ " + "slow 1000000000 " * 35 + "fast 100 forward",
     "r $ " + "fast 1000000000 " * 35 + "rest",
     "x = left right\n" + "x = x || x\n" * 30 + "r $ x",
-    "x = forward\n" + ("x = " + " || ".join(["x"] * 1_000) + "\n") * 150 + "r $ x",
+    "x = forward\n" + ("x = " + " || ".join(["x"] * 200) + "\n") * 150 + "r $ x",
     "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(4_000)),
     "a (m) = m m\nr $ " + "a " * 400 + "forward",
     "p0 (m) = reverse m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(100)) + "r $ p100 left",

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from typing import IO
 from urllib.request import urlopen
 
 import pytest
@@ -15,10 +15,13 @@ import pytest
 from improv_core.playback.stage_process import Heard, Stage
 from improv_core.playback.stops import Stops
 from improv_core.stage.messages import END_LIMIT, LOADING_LIMIT, ToStage, TransportMessage
-from tests.ls.client import ProcessClient
-from tests.processes import descendants, wait_until_gone
+from tests.ls.client import Client
+from tests.processes import ours, wait_until_gone
+from tests.stage_on_thread import USED
 
 LIMIT = 30.0
+SIMULATOR = "stage\0--sink\0simulator"
+"""What is in the command of its process."""
 HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""
 READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
@@ -140,25 +143,29 @@ def test_an_idle_stage_hears_nothing_until_it_is_needed_and_then_a_ping_first() 
     assert asyncio.run(listen()) == ["silence", "ping"]
 
 
-@pytest.fixture
-def client() -> Iterator[ProcessClient]:
-    with ProcessClient({"backend": "sim"}) as client:
+class WithProcesses(Client):
+    """Its stages are processes, as they are for people."""
+
+    def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
+        pipes = super()._start(screen)
+        self._environment.setattr(USED, Stage)
+        return pipes
+
+
+def test_a_new_simulator_takes_the_place_of_one_that_is_gone() -> None:
+    others = ours(SIMULATOR)
+    with WithProcesses({"backend": "sim"}) as client:
         client.open("file:///dance.improv", "r $ repeat forward\n")
         client.save("file:///dance.improv")
         client.wait_for_line("▶")
-        client.wait("$/progress", lambda params: params["value"]["message"] == "beat 2/∞")
-        yield client
-        ours = descendants(client.process.pid)
-    wait_until_gone(ours, LIMIT)
-
-
-def test_a_new_simulator_takes_the_place_of_one_that_is_gone(client: ProcessClient) -> None:
-    dead = descendants(client.process.pid)
-    (page,) = client.wait_for_page()
-    os.kill(next(iter(dead)), signal.SIGKILL)
-    client.wait_for_line("the stage exited unexpectedly: a new one is stopping the robots; save to play again")
-    wait_until_gone(dead, LIMIT)
-    client.save("file:///dance.improv")
-    client.wait_for_line("▶")
-    assert urlopen(page).status == 200, "the page that is open is served on"
-    assert len(descendants(client.process.pid)) == 1
+        ((dead, ended),) = (each for each in ours(SIMULATOR).items() if each[0] not in others)
+        (page,) = client.wait_for_page()
+        os.kill(dead, signal.SIGKILL)
+        client.wait_for_line("the stage exited unexpectedly: a new one is stopping the robots; save to play again")
+        wait_until_gone({dead: ended}, LIMIT)
+        client.save("file:///dance.improv")
+        client.wait_for_line("▶")
+        assert urlopen(page).status == 200, "the page that is open is served on"
+        (new,) = ours(SIMULATOR).keys() - others
+    wait_until_gone(ours(SIMULATOR), LIMIT)
+    assert new != dead

@@ -68,7 +68,8 @@ class Stage:
         self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
         self._sending = threading.Lock()
         self._stops_by = stops_by
-        self._number = 0  # of the latest message there
+        self._number = 0  # the latest that was used
+        self._before = 0  # the number of the latest message on that channel
         self._awake = threading.Event()  # the stage may no longer rest
         self._over = threading.Event()  # it has ended, or is about to
         self._watch = Watch(time.monotonic(), hang_limit)
@@ -128,7 +129,7 @@ class Stage:
             else:
                 if message["type"] == "load" or message["type"] == "resume":
                     self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
-                numbered: Any = {**message, "after": self._number}  # each message may have it
+                numbered: Any = {**message, "after": self._before}  # each message may have it
                 self._outbox.put(numbered)
         if not self._looking:
             with suppress(RuntimeError):  # the loop was closed
@@ -197,7 +198,7 @@ class Stage:
     def _send_first(self, message: Mapping[str, Any]) -> None:
         """Send a numbered message on the channel of stops. Hold the lock."""
         assert self._stops_by is not None
-        self._number += 1
+        self._number = self._before = self._number + 1
         if message["type"] == "ping":
             self._watch.ping(self._number)
         line = json.dumps({**message, "number": self._number}).encode() + b"\n"

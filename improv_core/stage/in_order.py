@@ -83,7 +83,7 @@ class InOrder:
                     return arrival
                 self._meeting = arrival, self._meet(arrival.score)
             play, meeting = self._meeting
-            if not self._is_void(play) and not self._awaits(play):
+            if not self._is_void(play):
                 for _ in meeting:
                     if self._clock() >= end:
                         return None

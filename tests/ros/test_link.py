@@ -138,10 +138,7 @@ def process_of(*words: str) -> int:
     return pid
 
 
-def test_what_runs_there_is_what_was_sent_and_it_is_sent_once(host: Host, ros_env: Mapping[str, str]) -> None:
-    """Without limits of the test's own: with them, modules of this folder are loaded there before ours."""
-    there = set_there(ros_env)
-    host.install_python({name: there[name] for name in there if name not in with_limits()})
+def test_what_runs_there_is_what_was_sent_and_it_is_sent_once(host: Host) -> None:
     with a_parent(host):
         (version,) = host.versions()
         stage = command_of(process_of("improv_core/stage --sink ros")).decode()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,11 @@ def moving(message: Mapping[str, Any]) -> bool:
     return not still(message)
 
 
+def moves(robot: str) -> Callable[[Mapping[str, Any]], bool]:
+    """Whether it is this robot that moves, and not one from the test before."""
+    return lambda message: moving(message) and message["topic"] == f"/{robot}/cmd_vel"
+
+
 def test_a_listener_hears_a_save_in_order_and_exactly_and_then_zeros(server: Server, robots: Listener) -> None:
     server.type("beat 120\nturtle1 $ forward [left right] strafeleft || rest rest up\n")
     server.client.save(server.uri)
@@ -75,7 +80,7 @@ def test_a_listener_hears_a_save_in_order_and_exactly_and_then_zeros(server: Ser
 
 def test_a_save_with_errors_lets_the_dance_continue_and_a_stop_ends_it(server: Server, robots: Listener) -> None:
     server.save("turtle1 $ repeat forward\n")
-    robots.wait(moving)
+    robots.wait(moves("turtle1"))
     # The server may hear later than the robot that it plays.
     server.client.wait("$/progress", lambda params: "/∞" in params["value"].get("message", ""))
     server.type("turtle1 $ repeat (forward\n")
@@ -91,12 +96,12 @@ def test_a_save_with_errors_lets_the_dance_continue_and_a_stop_ends_it(server: S
 def test_a_dance_without_real_robots_plays_only_in_the_simulator(server: Server, robots: Listener) -> None:
     program = "x = repeat left\nturtle1 $ repeat forward\n"
     server.save(program)
-    robots.wait(moving)
+    robots.wait(moves("turtle1"))
     server.client.request("workspace/executeCommand", {"command": "improv.play", "arguments": ["x"]})
     assert server.client.wait_for_line("▶ x: ").endswith("▶ x: ghost ∞, endless at beat 60, simulator")
     robots.wait(still)
     server.save(program)
-    robots.wait(moving)
+    robots.wait(moves("turtle1"))
     assert topics(robots.heard) == {"/turtle1/cmd_vel"}
 
 
@@ -105,15 +110,14 @@ def test_a_robot_with_a_new_topic_is_stopped_on_the_old_one(server: Server, robo
     text = "bert $ repeat forward\n"
     server.client.open(uri, text)
     server.client.save(uri)
-    server.wait_for_line("▶ bert")
-    robots.wait(moving)
+    robots.wait(moves("bert"))
     (tmp_path / "improv.toml").write_text('[robots.bert]\ntopic = "/other/cmd_vel"\n')
     server.client.save(uri)
     robots.wait(lambda message: still(message) and message["topic"] == "/bert/cmd_vel")
-    robots.wait(lambda message: moving(message) and message["topic"] == "/other/cmd_vel")
+    robots.wait(moves("other"))
 
 
 def test_a_robot_that_nobody_hears_is_named_and_the_others_play(server: Server, robots: Listener) -> None:
     server.save("here $ repeat forward\ngone $ repeat left\n")
     assert server.client.wait_for_line("nothing is listening on /gone/cmd_vel").endswith("this machine only)")
-    robots.wait(moving)
+    robots.wait(moves("here"))

@@ -71,7 +71,7 @@ def all_of(order: InOrder) -> list[Ordered | None]:
 def test_robots_are_prepared_in_slices_and_later_messages_wait() -> None:
     sink = Slow()
     order = InOrder(sink.meet, lambda: sink.now)
-    four = play("a b c d $ forward\n", 1)
+    four = play("a b c d $ forward\n", 0)
     order.add(four)
     order.add({"type": "seek", "beat": 2.0})
     assert order.next() is None
@@ -82,11 +82,11 @@ def test_robots_are_prepared_in_slices_and_later_messages_wait() -> None:
 def test_a_stop_ends_the_meeting_of_robots() -> None:
     sink = Slow()
     order = InOrder(sink.meet, lambda: sink.now)
-    order.add(play("a b c d $ forward\n", 1))
-    later = play("a $ forward\n", 2)
+    order.add(play("a b c d $ forward\n", 0))
+    later = play("a $ forward\n", 1)
     order.add(later)
     assert order.next() is None
-    order.overtaking = order.overtaking.hear("stop", 2)
+    order.overtaking = order.overtaking.hear("stop", 1)
     assert order.next() == later
     assert sink.met == ["a", "b", "a"]
 
@@ -97,6 +97,19 @@ def test_a_score_that_only_stops_robots_is_never_void() -> None:
     standing = play("", 1)
     order.add(standing)
     assert order.next() == standing
+
+
+def states(told: list[Any]) -> list[tuple[str, float]]:
+    """What a stage was doing from when on, in seconds."""
+    return [(each["state"], round(each["monotonic"] - START, 3)) for each in told if each["type"] == "transport"]
+
+
+def test_a_score_sent_after_a_stop_is_not_stopped_by_it_although_it_arrives_first() -> None:
+    """Two threads read the two pipes."""
+    dance: list[tuple[float, Arrival]] = [(0, First(PING, 1)), (0, play("r $ repeat forward\n", 1))]
+    save: list[tuple[float, Arrival]] = [(0.2, play("r $ repeat left\n", 3)), (0.21, STOP), (0.22, First(PING, 3))]
+    told = perform(Memory(), *dance, *save, (0.4, End()))
+    assert states(told) == [("playing", 0), ("stopped", 0.21), ("playing", 0.22), ("stopped", 0.4)]
 
 
 def test_a_score_sent_once_the_parent_resumes_waits_for_the_ping_before_it() -> None:

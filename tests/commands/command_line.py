@@ -78,6 +78,10 @@ class Running:
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
+    @property
+    def runs(self) -> bool:
+        return self._thread.is_alive()
+
     def wait(self, part: str) -> str:
         """The next line with `part` in it."""
         while part not in (line := self.next()):

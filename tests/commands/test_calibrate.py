@@ -15,6 +15,7 @@ from improv_core.commands.calibrate import check, command, offer
 from improv_core.commands.exit_codes import CommandError
 from improv_core.program.files import robots_near
 from tests.commands.command_line import Running
+from tests.stage_on_thread import USED, StageOnThread
 
 ROBOTS = """# ours
 [profiles.worn]  # since spring
@@ -117,6 +118,7 @@ def test_what_can_not_be_calibrated(
     text: str | None, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(USED, StageOnThread)
     if text is not None:
         (tmp_path / "improv.toml").write_text(text)
     with (tmp_path / "nothing").open("w+") as nobody:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -21,9 +20,10 @@ from improv_core.remote.setting_up import set_up_there
 from improv_core.robots.config import read_robots
 from improv_core.score.score import Host as HostOfRobots
 from tests.commands.command_line import run
-from tests.commands.test_ros_setup import NOWHERE
+from tests.commands.test_ros_setup import environment_maker
 from tests.processes import command_of, descendants, wait_until_gone
 from tests.remote.sshd import LIMIT, Host, a_host
+from tests.stage.test_process import SITE
 
 TOML = '[robots.a]\nhost = "pi@anna"\n[robots.b]\nhost = "pi@anna"\n[robots.c]\n[hosts."pi@anna"]\ndomain = 7\n'
 
@@ -106,31 +106,32 @@ def test_doctor_says_which_domain_and_middleware_hold_there() -> None:
     ]
 
 
-@pytest.mark.slow("makes a virtual environment")
-def test_ros_that_can_not_be_set_up_there_is_one_line_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with a_host(tmp_path, NOWHERE) as host:
-        monkeypatch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
-        with pytest.raises(ConnectError, match=r"^cannot reach PyPI: connect to the network"):
-            set_up_there("robot", proof(), lambda line: None, str(host.config))
-        assert not (host.home / "data" / "improv" / "ros").exists()
+def set_up_with(pip: str, robot: Host) -> None:
+    """Set up ROS on a host where `pip` is what this shell script does."""
+    maker = environment_maker(robot.bin, pip)
+    robot.install_python({"PYTHONPATH": str(SITE), "IMPROV_TEST_CODE": f"import sys; sys.executable = {maker!r}"})
+    set_up_there("robot", proof(), lambda line: None, str(robot.config))
 
 
-@pytest.mark.slow("makes a virtual environment")
-def test_a_setup_whose_link_ends_leaves_nothing_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ros_that_can_not_be_set_up_there_is_one_line_here(robot: Host) -> None:
+    with pytest.raises(ConnectError, match=r"^cannot reach PyPI: connect to the network"):
+        set_up_with("echo 'WARNING: Retrying (Retry(total=0))'; exit 1", robot)
+    assert not (robot.home / "data" / "improv" / "ros").exists()
+
+
+def test_a_setup_whose_link_ends_leaves_nothing_there(robot: Host) -> None:
     before = descendants(os.getpid())
-    with socket.create_server(("127.0.0.1", 0)) as index, ThreadPoolExecutor(1) as pool:
-        index.settimeout(LIMIT)
-        there = {**NOWHERE, "PIP_INDEX_URL": f"http://127.0.0.1:{index.getsockname()[1]}/"}
-        with a_host(tmp_path, there) as host:
-            monkeypatch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
-            setup = pool.submit(set_up_there, "robot", proof(), lambda line: None, str(host.config))
-            waiting, _ = index.accept()  # pip asks, and gets no answer
-            with waiting:
-                started = {pid: fd for pid, fd in descendants(os.getpid()).items() if pid not in before}
-                (ssh,) = [pid for pid in started if command_of(pid).startswith(b"ssh\0")]
-                assert (host.home / "data" / "improv" / "ros").exists()
-                os.kill(ssh, signal.SIGTERM)
-                with pytest.raises(ConnectError):
-                    setup.result(LIMIT)
-                wait_until_gone({pid: fd for pid, fd in started.items() if pid != host.server.pid}, LIMIT)
-            assert not (host.home / "data" / "improv" / "ros").exists()
+    begun = robot.folder / "begun"
+    os.mkfifo(begun)
+    with ThreadPoolExecutor(1) as pool:
+        setup = pool.submit(set_up_with, f"echo > {begun}; exec sleep {LIMIT}", robot)
+        begun.read_text()  # once pip works
+        started = {pid: fd for pid, fd in descendants(os.getpid()).items() if pid not in before}
+        (ssh,) = [pid for pid in started if command_of(pid).startswith(b"ssh\0")]
+        assert f"sleep\0{LIMIT}\0".encode() in {command_of(pid) for pid in started}
+        assert (robot.home / "data" / "improv" / "ros").exists()
+        os.kill(ssh, signal.SIGTERM)
+        with pytest.raises(ConnectError):
+            setup.result(LIMIT)
+        wait_until_gone(started, LIMIT)
+    assert not (robot.home / "data" / "improv" / "ros").exists()

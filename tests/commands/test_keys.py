@@ -6,52 +6,65 @@ import asyncio
 import os
 import pty
 import re
-import select
 import subprocess
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import aiohttp
 import pytest
 
+from improv_core.commands import keys
+from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import HINT, HINT_ARMED
-from tests.commands.command_line import IMPROV, LIMIT
+from tests.commands.command_line import IMPROV, LIMIT, Running
 from tests.page import live_behind, token_behind
 
-ADDRESS = r"watch it at (\S+)\r\n"
+ADDRESS = r"watch it at (\S+)\r?\n"
+PROGRAM = "beat 600\nr $ until cue (repeat forward) left\n"
+PLAY = ("--backend", "sim", "--no-browser")
 
 
-class Terminal:
-    """A terminal in which a program plays, with a keyboard."""
+class Shown:
+    """What a terminal shows, and its keyboard."""
 
-    def __init__(self, folder: Path, program: str) -> None:
-        (folder / "dance.improv").write_text(program)
-        self._ours, self.theirs = pty.openpty()
-        self.command = [*IMPROV, "play", str(folder / "dance.improv"), "--backend", "sim", "--no-browser"]
-        self._process: subprocess.Popen[bytes] | None = None
+    def __init__(self) -> None:
+        self.ours, self.theirs = pty.openpty()
         self._unread = ""
 
-    def play(self, *options: str) -> None:
-        """In a session of its own, whose terminal this is."""
-        command = ["setsid", "--ctty", "--wait", *self.command, *options]
-        self._process = subprocess.Popen(command, stdin=self.theirs, stdout=self.theirs, stderr=self.theirs)
-
     def type(self, keys: str) -> None:
-        os.write(self._ours, keys.encode())
+        os.write(self.ours, keys.encode())
 
     def wait(self, pattern: str) -> re.Match[str]:
         """What fits in that which is shown after what was waited for before."""
         while not (found := re.search(pattern, self._unread)):
-            self._unread += os.read(self._ours, 1024).decode(errors="replace")
+            self._unread += self.more()
         self._unread = self._unread[found.end() :]
         return found
 
-    def rest(self) -> str:
-        """What is shown after that, up to now."""
-        while select.select([self._ours], [], [], 0)[0]:
-            self._unread += os.read(self._ours, 1024).decode(errors="replace")
-        return self._unread
+    def more(self) -> str:
+        return os.read(self.ours, 1024).decode(errors="replace")
+
+    def close(self) -> None:
+        for each in (self.ours, self.theirs):
+            os.close(each)
+
+
+class Terminal(Shown):
+    """A terminal in which a program plays, in a process."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        (folder / "dance.improv").write_text(PROGRAM)
+        self.command = [*IMPROV, "play", str(folder / "dance.improv"), *PLAY]
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def play(self) -> None:
+        """In a session of its own, whose terminal this is."""
+        command = ["setsid", "--ctty", "--wait", *self.command]
+        self._process = subprocess.Popen(command, stdin=self.theirs, stdout=self.theirs, stderr=self.theirs)
 
     def end(self) -> int:
         """The exit code."""
@@ -62,52 +75,103 @@ class Terminal:
         if self._process:
             self._process.kill()
             self._process.wait()
-        for each in (self._ours, self.theirs):
-            os.close(each)
+        super().close()
 
 
 @pytest.fixture
 def terminal(tmp_path: Path) -> Iterator[Terminal]:
-    terminal = Terminal(tmp_path, "beat 600\nr $ until cue (repeat forward) left\n")
+    terminal = Terminal(tmp_path)
     yield terminal
     terminal.close()
 
 
-def test_a_key_in_the_terminal_gives_the_cue(terminal: Terminal) -> None:
-    terminal.play("--once")
-    terminal.wait("▶")
-    terminal.type("xc")
-    assert terminal.end() == 0
+class Printing(Running):
+    """A command, and what it prints, line or not."""
+
+    def _print(self, text: str, nl: bool = True, **_: Any) -> None:
+        self._lines.put(text + "\n" * nl)
+
+
+class Keyboard(Shown):
+    """A terminal in which a program plays, on a thread. It is not told of Ctrl-C by its terminal."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        super().__init__()
+        (folder / "dance.improv").write_text(PROGRAM)
+        self._patch = pytest.MonkeyPatch()
+        self._patch.setattr(sys, "stdin", os.fdopen(self.theirs, closefd=False))
+        self._patch.setattr(keys, "_in_front", lambda terminal: True)
+        self._patch.setattr(Screen, "is_live", True)
+        self._command = Printing("play", folder / "dance.improv", *PLAY, "--once", *options)
+        self.more = self._command.next  # type: ignore[method-assign]
+        self.interrupt = self._command.interrupt
+
+    def end(self) -> object:
+        """The exit code."""
+        code, rest = self._command.end()
+        self.rest = self._unread + "".join(rest)
+        return code
+
+    def close(self) -> None:
+        if self._command.runs:
+            self._command.close()
+        sys.stdin.close()
+        self._patch.undo()
+        super().close()
+
+
+Play = Callable[..., Keyboard]
+
+
+@pytest.fixture
+def play(tmp_path: Path) -> Iterator[Play]:
+    """Plays with these options."""
+    playing: list[Keyboard] = []
+
+    def begin(*options: str) -> Keyboard:
+        playing.append(Keyboard(tmp_path, *options))
+        return playing[-1]
+
+    yield begin
+    for keyboard in playing:
+        keyboard.close()
+
+
+def test_a_key_in_the_terminal_gives_the_cue(play: Play) -> None:
+    keyboard = play()
+    keyboard.wait("▶")
+    keyboard.type("xc")
+    assert keyboard.end() == 0
 
 
 @pytest.mark.parametrize("key", [" ", "\n"])
-def test_a_key_in_the_terminal_begins_what_is_armed(terminal: Terminal, key: str) -> None:
-    terminal.play("--armed", "--once")
-    terminal.wait("armed: all is ready, and begins with Space or Enter, or Play on the page")
-    terminal.wait(re.escape(HINT_ARMED) + " $")
-    terminal.type(key)
-    terminal.wait("beat 1")
-    terminal.type("c")
-    assert terminal.end() == 0
+def test_a_key_in_the_terminal_begins_what_is_armed(key: str, play: Play) -> None:
+    keyboard = play("--armed")
+    keyboard.wait("armed: all is ready, and begins with Space or Enter, or Play on the page")
+    keyboard.wait(re.escape(HINT_ARMED) + " $")
+    keyboard.type(key)
+    keyboard.wait("beat 1")
+    keyboard.type("c")
+    assert keyboard.end() == 0
 
 
-def test_the_terminal_says_when_it_begins_by_itself_and_counts_down(terminal: Terminal) -> None:
-    terminal.play("--at", (datetime.now().astimezone() + timedelta(hours=2)).isoformat(), "--once")
-    terminal.wait(r"begins at \d\d:\d\d:\d\d (today|tomorrow), or with Space or Enter, or Play on the page")
-    terminal.wait(r"begins in (1:59:\d\d|2:00:00) · ")
-    terminal.wait("begins in 1:59:")
-    terminal.type(" ")
-    terminal.wait("beat 1")
-    terminal.type("c")
-    assert terminal.end() == 0
+def test_the_terminal_says_when_it_begins_by_itself_and_counts_down(play: Play) -> None:
+    keyboard = play("--at", (datetime.now().astimezone() + timedelta(hours=2)).isoformat())
+    keyboard.wait(r"begins at \d\d:\d\d:\d\d (today|tomorrow), or with Space or Enter, or Play on the page")
+    keyboard.wait(r"begins in (1:59:\d\d|2:00:00) · ")
+    keyboard.wait("begins in 1:59:")
+    keyboard.type(" ")
+    keyboard.wait("beat 1")
+    keyboard.type("c")
+    assert keyboard.end() == 0
 
 
-def test_a_stop_disarms(terminal: Terminal) -> None:
-    terminal.play("--armed", "--once")
-    terminal.wait("armed: ")
-    terminal.type("\x03")
-    assert terminal.end() == 130
-    assert "beat 1" not in terminal.rest()
+def test_a_stop_disarms(play: Play) -> None:
+    keyboard = play("--armed")
+    keyboard.wait("armed: ")
+    keyboard.interrupt()
+    assert keyboard.end() == 130
+    assert "beat 1" not in keyboard.rest
 
 
 def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:

@@ -13,6 +13,7 @@ from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
 import pytest
+from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
 from improv_core.commands.exit_codes import MEANINGS
@@ -105,18 +106,31 @@ def test_names_that_no_file_can_have_are_reported_in_one_line(command: str) -> N
 @pytest.mark.slow("starts a shell that starts Improv")
 def test_bash_completes_with_the_line_that_the_documents_name() -> None:
     (line,) = re.findall(r"^\| bash .*`(eval .*)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    completing = "COMPREPLY=(); COMP_WORDS=(improv {}) COMP_CWORD={}; _improv_completion improv; echo ${{COMPREPLY[*]}}"
-    typed = [completing.format("pl", 1), completing.format("play --back", 2), completing.format("play --backend b", 3)]
-    typed.append(completing.format("chek pl", 2))
+    typed = "COMP_WORDS=(improv play --backend b) COMP_CWORD=3; _improv_completion improv; echo ${COMPREPLY[*]}"
     scripts = sysconfig.get_path("scripts")
     done = subprocess.run(
-        [need("bash"), "-c", "\n".join([line, *typed])],
+        [need("bash"), "-c", f"{line}\n{typed}"],
         capture_output=True,
         text=True,
         timeout=LIMIT,
         env={**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
     )
-    assert (done.stdout.splitlines(), done.stderr) == (["plot play place", "--backend", "both", "plot play place"], "")
+    assert (done.stdout, done.stderr) == ("both\n", "")
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("pl", ["plot", "play", "place"]),
+        ("play --back", ["--backend"]),
+        ("play --backend b", ["both"]),
+        ("chek pl", ["plot", "play", "place"]),
+    ],
+)
+def test_what_is_half_typed_is_completed(typed: str, completed: list[str]) -> None:
+    *words, half = typed.split()
+    found = ShellComplete(improv, {}, "improv", "_IMPROV_COMPLETE").get_completions(words, half)
+    assert [each.value for each in found] == completed
 
 
 def test_the_documents_and_the_help_list_the_exit_codes() -> None:

@@ -24,6 +24,7 @@ from improv_core.stage.sinks.recorder import Recorder
 from tests.commands.command_line import IMPROV, LIMIT, Running, run
 from tests.page import live_behind
 from tests.recordings import changes, read, read_joints
+from tests.stage_on_thread import USED, StageOnThread
 
 FORWARD, STILL = (2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
@@ -194,6 +195,7 @@ def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Recorder, "record", fail)
+    monkeypatch.setattr(USED, StageOnThread)
     with pytest.raises(RecordError, match=r"x\.mcap was not written: no space left on device"):
         asyncio.run(record_live(endless, tmp_path / "x.mcap", Options("sim"), browser=False))
     assert list(tmp_path.iterdir()) == [endless]

@@ -45,9 +45,16 @@ def problem() -> str:
 def python(path: Path, script: str) -> str:
     """A Python that runs a shell script."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.write_text(f"#!/bin/sh\nPATH=/usr/bin:/bin\n{script}\n")
     path.chmod(0o755)
     return str(path)
+
+
+def environment_maker(folder: Path, pip: str) -> str:
+    """A Python whose environments have a `pip` that is this shell script. It does everything else as ours does."""
+    installed = python(folder / "pip", pip)
+    make = f'[ "$3" = venv ] || exec {sys.executable} "$@"; mkdir -p "$4/bin"; cp {installed} "$4/bin/python"'
+    return python(folder / "python", make)
 
 
 def test_a_python_without_venv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path) -> None:
@@ -87,8 +94,7 @@ def test_an_installer_that_hangs_is_given_up_on(monkeypatch: pytest.MonkeyPatch,
 def test_what_pip_can_not_do(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path, said: str, expected: str
 ) -> None:
-    pip = python(tmp_path / "pip", f"echo '{said}'; exit 1")
-    monkeypatch.setattr(sys, "executable", python(tmp_path / "python", f'mkdir -p "$4/bin"; cp {pip} "$4/bin/python"'))
+    monkeypatch.setattr(sys, "executable", environment_maker(tmp_path, f"echo '{said}'; exit 1"))
     assert problem() == expected.format(place=place)
     assert not place.exists()
 
@@ -164,8 +170,7 @@ def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_interrupted_nothing_is_left(tmp_path: Path, place: Path) -> None:
     started = tmp_path / "started"
     os.mkfifo(started)
-    pip = python(tmp_path / "pip", f"echo > {started}; exec sleep {LIMIT}")
-    own = python(tmp_path / "python", f'mkdir -p "$4/bin"; cp {pip} "$4/bin/python"')
+    own = environment_maker(tmp_path, f"echo > {started}; exec sleep {LIMIT}")
     code = f"import sys; sys.executable = {own!r}; from improv_core.__main__ import main; main()"
     command = [sys.executable, "-u", "-c", code, "ros", "setup"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

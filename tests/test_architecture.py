@@ -21,6 +21,7 @@ MESSAGES = [
     "stage.commands",
     "stage.editing",
     "stage.fields",
+    "stage.limits",
     "stage.messages",
     "stage.typed_lines",
 ]

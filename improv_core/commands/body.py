@@ -17,7 +17,7 @@ from improv_core.program.files import STANDARD_INPUT, read_bytes
 from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
 from improv_core.robots.urdf_sections import sections
 from improv_core.stage.discovery import limited
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.limits import FOLDER
 
 
 @click.command("body")

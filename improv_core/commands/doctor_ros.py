@@ -20,7 +20,7 @@ from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.stage.graph import VELOCITIES
 from improv_core.stage.graph_messages import UNNAMED, Endpoint, Graph
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.limits import FOLDER
 from improv_core.stage.preflight import Standing, misplaced
 from improv_core.stage.preflight import advice as advice_to_move
 from improv_core.stage.sinks.ros_nodes import STANDBY

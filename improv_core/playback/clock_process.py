@@ -12,7 +12,7 @@ from typing import Literal, TypedDict, cast
 from improv_core.child import Child, Policy
 from improv_core.score.score import OutsideClock
 from improv_core.stage.clock_messages import FromClock
-from improv_core.stage.messages import helper
+from improv_core.stage.limits import helper
 from improv_core.stage.typed_lines import ProtocolError, read_as
 
 POLICY = Policy(1.0, errors=subprocess.PIPE)

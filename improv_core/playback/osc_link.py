@@ -16,7 +16,8 @@ from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.json_pieces import dumps
-from improv_core.stage.messages import Armed, Sensed, State, TransportMessage, helper
+from improv_core.stage.limits import helper
+from improv_core.stage.messages import Armed, Sensed, State, TransportMessage
 from improv_core.stage.osc_messages import FromOsc, PeerJson, ToOsc
 from improv_core.stage.typed_lines import ProtocolError, read_as
 

@@ -16,7 +16,7 @@ from improv_core.playback.ros_environment import AGAIN, ELSEWHERE, Say, SetupErr
 from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.stage.discovery import PEERS, RANGE, limited
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.limits import FOLDER
 
 LIMIT = 60.0
 """Seconds the Twist may take to arrive, including everything that has to start for it."""

@@ -18,7 +18,8 @@ from improv_core.playback.stops import Stops
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
 from improv_core.stage.commands import is_stop
 from improv_core.stage.json_pieces import dumps
-from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, STOP_PIPE, FromStage, Ready, ToStage, read_from_stage
+from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
+from improv_core.stage.messages import FromStage, Ready, ToStage, read_from_stage
 from improv_core.stage.typed_lines import ProtocolError
 from improv_core.stage.urgent_queue import UrgentQueue
 

@@ -16,7 +16,7 @@ from improv_core.playback.stage_process import Hear, Heard, Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.playback.troupe import HERE
 from improv_core.score.score import Host
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.limits import FOLDER
 
 REMOTE = FOLDER.parent / "remote"
 """What Python is started with for a link to another machine."""

@@ -10,9 +10,8 @@ from typing import Any, Literal, cast
 
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.commands import Speed
+from improv_core.stage.limits import MOST_AHEAD, SILENCE_LIMIT
 from improv_core.stage.messages import (
-    MOST_AHEAD,
-    SILENCE_LIMIT,
     Arming,
     CountJson,
     Load,

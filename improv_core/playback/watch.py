@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 PING_PERIOD = 0.1
 """Seconds between two pings. They show the stage that we are alive, and its answers show us that it is."""

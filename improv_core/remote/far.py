@@ -31,7 +31,7 @@ from improv_core.remote.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, 
 from improv_core.remote.taking import TakenError, take
 from improv_core.stage.asleep import asleep
 from improv_core.stage.discovery import described, limited
-from improv_core.stage.messages import END_LIMIT, FOLDER, STOP_PIPE
+from improv_core.stage.limits import END_LIMIT, FOLDER, STOP_PIPE
 
 SILENCE_LIMIT = 20.0
 """Seconds in which something must come through the link: its near end asks for the time all the while."""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 HARMLESS_LIMIT = 3.0
 """Seconds that one may take to answer which moves nothing: it does no harm if late."""

@@ -24,8 +24,9 @@ from improv_core.remote.connecting import ConnectError, connect
 from improv_core.remote.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
 from improv_core.stage.asleep import asleep
 from improv_core.stage.json_pieces import dumps
+from improv_core.stage.limits import END_LIMIT, SILENCE_LIMIT, STOP_PIPE
 from improv_core.stage.lines import own_output
-from improv_core.stage.messages import END_LIMIT, SILENCE_LIMIT, STOP_PIPE, read_first, read_from_stage, read_to_stage
+from improv_core.stage.messages import read_first, read_from_stage, read_to_stage
 from improv_core.stage.pipes import LONGEST
 from improv_core.stage.typed_lines import ProtocolError
 

@@ -11,7 +11,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from improv_core.stage.messages import END_LIMIT
+from improv_core.stage.limits import END_LIMIT
 
 AGAIN = 0.05
 """Seconds between two tries."""

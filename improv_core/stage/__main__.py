@@ -36,9 +36,10 @@ from improv_core.score.motion import Twist
 from improv_core.stage.arrivals import Arrival, End
 from improv_core.stage.asleep import asleep
 from improv_core.stage.commands import COMMANDS, Conduct, PageRequest
+from improv_core.stage.limits import STOP_PIPE
 from improv_core.stage.lines import own_output
 from improv_core.stage.loop import EARLY, Opened, one_line, run
-from improv_core.stage.messages import STOP_PIPE, VERSION, FromStage, Ready
+from improv_core.stage.messages import VERSION, FromStage, Ready
 from improv_core.stage.parent import Parent
 from improv_core.stage.pipes import Outbox, read_arrivals, read_stops, write_messages
 from improv_core.stage.sinks import Sink

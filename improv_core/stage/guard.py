@@ -91,7 +91,7 @@ class Guard:
 
     def news(self, run: Run, now: float) -> Iterator[str]:
         """Lines about robots that aren't guarded, each once."""
-        if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing":
+        if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing" or not _ours(run):
             return
         parts, guarded = run.score.parts, _guarded(run)
         if unknown := sorted(parts.keys() - guarded.keys() - self._told):

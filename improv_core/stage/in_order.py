@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from improv_core.score.score import Score
 from improv_core.stage.arrivals import Ordered, Play, after_of, kind_of
 from improv_core.stage.commands import VOID, Pause
-from improv_core.stage.messages import MOST_AHEAD
+from improv_core.stage.limits import MOST_AHEAD
 from improv_core.stage.overtaking import Overtaking
 
 SLICE = 0.005

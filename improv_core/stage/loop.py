@@ -22,18 +22,8 @@ from improv_core.stage.gate import made_of
 from improv_core.stage.guard import from_elsewhere
 from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
-from improv_core.stage.messages import (
-    DEADMAN_LIMIT,
-    END_LIMIT,
-    MOST_AHEAD,
-    SILENCE_LIMIT,
-    Decided,
-    FromStage,
-    Sensed,
-    Stopped,
-    ToPages,
-    ToStage,
-)
+from improv_core.stage.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
+from improv_core.stage.messages import Decided, FromStage, Sensed, Stopped, ToPages, ToStage
 from improv_core.stage.parent import Parent
 from improv_core.stage.player import Player
 from improv_core.stage.sensing import foreseen

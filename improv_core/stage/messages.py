@@ -1,4 +1,4 @@
-"""The messages between a stage and its parent (docs/protocol.md), and the limits that both know.
+"""The messages between a stage and its parent (docs/protocol.md).
 
 Standard library only. A message is a plain dict, so it costs nothing to send; the types are for readers of the code and
 for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
@@ -7,9 +7,7 @@ for mypy. Where a message arrives from another process, `read_to_stage` or `read
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Literal, TypedDict, cast
 
 from improv_core.stage.clock_messages import AnchorMessage, BendMessage
@@ -31,27 +29,6 @@ from improv_core.stage.typed_lines import ProtocolError, read_as
 
 VERSION = 2
 """The protocol's version."""
-FOLDER = Path(__file__).resolve().parent
-"""What Python is started with to run a stage."""
-SILENCE_LIMIT = 0.5
-"""Seconds without a ping after which a stage with real robots considers its parent hung, and stops the robots, unless
-it is told to be more patient."""
-MOST_AHEAD = 2.0
-"""Seconds by which a request may come before the time at which it takes effect. A later time counts as now."""
-HANG_LIMIT = 0.9
-"""Seconds without an answer after which a stage that moves real robots counts as hung. With the ping period, that is
-noticed within 1 s. Less would stop healthy stages on a busy machine."""
-LOADING_LIMIT = 10.0
-"""Seconds that either side may need for a new score: to read a long one, or to make a thousand robots' publishers."""
-DEADMAN_LIMIT = 0.3
-"""Seconds without a sign of a deadman button after which it counts as released."""
-END_LIMIT = 3.0
-"""Seconds a stage may take to stop its robots and end, before it is killed."""
-
-
-def helper(name: str, *arguments: str) -> list[str]:
-    """The command that starts a helper process of a stage, such as the `standby`, or one that listens to a clock."""
-    return [sys.executable, str(FOLDER), name, *arguments]
 
 
 When = Literal["restart", "now", "beat", "bar", "end"]
@@ -446,10 +423,6 @@ def refused_by(on: Collection[str], named: str | None) -> str:
 def read_to_stage(line: bytes) -> ToStage:
     """The message to a stage that a line holds. Raises ProtocolError."""
     return cast(ToStage, read_as(line, ToStage))
-
-
-STOP_PIPE = "IMPROV_STOP_PIPE"
-"""The environment variable that tells a stage which file descriptor is its channel of stops."""
 
 
 def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:

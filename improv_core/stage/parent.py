@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from improv_core.stage.messages import LOADING_LIMIT, SILENCE_LIMIT
+from improv_core.stage.limits import LOADING_LIMIT, SILENCE_LIMIT
 
 DOUBT = 0.1
 """Seconds that whoever reads gets to find what already waits, if we ourselves have been too busy to notice: as many as

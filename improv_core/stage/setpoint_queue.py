@@ -14,7 +14,8 @@ from improv_core.score.motion import STILL
 from improv_core.score.performance import Mover
 from improv_core.score.score import Part
 from improv_core.stage.repeats import Repeats
-from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, Velocity, zeros
+from improv_core.stage.setpoints import Setpoint, Velocity, zeros
+from improv_core.stage.zeros import LAST_ZEROS
 
 
 class SetpointQueue:

@@ -11,11 +11,8 @@ from improv_core.score.movement import Exact, Movement
 from improv_core.score.profiles import Profile
 from improv_core.score.score import twist
 from improv_core.score.walk import walk
+from improv_core.stage.zeros import LAST_ZEROS
 
-LAST_ZEROS = 3
-"""How many zeros end a robot's motion. One may be lost, but an endless stream would conflict with other publishers."""
-LINGER = 0.2
-"""Seconds for which a publisher stays after its last zero. When it goes, a listener loses what it has not received."""
 SHORTEST = Fraction(1, 1000)
 """Seconds. Faster changes are sampled at this interval, so no program can flood a robot."""
 

@@ -21,9 +21,9 @@ from typing import Any
 from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines, own_output
 from improv_core.stage.owed import UNCONFIRMED, TopicFacts, look, owe
-from improv_core.stage.setpoints import LAST_ZEROS, LINGER
 from improv_core.stage.sinks.cdr import frame_field, numbers_message, stamped, twist_message
 from improv_core.stage.standby_messages import FromStandby, ToStandby
+from improv_core.stage.zeros import LAST_ZEROS, LINGER
 
 LOOK = 0.12
 """Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from improv_core.score.motion import Twist
 from improv_core.stage.player import Player
-from improv_core.stage.setpoints import LAST_ZEROS
+from improv_core.stage.zeros import LAST_ZEROS
 from tests.benchmarks.robots import RATE
 from tests.stage.test_player import Memory, score
 

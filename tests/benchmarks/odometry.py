@@ -13,7 +13,7 @@ from statistics import median
 
 from improv_core.score.score import Score
 from improv_core.score.score_json import to_json
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.limits import FOLDER
 from tests.benchmarks.live import rehearsed
 from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, Lateness, Listener, lateness
 from tests.benchmarks.servers import processor_time

@@ -14,7 +14,7 @@ from typing import Any
 from improv_core.score.score import Score
 from improv_core.score.score_json import to_json
 from improv_core.score.senses import Topic
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.limits import FOLDER
 from tests.benchmarks.live import rehearsed
 from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, RATE, Lateness, Listener, lateness
 from tests.benchmarks.tables import p99, print_row

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from improv_core.playback.watch import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, Watch
-from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 
 class Turned:

@@ -15,7 +15,7 @@ from improv_core.remote.hanging import (
     ready,
     stopped,
 )
-from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 PERIOD = 0.05
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from improv_core.stage.setpoints import LAST_ZEROS
+from improv_core.stage.zeros import LAST_ZEROS
 from tests.commands.command_line import IMPROV, stop_within
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, SHORT_LEASE, Listener, Others

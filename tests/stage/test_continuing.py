@@ -14,8 +14,8 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
 from improv_core.stage.listeners import LOOK_AT
 from improv_core.stage.messages import Takeover, TransportMessage, When
-from improv_core.stage.setpoints import LAST_ZEROS
 from improv_core.stage.sinks import Edge, StopButton
+from improv_core.stage.zeros import LAST_ZEROS
 from tests.stage.test_player import DEADMAN, QUARTER, STOP, Memory, Stage, score
 
 ANNA = "anna $ repeat (forward [left right])\n"

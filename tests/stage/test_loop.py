@@ -21,19 +21,10 @@ from improv_core.score.world import World
 from improv_core.stage.arrivals import Arrival, End, First, Play
 from improv_core.stage.beginning import WAITS
 from improv_core.stage.commands import Force, Held, KeySense, Released, Seek, Speed
+from improv_core.stage.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
 from improv_core.stage.listeners import PATIENCE
 from improv_core.stage.loop import Opened, run
-from improv_core.stage.messages import (
-    DEADMAN_LIMIT,
-    LOADING_LIMIT,
-    SILENCE_LIMIT,
-    FromStage,
-    Load,
-    Ping,
-    RobotsSeen,
-    SeenRobot,
-    When,
-)
+from improv_core.stage.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
 from improv_core.stage.parent import Parent
 from improv_core.stage.pipes import arrival
 from improv_core.stage.sinks import Alarm, Edge, RawPose, RawPoses

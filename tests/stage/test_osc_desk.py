@@ -18,7 +18,7 @@ from improv_core.score.reactions import pause
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.score.senses import OscName
 from improv_core.stage.json_pieces import dumps, loads
-from improv_core.stage.messages import helper
+from improv_core.stage.limits import helper
 from improv_core.stage.osc import OscDesk
 from improv_core.stage.osc_messages import FromOsc, ToOsc
 from improv_core.stage.osc_wire import Argument, OscMessage, read, written

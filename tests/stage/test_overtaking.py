@@ -11,7 +11,8 @@ from improv_core.score.motion import STILL
 from improv_core.score.score import Score
 from improv_core.stage.arrivals import Arrival, End, First, Ordered, Play
 from improv_core.stage.in_order import SLICE, InOrder
-from improv_core.stage.messages import SILENCE_LIMIT, Load
+from improv_core.stage.limits import SILENCE_LIMIT
+from improv_core.stage.messages import Load
 from improv_core.stage.overtaking import Overtaking
 from tests.stage.test_loop import PING, START, errors, perform
 from tests.stage.test_player import Memory, score

@@ -14,7 +14,8 @@ import pytest
 
 from improv_core.playback.stage_process import Heard, Stage
 from improv_core.playback.stops import Stops
-from improv_core.stage.messages import END_LIMIT, LOADING_LIMIT, ToStage, TransportMessage
+from improv_core.stage.limits import END_LIMIT, LOADING_LIMIT
+from improv_core.stage.messages import ToStage, TransportMessage
 from tests.ls.client import Client
 from tests.processes import ours, wait_until_gone
 from tests.stage_on_thread import USED

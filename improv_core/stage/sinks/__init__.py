@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.score import Score
-from improv_core.score.senses import RobotSense
+
+if TYPE_CHECKING:  # a standby needs nothing of a score, and little memory
+    from improv_core.score.joints import JointMotion
+    from improv_core.score.score import Score
+    from improv_core.score.senses import RobotSense
 
 
 class StopButton(NamedTuple):

@@ -10,9 +10,12 @@ import math
 import struct
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
-from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
+
+if TYPE_CHECKING:  # see __init__.py
+    from improv_core.score.joints import JointMotion
 
 SECOND = 1_000_000_000
 """In nanoseconds."""

@@ -19,7 +19,6 @@ from improv_core.stage.controllers import Channel, joint_states_of, needs_base
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.loop import one_line
 from improv_core.stage.messages import FromStage
-from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks import Alarm, Edge, Noticed, RawJoints, RawPoses
 from improv_core.stage.sinks.cdr import frame_field
 from improv_core.stage.sinks.ros_base import RosBase
@@ -34,6 +33,7 @@ from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import PULSE_PERIOD, Standby
 from improv_core.stage.sinks.ros_topic import Advertise, Now, RosTopic
+from improv_core.stage.zeros import LINGER
 
 REST = 0.005
 """Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""

@@ -24,11 +24,11 @@ from improv_core.stage.controllers import (
     way_home,
 )
 from improv_core.stage.joint_places import FRESH, JointOff, joints_off, line_of
-from improv_core.stage.setpoints import LAST_ZEROS
 from improv_core.stage.sinks.cdr import numbers_message
 from improv_core.stage.sinks.ros_owed import OwedZeros
 from improv_core.stage.sinks.ros_standby import Standby
 from improv_core.stage.sinks.ros_topic import Advertise, Now, RosTopic
+from improv_core.stage.zeros import LAST_ZEROS
 
 SETTLED = 0.5
 """Seconds after which joints that were told to stand have come to rest, so that it counts where they are."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from improv_core.score.score import Safety
 from improv_core.stage.interlocks import StopTopic
-from improv_core.stage.messages import DEADMAN_LIMIT
+from improv_core.stage.limits import DEADMAN_LIMIT
 from improv_core.stage.sinks import Edge, StopButton
 from improv_core.stage.sinks.ros_nodes import subscribe
 from improv_core.stage.sinks.ros_topic import Now

@@ -8,6 +8,8 @@ import socket
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from improv_core.stage.sinks.later import imported_later
+
 DEPTH = 10
 """QoS history depth. It is reliable, like teleop_twist_keyboard and Nav2, so all listeners match."""
 STANDBY = "_standby"
@@ -25,6 +27,7 @@ class Nodes:
     """
 
     def __init__(self, name: str, arguments: Sequence[str] = (), **options: bool) -> None:
+        imported_later("numpy")  # which messages import for fields that nobody here reads or writes: it takes 12 MB
         import rclpy
 
         self._arguments = arguments

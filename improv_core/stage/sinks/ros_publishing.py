@@ -13,7 +13,8 @@ from improv_core.child import Child, Policy
 from improv_core.plain import message as in_plain_text
 from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
-from improv_core.stage.messages import FromStage, helper
+from improv_core.stage.limits import helper
+from improv_core.stage.messages import FromStage
 from improv_core.stage.publisher_messages import FromPublisher, Health, ToPublisher
 
 HEALTH_PERIOD = 1.0

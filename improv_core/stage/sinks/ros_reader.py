@@ -12,7 +12,7 @@ from improv_core.child import Child, Policy
 from improv_core.plain import message as in_plain_text
 from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.messages import helper
+from improv_core.stage.limits import helper
 from improv_core.stage.reader import PROMPT as URGENT
 from improv_core.stage.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
 from improv_core.stage.sinks import Edge, RawJoints, RawPose, RawPoses

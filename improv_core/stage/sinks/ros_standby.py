@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from improv_core.child import Child, Policy
-from improv_core.stage.messages import HANG_LIMIT, LOADING_LIMIT, helper
+from improv_core.stage.limits import HANG_LIMIT, LOADING_LIMIT, helper
 from improv_core.stage.relief import READY_LIMIT, START_LIMIT, Relief
 from improv_core.stage.standby_messages import FromStandby, ToStandby
 

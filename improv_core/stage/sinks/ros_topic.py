@@ -17,8 +17,8 @@ from improv_core.stage.hearing import (
     replaced,
     zeros_to_send,
 )
-from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks.cdr import stamped
+from improv_core.stage.zeros import LINGER
 
 TWISTS = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """The message types that Improv can send to a base: their names in profiles and in ROS."""

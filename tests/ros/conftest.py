@@ -224,8 +224,8 @@ Publish = Callable[..., Publisher]
 Start = Callable[..., Sink]
 
 PATIENT = {
-    "stage.messages.HANG_LIMIT": 20.0,
-    "stage.messages.SILENCE_LIMIT": 20.0,
+    "stage.limits.HANG_LIMIT": 20.0,
+    "stage.limits.SILENCE_LIMIT": 20.0,
     "stage.relief.ANSWER_LIMIT": 20.0,
     "stage.relief.START_LIMIT": LIMIT,
     "stage.relief.READY_LIMIT": LIMIT,

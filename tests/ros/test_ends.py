@@ -55,7 +55,7 @@ def an_editor(env: Mapping[str, str], turtle: Listener) -> Iterator[tuple[subpro
     nothing of it is left."""
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.ros.editor", BEFORE],
-        env={**env, **with_limits(stage__messages__SILENCE_LIMIT=3.0)},
+        env={**env, **with_limits(stage__limits__SILENCE_LIMIT=3.0)},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -112,7 +112,7 @@ def test_the_end_of_the_stage_of_a_watched_file(program: Path, turtle: Listener,
 
 
 def test_ctrl_z_stops_the_robots(program: Path, turtle: Listener, alone: Mapping[str, str]) -> None:
-    with Terminal("watch", program, {**alone, **with_limits(stage__messages__SILENCE_LIMIT=3.0)}) as terminal:
+    with Terminal("watch", program, {**alone, **with_limits(stage__limits__SILENCE_LIMIT=3.0)}) as terminal:
         dances(terminal, turtle)
         os.killpg(terminal.pid, signal.SIGSTOP)  # SIGTSTP halts nothing in a session that has no terminal
         turtle.wait(still)

@@ -168,7 +168,7 @@ def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Hos
 def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
     host: Host, ros_env: Mapping[str, str], listen: Listen
 ) -> None:
-    host.install_python(set_there(ros_env, stage__messages__SILENCE_LIMIT=0.5))
+    host.install_python(set_there(ros_env, stage__limits__SILENCE_LIMIT=0.5))
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
         plays(parent, turtle, patience=0.5)
@@ -191,7 +191,7 @@ def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: L
 
 
 def test_a_stage_that_hangs_is_ended_beside_the_robots(host: Host, ros_env: Mapping[str, str], listen: Listen) -> None:
-    host.install_python(set_there(ros_env, stage__messages__HANG_LIMIT=0.9))
+    host.install_python(set_there(ros_env, stage__limits__HANG_LIMIT=0.9))
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
         plays(parent, turtle)

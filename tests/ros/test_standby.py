@@ -57,7 +57,7 @@ FAULTS: dict[str, Callable[[int], None]] = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_stage_that_fails(fault: str, listen: Listen, start: Start) -> None:
     limit = 3.0 if fault == "hung" else LIMIT
-    sink = start("standby", **with_limits(stage__messages__HANG_LIMIT=limit))
+    sink = start("standby", **with_limits(stage__limits__HANG_LIMIT=limit))
     turtles = moving(listen, sink)
     standby = descendants(sink.process.pid)
     FAULTS[fault](sink.process.pid)

@@ -14,13 +14,30 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
 
-from tests.benchmarks.robots import ENV, LIMIT, PYTHON
+from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON
 
 LINK = Path(os.environ.get("IMPROV_LINK") or Path(__file__).parents[3] / "shared" / "tools" / "jitter_link.py")
 BASE = "improv-air"
 """The namespace of the parent."""
 _INSIDE = 'mount -t tmpfs tmpfs /dev/shm && exec "$@"'
+
+
+class Memory(NamedTuple):
+    """How much memory is used: only by these processes (`own`), and with their share of what others use too, in MB."""
+
+    own: float
+    whole: float
+
+    def __str__(self) -> str:
+        return f"{self.whole:.0f} MB ({self.own:.0f} of its own)"
+
+
+def memory(process: Path) -> Memory:
+    """What a process uses, by its folder in /proc."""
+    rows = dict(line.split(":") for line in (process / "smaps_rollup").read_text().splitlines()[1:])
+    return Memory(*(int(rows[name].split()[0]) / 1e3 for name in ("Pss_Anon", "Pss")))
 
 
 class Machine:
@@ -87,10 +104,18 @@ class Machine:
                 name = next(word for word in words if f"{self.name}/cache/improv/stages" in word).rpartition("/")[2]
                 fields = (process / "stat").read_text().rpartition(") ")[2].split()
                 spent = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-                shared_fairly = (process / "smaps_rollup").read_text().partition("\nPss:")[2].split()[0]
-                found.append((f"{name} {words[2]}", int(shared_fairly) / 1e3, spent))
-        parts = ", ".join(f"{name} {memory:.0f} MB, {spent:.1f} s of CPU" for name, memory, spent in found)
-        return f"{sum(memory for _, memory, _ in found):.0f} MB in all ({parts})"
+                found.append((f"{name} {words[2]}", memory(process), spent))
+        parts = ", ".join(f"{name} {used}, {spent:.1f} s of CPU" for name, used, spent in found)
+        own, whole = sum(used.own for _, used, _ in found), sum(used.whole for _, used, _ in found)
+        return f"{Memory(own, whole)} in all ({parts})"
+
+    def bare(self) -> str:
+        """The memory of a node of rclpy there that only has a publisher."""
+        command = [*self.by, PYTHON, str(HERE / "ros_bare.py")]
+        with subprocess.Popen(command, env=on_air(ENV), stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+            assert process.stdout
+            process.stdout.readline()
+            return str(memory(Path("/proc", str(process.pid))))
 
     @property
     def known(self) -> str:

@@ -116,13 +116,13 @@ def _cut(patience: float) -> float:
                     break
             time.sleep(3)
             cut = machine.cut()
-            used = machine.used()
+            used, bare = machine.used(), machine.bare()
             time.sleep(patience + 2)
             heard = listener.end()["/r0/cmd_vel"]
         finally:
             playing.kill()
             playing.communicate()
-    print(f"one robot's host: {used}")
+    print(f"one robot's host: {used}; a node with nothing but a publisher: {bare}")
     return next(each.received for each in heard if each.still and each.received > cut) - cut
 
 

@@ -7,11 +7,12 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from urllib.parse import quote, urlsplit
 
+import pygls
 import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
 
@@ -19,14 +20,14 @@ from tests.editors.editors import LIMIT, ROOT, kill_servers, nothing_left, serve
 from tests.editors.terminal import until
 from tests.editors.vscode.workbench import (
     PATIENCE,
+    VSCode,
     framed,
     framed_page,
     keep_picture,
     run_command,
-    set_machine_settings,
     word,
-    workbench,
 )
+from tests.editors.vscode.workbench import vscode as started
 
 pytestmark = pytest.mark.slow("drives VS Code")
 
@@ -45,31 +46,23 @@ IS_LIT = """text => {
 """Whether a word of the program is lit, and nothing beside it."""
 
 
-@pytest.mark.timeout(2 * LIMIT)
-def test_session(tmp_path: Path) -> None:
-    settings = {"improv.server.path": SERVER, "improv.backend": "sim"}
-    with nothing_left() as env, workbench(tmp_path, PROGRAM, settings, env) as page:
-        _nothing_moves_in_a_workspace_that_is_not_trusted(page, env)
-        _words_are_checked_and_explained(page)
-        _a_save_plays(page)
-        robots = _robots(_frame(page))
-        _the_words_that_play_are_lit(page)
-        _a_wrong_save_changes_nothing(page, robots)
-        _keys_stop_the_robots(page, robots)
-        _a_new_server_plays(page)
-        _the_one_before_plays_and_the_history_shows_it(page)
-        _only_a_line_plays(page)
-        _kill_the_editor(env)
-
-
-@pytest.mark.timeout(2 * LIMIT)
-def test_a_missing_server_is_installed_and_a_wrong_one_replaced(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def vscode(tmp_path_factory: pytest.TempPathFactory) -> Iterator[VSCode]:
+    """A VS Code that finds no server on the `PATH`. What pip installs there are no packages from the network."""
     with nothing_left() as env:
         folders = [each for each in env["PATH"].split(os.pathsep) if not (Path(each) / "improv-ls").exists()]
-        env |= {"PATH": os.pathsep.join(folders), "PIP_NO_COMPILE": "1"}  # which takes as long as all the rest
-        with workbench(tmp_path, PROGRAM, {"improv.backend": "sim"}, env, {"improv.switchAt": LINK}) as page:
-            _installs_its_server(page, tmp_path)
-            _wrong_servers_are_replaced_and_notifications_hold_no_links(page, tmp_path)
+        env |= {"PATH": os.pathsep.join(folders), "PYTHONPATH": str(Path(pygls.__file__).parents[1])}
+        env |= {"PIP_NO_COMPILE": "1", "PIP_NO_DEPS": "1", "PIP_NO_INDEX": "1"}
+        with started(tmp_path_factory.mktemp("vscode"), env) as it:
+            yield it
+
+
+@pytest.mark.timeout(2 * LIMIT)
+def test_a_missing_server_is_installed_and_a_wrong_one_replaced(vscode: VSCode, tmp_path: Path) -> None:
+    settings = {"improv.backend": "sim"}
+    with vscode.window(tmp_path / "work", PROGRAM, settings, {"improv.switchAt": LINK}) as page:
+        _installs_its_server(page, vscode.folder)
+        _wrong_servers_are_replaced_and_notifications_hold_no_links(page, vscode)
 
 
 def _installs_its_server(page: Page, folder: Path) -> None:
@@ -89,13 +82,13 @@ def _installs_its_server(page: Page, folder: Path) -> None:
     run_command(page, "Notifications: Clear All Notifications")
 
 
-def _wrong_servers_are_replaced_and_notifications_hold_no_links(page: Page, folder: Path) -> None:
-    hanging = folder / "hanging"
+def _wrong_servers_are_replaced_and_notifications_hold_no_links(page: Page, vscode: VSCode) -> None:
+    hanging = vscode.folder / "hanging"
     hanging.write_text("#!/bin/sh\nexec sleep 1000\n")
     hanging.chmod(0o755)
 
     def use_server(path: object) -> None:
-        set_machine_settings(folder, {"improv.backend": "sim", "improv.server.path": str(path)})
+        vscode.set_machine_settings({"improv.backend": "sim", "improv.server.path": str(path)})
 
     use_server(hanging)
     expect(_status(page)).to_have_text("Starting Improv…")
@@ -115,10 +108,11 @@ def _wrong_servers_are_replaced_and_notifications_hold_no_links(page: Page, fold
 
 
 @pytest.mark.timeout(2 * LIMIT)
-def test_what_is_asked_for_while_the_server_starts(tmp_path: Path) -> None:
+def test_what_is_asked_for_while_the_server_starts(vscode: VSCode, tmp_path: Path) -> None:
     server, gate = slow_server(tmp_path)
     settings = {"improv.server.path": str(server), "improv.backend": "sim", "security.workspace.trust.enabled": False}
-    with nothing_left() as env, workbench(tmp_path, PROGRAM.replace("lft", "left"), settings, env) as page:
+    env = vscode.env
+    with vscode.window(tmp_path / "work", PROGRAM.replace("lft", "left"), settings) as page:
         expect(_status(page)).to_have_text("Starting Improv…")
         word(page, "forward").click()
         page.keyboard.press("End")
@@ -153,16 +147,14 @@ def test_what_is_asked_for_while_the_server_starts(tmp_path: Path) -> None:
         assert servers_from(env) == [starting]
         _repeat_is_offered_once(page)
         _robots_files_have_colors(page, tmp_path / "work")
-        page.get_by_role("tab", name="dance.improv").click()
-        run_command(page, "Improv: Stop Robots")
-        _kill_the_editor(env)
+        assert _stages(env)  # and it ends with the window
 
 
 @pytest.mark.timeout(2 * LIMIT)
-def test_colors_and_snippets_where_no_server_can_run(tmp_path: Path) -> None:
+def test_colors_and_snippets_where_no_server_can_run(vscode: VSCode, tmp_path: Path) -> None:
     """In the extension host of the browser, as on vscode.dev. And the extension's page, with its picture."""
     settings = {"remote.extensionKind": {"improv.improv": ["web"]}, "security.workspace.trust.enabled": False}
-    with nothing_left() as env, workbench(tmp_path, PROGRAM, settings, env) as page:
+    with vscode.window(tmp_path / "work", PROGRAM, settings) as page:
         word(page, "forward").click()
         run_command(page, "Improv: Show Menu")
         expect(_toast(page, "This window has only colors and snippets for Improv")).to_be_visible()
@@ -174,13 +166,31 @@ def test_colors_and_snippets_where_no_server_can_run(tmp_path: Path) -> None:
         page.keyboard.press("Control+Space")
         expect(page.locator(".suggest-widget .monaco-list-row", has_text="squeeze").first).to_be_visible()
         page.keyboard.press("Escape")
-        assert servers_from(env) == []
+        assert servers_from(vscode.env) == []
 
         page.keyboard.press("Control+Shift+X")
         page.locator(".extension-list-item", has_text="Improv").first.click()
         picture = framed(page).locator("img[alt*='Two robots draw']")
         page.wait_for_function("picture => picture.naturalWidth > 100", arg=picture.element_handle())
         keep_picture(page, "web")
+
+
+@pytest.mark.timeout(2 * LIMIT)
+def test_session(vscode: VSCode, tmp_path: Path) -> None:
+    """The last of these tests: it ends with the VS Code that they share being killed."""
+    settings = {"improv.server.path": SERVER, "improv.backend": "sim"}
+    with vscode.window(tmp_path / "work", PROGRAM, settings) as page:
+        _nothing_moves_in_a_workspace_that_is_not_trusted(page, vscode.env)
+        _words_are_checked_and_explained(page)
+        _a_save_plays(page)
+        robots = _robots(_frame(page))
+        _the_words_that_play_are_lit(page)
+        _a_wrong_save_changes_nothing(page, robots)
+        _keys_stop_the_robots(page, robots)
+        _a_new_server_plays(page)
+        _the_one_before_plays_and_the_history_shows_it(page)
+        _only_a_line_plays(page)
+        _kill_the_editor(vscode.env)
 
 
 def _escape_stops_with_a_widget(page: Page, key: str, widget: str) -> None:

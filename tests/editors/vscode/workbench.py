@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -21,10 +22,12 @@ from urllib.request import urlopen
 
 from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwright
 
-from tests.editors.editors import LIMIT, ROOT, find
+from tests.editors.editors import LIMIT, ROOT, find, program_of, started_from
+from tests.editors.terminal import until
 from tests.needs import EXTENSION as FOLDER
 from tests.needs import need, need_extension
 from tests.page import CALMLY
+from tests.processes import command_of
 
 HERE = Path(__file__).parent
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
@@ -90,39 +93,94 @@ def _hash_of_sources() -> str:
     return total.hexdigest()
 
 
+@dataclass(frozen=True, slots=True)
+class VSCode:
+    """A VS Code that tests use one after the other: to start it and a browser takes as long as to open a window."""
+
+    folder: Path
+    env: Mapping[str, str]
+    address: str
+    page: Page
+
+    @contextmanager
+    def window(
+        self,
+        work: Path,
+        program: str,
+        settings: Mapping[str, object],
+        workspace_settings: Mapping[str, object] | None = None,
+    ) -> Iterator[Page]:
+        """A window with `dance.improv` in this folder, which is not trusted yet. What has been started from it must end
+        once the window is closed."""
+        try:
+            with _opened(self.page, self.address, self.folder, work, program, settings, workspace_settings or {}):
+                yield self.page
+        finally:
+            self.page.goto("about:blank")
+            until(lambda: not self._others(), lambda: f"still run: {[command_of(pid) for pid in self._others()]}")
+
+    def set_machine_settings(self, settings: Mapping[str, object]) -> None:
+        """Set what only the machine's own settings may set, such as the server's path; an open window follows."""
+        _write_settings(self.folder / "user" / "Machine", settings)
+
+    def _others(self) -> list[int]:
+        """All processes that have been started from it, without its own."""
+        return [pid for pid in started_from(self.env) if program_of(pid) not in ("node", "")]
+
+
 @contextmanager
-def workbench(
-    folder: Path,
-    program: str,
-    settings: Mapping[str, object],
-    env: Mapping[str, str],
-    workspace_settings: Mapping[str, object] | None = None,
-) -> Iterator[Page]:
-    """A window with `dance.improv` in a folder that is not trusted yet."""
-    work, user = folder / "work", folder / "user"
-    _write_settings(user / "User", {**QUIET, **settings})
-    set_machine_settings(folder, {name: value for name, value in settings.items() if name.startswith("improv.")})
-    _write_settings(work / ".vscode", workspace_settings or {})
-    (work / "dance.improv").write_text(program)
-    with _code_server(folder, work, env) as address, sync_playwright() as playwright:
+def vscode(folder: Path, env: Mapping[str, str]) -> Iterator[VSCode]:
+    """A VS Code without a window."""
+    with _code_server(folder, env) as address, _browser() as page:
+        yield VSCode(folder, env, address, page)
+
+
+@contextmanager
+def workbench(folder: Path, program: str, settings: Mapping[str, object], env: Mapping[str, str]) -> Iterator[Page]:
+    """A window of a VS Code of its own, with `dance.improv` in a folder that is not trusted yet."""
+    work = folder / "work"
+    with (
+        _code_server(folder, env) as address,
+        _browser() as page,
+        _opened(page, address, folder, work, program, settings, {}),
+    ):
+        yield page
+
+
+@contextmanager
+def _browser() -> Iterator[Page]:
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="null")
         page.set_default_timeout(PATIENCE * 1000)
         expect.set_options(timeout=PATIENCE * 1000)
         page.add_init_script(f"if (self !== top && location.pathname === '/') {CALMLY}")
-        page.goto(f"{address}/?folder={work}")
-        page.get_by_role("treeitem", name="dance.improv").dblclick()
-        try:
-            yield page
-        except BaseException:
-            keep_picture(page, "failed")
-            raise
+        yield page
         browser.close()
 
 
-def set_machine_settings(folder: Path, settings: Mapping[str, object]) -> None:
-    """Set what only the machine's own settings may set, such as the server's path; an open window follows."""
-    _write_settings(folder / "user" / "Machine", settings)
+@contextmanager
+def _opened(
+    page: Page,
+    address: str,
+    folder: Path,
+    work: Path,
+    program: str,
+    settings: Mapping[str, object],
+    workspace_settings: Mapping[str, object],
+) -> Iterator[None]:
+    _write_settings(folder / "user" / "User", {**QUIET, **settings})
+    of_machine = {name: value for name, value in settings.items() if name.startswith("improv.")}
+    _write_settings(folder / "user" / "Machine", of_machine)
+    _write_settings(work / ".vscode", workspace_settings)
+    (work / "dance.improv").write_text(program)
+    page.goto(f"{address}/?folder={work}")
+    page.get_by_role("treeitem", name="dance.improv").dblclick()
+    try:
+        yield
+    except BaseException:
+        keep_picture(page, "failed")
+        raise
 
 
 def word(page: Page, text: str) -> Locator:
@@ -134,7 +192,7 @@ def run_command(page: Page, title: str) -> None:
     """Choose a command from the palette."""
     page.keyboard.press("F1")
     expect(page.locator(".quick-input-widget input[type=text]")).to_be_focused()
-    page.keyboard.type(title)
+    page.keyboard.insert_text(title)  # at once: it would look for commands again after each letter
     page.locator(".quick-input-list .monaco-list-row", has_text=title.split(": ")[1]).first.click()
 
 
@@ -178,7 +236,7 @@ def _code_server_with(folder: Path) -> list[str]:
 
 
 @contextmanager
-def _code_server(folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[str]:
+def _code_server(folder: Path, env: Mapping[str, str]) -> Iterator[str]:
     """The address of a code-server with our extension."""
     command = _code_server_with(folder)
     command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]
@@ -189,7 +247,7 @@ def _code_server(folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[s
         address = f"127.0.0.1:{free.getsockname()[1]}"
     command += ["--bind-addr", address, "--auth", "none"]
     with (folder / "log").open("wb") as log:
-        server = subprocess.Popen([*command, str(work)], env=env, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        server = subprocess.Popen(command, env=env, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
     try:
         end = time.monotonic() + LIMIT
         while not _answers(address):

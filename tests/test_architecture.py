@@ -43,6 +43,7 @@ ROWS: Mapping[str, Sequence[str]] = {
         *MESSAGES,
         "stage.asleep",
         "stage.discovery",
+        "stage.outside_clock",
         "stage.urgent_queue",
         "stage.json_pieces",
         "stage.osc_messages",

@@ -7,11 +7,11 @@ long as the slowest message may take. Standard library only.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, cast
 
-from improv_core.playback import sightings
+from improv_core.playback import conductor, sightings
+from improv_core.playback.going import DRIFT_PERIOD, EARLY, begin, go, instant, settling
 from improv_core.playback.stage_process import Heard
 from improv_core.playback.troupe import HERE, Troupe, beat_at
 from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, StartHost, Times
@@ -21,14 +21,8 @@ from improv_core.stage.messages import Armed, FromStage, Load, Pressed, ToStage,
 
 CONFIRM_LIMIT = 1.0
 """Seconds that a stop may take to be confirmed. Then people are told which robots may still be moving."""
-EDGE = 0.01
-"""Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
 CLOSE = 0.005
 """Seconds by which two stages may tell the same instant differently."""
-DRIFT_PERIOD = 10.0
-"""Seconds after which all are told again where the one that leads is: two clocks may drift by 0.1 ms in each."""
-BEGIN_EARLY = 1.0
-"""Seconds before the time at which a dance begins by itself, from which on it is told to all."""
 MOST_PRESSES = 20
 """Counts of presses that are remembered. A score that somebody asked for longer ago is refused by hosts."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
@@ -41,9 +35,10 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
         return _load(troupe, message, now)
     if message["type"] == "stop":
         troupe = troupe.with_all(troupe.alive, may_move=troupe.is_on, armed=False)
-        troupe = replace(troupe, mode="stopped", joining=frozenset(), paused_by=frozenset())
+        troupe = replace(troupe.without_entry(), mode="stopped", joining=frozenset(), paused_by=frozenset())
         return replace(troupe, unconfirmed_at=now.at + CONFIRM_LIMIT), []
     if message["type"] == "pause":
+        troupe = troupe.without_entry()
         if troupe.mode == "playing":
             troupe = replace(troupe, mode="paused", paused_by=frozenset())
         elif troupe.mode != "paused":
@@ -53,18 +48,24 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
         return _resume(troupe, message["type"] == "anyway", now)
     if message["type"] == "pressed":
         return troupe, [SendTo(host, _presses_of(troupe, host, message)) for host in troupe.alive]
+    if message["type"] == "anchor" and troupe.clock:
+        return conductor.anchored(troupe, message, now)
     if kind not in COMMANDS:
         return troupe, [SendTo(HERE, message)] if HERE in troupe.alive else []  # for pages
     if COMMANDS[kind].kept:
         troupe = replace(troupe, kept={**troupe.kept, kind: message})
-    return troupe, _all(troupe, in_time(troupe, message, now))
+    acts = _all(troupe, in_time(troupe, message, now))
+    if message["type"] == "seek" and troupe.enters < math.inf:
+        troupe, entering = conductor.enter(troupe, message["beat"], now)
+        return troupe, [*acts, *entering]
+    return settling(troupe, now), acts
 
 
 def in_time(troupe: Troupe, message: Any, now: Times) -> Any:
     """What is asked of all, for an instant at which all have heard it. A stop is for now."""
     if message["type"] == "stop" or troupe.mode != "playing":
         return message
-    return {**message, "at": _instant(troupe, now)}
+    return {**message, "at": instant(troupe, now)}
 
 
 def started(troupe: Troupe, host: str, now: Times) -> Decided:
@@ -129,34 +130,32 @@ def waited(troupe: Troupe, now: Times) -> Decided:
     if now.at >= troupe.drifts:
         troupe = replace(troupe, drifts=now.at + DRIFT_PERIOD)
         acts += _where_it_is(troupe, now)
-    if troupe.mode == "armed" and now.wall >= troupe.opens - BEGIN_EARLY:
-        troupe, more = _begin(troupe, now.at + max(troupe.opens - now.wall, troupe.ahead))
+    if troupe.mode == "armed" and now.wall >= troupe.opens - EARLY:
+        troupe, more = begin(troupe, now.at + max(troupe.opens - now.wall, troupe.ahead))
         acts += more
+    troupe, entered = conductor.waited(troupe, now)
     troupe, passed = sightings.passed_on(troupe, now)
-    return troupe, [*acts, *passed]
+    return troupe, [*acts, *entered, *passed]
 
 
 def due(troupe: Troupe, now: Times) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
-    begins = now.at + troupe.opens - BEGIN_EARLY - now.wall if troupe.mode == "armed" else math.inf
+    begins = now.at + troupe.opens - EARLY - now.wall if troupe.mode == "armed" else math.inf
     drifts = troupe.drifts if troupe.mode == "playing" else math.inf
-    return min(troupe.unconfirmed_at, begins, drifts, sightings.due(troupe))
+    return min(troupe.unconfirmed_at, begins, drifts, conductor.due(troupe), sightings.due(troupe))
 
 
 def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
     goes_on = load["when"] != "restart" and troupe.mode in ("playing", "paused")
-    told: list[Act] = []
-    if load["score"].get("clock") and any(host != HERE for host in troupe.members):
-        load = {**load, "score": {**load["score"], "clock": None}}  # each would bend by itself, at another instant
-        told.append(_warning("stages on other machines follow no clock from outside: the program's tempo counts"))
+    troupe, load, told = conductor.taken(troupe, load)
     troupe = troupe.loading(load)
     lost = troupe.of(HERE) if HERE not in troupe.alive else []
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
     told += [_warning(line)] if lost else []
     if goes_on:
-        at: Load = {**load, "at": _instant(troupe, now)} if troupe.mode == "playing" else load
+        at: Load = {**load, "at": instant(troupe, now)} if troupe.mode == "playing" else load
         sent = [SendTo(host, troupe.load_for(host, at)) for host in troupe.alive if host not in troupe.joining]
-        return troupe, [*told, *sent]
+        return settling(troupe, now), [*told, *sent]
     arming = load.get("arming")
     begins = arming.get("begins", math.inf) if arming is not None else math.inf
     troupe = replace(troupe, arming=arming, begins=begins, anyway=load.get("anyway", False), paused_by=frozenset())
@@ -169,7 +168,8 @@ def _gather(troupe: Troupe, load: Load) -> Decided:
     whole: Load = {**load, "arming": {}}
     if troupe.anyway:
         whole["anyway"] = True
-    troupe = replace(troupe.with_all(troupe.alive, armed=False, misplaced={}), mode="gathering", joining=frozenset())
+    fresh = troupe.without_entry().with_all(troupe.alive, armed=False, misplaced={})
+    troupe = replace(fresh, mode="gathering", joining=frozenset())
     return troupe, [SendTo(host, troupe.load_for(host, whole)) for host in troupe.alive]
 
 
@@ -189,7 +189,7 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
     if troupe.mode in ("gathering", "armed"):
         load["arming"] = {}
         troupe = replace(troupe, mode="gathering")
-    elif troupe.mode == "playing" and (entry := troupe.entry_at(_instant(troupe, now))):
+    elif troupe.mode == "playing" and (entry := troupe.entry_at(instant(troupe, now))):
         load["entry"] = entry
     else:
         return troupe, []
@@ -202,35 +202,18 @@ def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
     if troupe.mode == "gathering":
         return troupe, [_warning(NOT_READY)]
     if troupe.mode == "armed":
-        return _begin(troupe, now.at + troupe.ahead)
+        return conductor.enter(troupe, 0.0, now) if troupe.is_led else begin(troupe, now.at + troupe.ahead)
     if troupe.mode == "unplaced":
         return _gather(replace(troupe, anyway=anyway), troupe.load) if troupe.load else (troupe, [])
     if troupe.mode != "paused":
         return troupe, []
     if (position := troupe.position) is None:
         return troupe, []
-    return _go(troupe, troupe.alive, position["beat"], now.at + troupe.ahead, anyway=anyway)
-
-
-def _go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: bool = False) -> Decided:
-    """Have stages that are paused go on from one beat, all at the same time."""
-    troupe = replace(troupe, mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
-    resume: ToStage = {"type": "anyway", "at": at} if anyway else {"type": "resume", "at": at}
-    acts: list[Act] = []
-    for host in hosts:
-        if host in troupe.joining:
-            continue
-        transport = troupe.members[host].transport
-        if transport and transport["beat"] != beat:
-            acts.append(SendTo(host, {"type": "seek", "beat": beat, "at": at}))
-        acts.append(SendTo(host, resume))
-    return troupe, acts
-
-
-def _begin(troupe: Troupe, at: float) -> Decided:
-    """Beat 0 is at this time, for all."""
-    troupe = replace(troupe, mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
-    return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
+    if troupe.clock and troupe.clock.stands:
+        return replace(troupe, stands=True), []  # it is waited for
+    if troupe.is_led and not anyway:
+        return conductor.enter(troupe, position["beat"], now)
+    return go(troupe, troupe.alive, position["beat"], now.at + troupe.ahead, anyway=anyway)
 
 
 def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
@@ -239,7 +222,7 @@ def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
     ready = all(troupe.members[host].armed for host in troupe.alive)
     if troupe.mode == "gathering" and ready:
         if troupe.arming is None:
-            return _begin(troupe, now.at + troupe.ahead)
+            return conductor.ready(troupe, now) if troupe.clock else begin(troupe, now.at + troupe.ahead)
         begins = troupe.begins if troupe.begins < math.inf else None
         armed: Armed = {"type": "armed", "generation": troupe.generation, "armed": True, "begins": begins}
         if begins and troupe.count:
@@ -299,7 +282,7 @@ def _goes_on(troupe: Troupe, host: str, transport: TransportMessage, now: Times)
         pause: Pause = {"type": "pause"}
         return replace(troupe, paused_by=left), [SendTo(host, pause)]
     at = now.at + troupe.ahead
-    troupe, acts = _go(troupe, others, beat_at(transport, at), at)
+    troupe, acts = go(troupe, others, beat_at(transport, at), at)
     return troupe, [*acts, Say(transport)]
 
 
@@ -355,17 +338,9 @@ def _where_it_is(troupe: Troupe, now: Times) -> list[Act]:
     position = troupe.position
     if position is None or position["state"] != "playing":
         return []
-    bend: BendMessage = {"type": "bend", "at": now.at, "beat": beat_at(position, now.at), "pace": 1.0}
+    beat, pace = beat_at(position, now.at), position.get("pace", 1.0)
+    bend: BendMessage = {"type": "bend", "at": now.at, "beat": beat, "pace": pace}
     return [SendTo(host, bend) for host in troupe.alive if host != troupe.lead and host not in troupe.joining]
-
-
-def _instant(troupe: Troupe, now: Times) -> float:
-    """A time at which all have heard what is sent to them now, and that isn't too close to a beat."""
-    at, position = now.at + troupe.ahead, troupe.position
-    if position is None or position["state"] != "playing":
-        return at
-    beat, edge = beat_at(position, at), EDGE * position["tempo"] / 60
-    return at + 2 * EDGE if abs(beat - round(beat)) < edge else at
 
 
 def _waits(transport: TransportMessage) -> bool:

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Any, Literal, cast
 
 from improv_core.score.transport import BEATS_PER_BAR
+from improv_core.stage.clock_messages import BendMessage
 from improv_core.stage.commands import Speed
 from improv_core.stage.limits import MOST_AHEAD, SILENCE_LIMIT
 from improv_core.stage.messages import (
@@ -22,6 +23,7 @@ from improv_core.stage.messages import (
     ToStage,
     TransportMessage,
 )
+from improv_core.stage.outside_clock import Following
 
 HERE = ""
 """The host of this machine."""
@@ -68,6 +70,10 @@ class Troupe:
     `kept` holds for stages that start later. `unconfirmed_at` is when people are told who has not confirmed a stop, in
     monotonic seconds. `presses` says for each count of presses that was told how many each stage had heard. `seen` are
     robots of which stages elsewhere have yet to be told where they are, from `passes_on` on, in monotonic seconds.
+
+    All follow a `clock` of music, which only the parent hears. `bent` is the latest bend that they were told, and from
+    `looks` on they may be told another one. They begin or go on when it `enters`, in monotonic seconds, at the beat
+    `enters_at`. A pause during which it `stands` ends with that.
     """
 
     members: Mapping[str, Hosted]
@@ -86,6 +92,12 @@ class Troupe:
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
     seen: Mapping[str, SeenRobot] = field(default_factory=dict)
     passes_on: float = -math.inf
+    clock: Following | None = None
+    bent: BendMessage | None = None
+    looks: float = -math.inf
+    enters: float = math.inf
+    enters_at: float = 0.0
+    stands: bool = False
 
     @property
     def alive(self) -> list[str]:
@@ -123,11 +135,29 @@ class Troupe:
     @property
     def count(self) -> CountJson | None:
         """What each stage counts before beat 0, from when it is told to begin."""
-        if not self.load or not self.load["score"].get("count_in"):
+        if not self.load or not self.load["score"].get("count_in") or self.clock:
             return None
-        score, faster = self.load["score"], cast(Speed, self.kept.get("speed", {"factor": 1.0}))
-        beats = score["bar"] or self.load.get("beats_per_bar", BEATS_PER_BAR)
-        return {"beats": beats, "period": 60 / float(Fraction(score["tempo"])) / faster["factor"]}
+        return {"beats": self.bar, "period": 60 / float(self.tempo * self.speed)}
+
+    @property
+    def bar(self) -> int:
+        """How many beats a bar has."""
+        return (self.load["score"]["bar"] or self.load.get("beats_per_bar", BEATS_PER_BAR)) if self.load else 0
+
+    @property
+    def tempo(self) -> Fraction:
+        """The tempo of the program, in beats per minute."""
+        return Fraction(self.load["score"]["tempo"]) if self.load else Fraction(0)
+
+    @property
+    def speed(self) -> Fraction:
+        """How many times as fast a person has it play."""
+        return Fraction(str(cast(Speed, self.kept.get("speed", {"factor": 1.0}))["factor"]))
+
+    @property
+    def is_led(self) -> bool:
+        """Whether a clock that runs is followed."""
+        return self.clock is not None and self.clock.rate > 0 and not self.clock.silent
 
     @property
     def opens(self) -> float:
@@ -138,6 +168,10 @@ class Troupe:
     def is_on(self) -> bool:
         """Whether something plays, or is about to."""
         return self.mode != "stopped"
+
+    def without_entry(self) -> Troupe:
+        """Nobody begins or goes on by the clock."""
+        return replace(self, enters=math.inf, stands=False)
 
     def owns(self, host: str, robot: str) -> bool:
         """Whether the stage of a host moves a robot."""
@@ -185,6 +219,8 @@ class Troupe:
             entry["begins"] = position["begins"]
         if "scene" in position:
             entry["scene"] = position["scene"]
+        if "pace" in position:
+            entry["pace"] = position["pace"]
         return entry
 
 

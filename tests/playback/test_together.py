@@ -9,12 +9,13 @@ from typing import Any
 import pytest
 
 from improv_core.playback import sightings, together
+from improv_core.playback.going import EDGE
 from improv_core.playback.troupe import HERE, SPARE, Hosted, Troupe, beat_at
 from improv_core.playback.troupe_acts import Act, Say, SendTo, StartHost, Times
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.equality import same
-from improv_core.score.score import Host, OutsideClock, Score
+from improv_core.score.score import Host, Score
 from improv_core.score.score_json import RowsWritten, from_json, to_json
 from improv_core.stage.messages import State
 from tests.playback.story import at
@@ -209,7 +210,7 @@ def test_what_people_ask_for_takes_effect_everywhere_at_the_same_instant(asked: 
 
 
 def test_a_score_takes_over_after_all_have_it_and_not_at_the_edge_of_a_beat() -> None:
-    for second, later in ((10.1, 0.0), (10.5 - SPARE, 2 * together.EDGE)):
+    for second, later in ((10.1, 0.0), (10.5 - SPARE, 2 * EDGE)):
         story = Story.playing()
         story.now = NOW + second
         assert story.plays("a $ repeat left\n", when="beat") == ["here: load", f"{PAD}: load", f"{PI}: load"]
@@ -459,17 +460,6 @@ def test_what_holds_for_later_is_told_to_stages_that_start_later() -> None:
 
 def test_robots_that_nobody_moves_are_named() -> None:
     assert Story(PI).plays("a p $ forward\n")[0] == "say nobody moves a: no ROS 2 runs here, and they have no `host`"
-
-
-def test_stages_on_several_machines_follow_no_clock_from_outside() -> None:
-    story = Story()
-    score = replace(on_hosts("a p q o $ repeat forward\n"), clock=OutsideClock("midi"))
-    load = {"generation": 1, "score": to_json(score, story.written), "when": "restart", "backend": "all"}
-    story.told("load", **load)
-    assert [story.sent(host)[0]["score"]["clock"] for host in (HERE, PI, PAD)] == [None] * 3
-    (said,) = (act.message for act in story.acts if isinstance(act, Say))
-    assert said["type"] == "warning"
-    assert said["message"] == "stages on other machines follow no clock from outside: the program's tempo counts"
 
 
 def test_a_beat_may_be_told_ahead() -> None:

@@ -80,7 +80,6 @@ def enter(troupe: Troupe, beat: float, now: Times) -> Decided:
 
 def due(troupe: Troupe) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
-    clock = troupe.clock
     enters = troupe.enters - EARLY if troupe.mode in ("armed", "paused") else math.inf
     return min(enters, _lost_at(troupe))
 

@@ -22,7 +22,7 @@ EARLY = 1.0
 
 def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: bool = False) -> Decided:
     """Have stages that are paused go on from one beat, all at the same time."""
-    troupe = replace(troupe, mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
+    troupe = replace(troupe.without_entry(), mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
     resume: ToStage = {"type": "anyway", "at": at} if anyway else {"type": "resume", "at": at}
     acts: list[Act] = []
     for host in hosts:
@@ -37,7 +37,7 @@ def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: 
 
 def begin(troupe: Troupe, at: float) -> Decided:
     """Beat 0 is at this time, for all."""
-    troupe = replace(troupe, mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
+    troupe = replace(troupe.without_entry(), mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
     return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
 
 

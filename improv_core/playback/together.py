@@ -201,6 +201,8 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
 def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
     if troupe.mode == "gathering":
         return troupe, [_warning(NOT_READY)]
+    if troupe.mode in ("armed", "paused") and troupe.clock and troupe.clock.stands:
+        return replace(troupe, stands=True), []  # it is waited for
     if troupe.mode == "armed":
         return conductor.enter(troupe, 0.0, now) if troupe.is_led else begin(troupe, now.at + troupe.ahead)
     if troupe.mode == "unplaced":
@@ -209,8 +211,6 @@ def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
         return troupe, []
     if (position := troupe.position) is None:
         return troupe, []
-    if troupe.clock and troupe.clock.stands:
-        return replace(troupe, stands=True), []  # it is waited for
     if troupe.is_led and not anyway:
         return conductor.enter(troupe, position["beat"], now)
     return go(troupe, troupe.alive, position["beat"], now.at + troupe.ahead, anyway=anyway)
@@ -230,7 +230,7 @@ def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
         return replace(troupe, mode="armed"), [Say(armed)]
     if troupe.mode == "armed" and not ready:
         not_armed: Armed = {"type": "armed", "generation": troupe.generation, "armed": False, "begins": None}
-        return replace(troupe, mode="gathering"), [Say(not_armed)]
+        return replace(troupe.without_entry(), mode="gathering"), [Say(not_armed)]
     if troupe.mode not in ("gathering", "armed") and host == troupe.lead:
         return troupe, [Say(said)]
     return troupe, []
@@ -246,6 +246,8 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         by_lead += acts
     if transport["generation"] != troupe.generation or host in troupe.joining:
         return troupe, by_lead
+    if transport.get("too_near"):
+        troupe = troupe.without_entry()  # a person has to make room, whatever a clock does
     if state == "stopped" and troupe.is_on:  # it has its reasons: an emergency stop, or it couldn't keep up
         others = troupe.others(host)
         troupe = replace(troupe, mode="stopped", joining=frozenset(), paused_by=frozenset())

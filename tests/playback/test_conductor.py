@@ -159,6 +159,61 @@ def test_a_stage_that_stops_while_they_wait_for_their_beat_begins_nothing() -> N
     assert not any(isinstance(act, SendTo) for act in acts)
 
 
+NEAR: Any = {"too_near": ["a", "p"]}
+
+
+def goes_on_by_itself(story: Story) -> bool:
+    """Whether robots move again although nobody has said so."""
+    story.is_at(HERE, "paused", 22.0)
+    for _ in range(50):
+        story.now += 0.1
+        hear(story, 20 + 2 * (story.now - NOW - 10))
+        told = list(story.acts)
+        story.troupe, acts = together.waited(story.troupe, Times(story.now, story.now))
+        if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "anyway") for act in [*told, *acts]):
+            return True
+    return False
+
+
+def test_robots_too_near_to_each_other_wait_for_a_person_also_if_the_clock_stands_then() -> None:
+    story = playing(beat=20.0)
+    story.now += 1
+    hear(story, 22.0, tempo=0.0)
+    story.is_at(PI, "paused", 22.0, **NEAR)
+    assert not goes_on_by_itself(story)
+
+
+def test_robots_too_near_to_each_other_wait_for_a_person_also_after_one_came_in_at_once() -> None:
+    story = playing(beat=20.0)
+    story.told("pause")
+    story.is_at(HERE, "paused", 20.0)
+    hear(story, 21.9)
+    story.told("resume")
+    assert story.told("anyway")[-2:] == both("anyway")
+    for host in (HERE, PI):
+        story.is_at(host, "playing", 20.0)
+    story.now += 3
+    story.is_at(PI, "paused", 26.0, **NEAR)
+    assert not goes_on_by_itself(story)
+
+
+def test_who_was_to_begin_and_is_not_ready_any_more_waits_for_a_person_again() -> None:
+    story = ready(arming={})
+    hear(story, 1.0, tempo=60.0)
+    story.told("resume")
+    for armed in (False, True):
+        story.said(PI, "armed", generation=1, armed=armed, begins=None)
+    assert (story.troupe.mode, story.troupe.enters) == ("armed", math.inf)
+
+
+def test_a_person_who_begins_while_the_clock_stands_waits_for_it() -> None:
+    story = ready(arming={})
+    hear(story, 0.0, tempo=0.0)
+    assert story.told("resume") == []
+    story.now += 1
+    assert hear(story, 0.0) == both("bend", "resume") or story.waits() == both("bend", "resume")
+
+
 def test_a_seek_is_not_undone_by_what_was_known_before_it() -> None:
     story = playing(beat=20.0)
     story.now += 1

@@ -25,6 +25,8 @@ CLOSE = 0.005
 """Seconds by which two stages may tell the same instant differently."""
 MOST_PRESSES = 20
 """Counts of presses that are remembered. A score that somebody asked for longer ago is refused by hosts."""
+PAUSED = "paused: "
+"""How a stage begins to say why it has paused."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
@@ -105,6 +107,8 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         return sightings.seen(troupe, host, message, now)
     if message["type"] == "link":
         return troupe.with_member(host, lag=message["lag"]), [Say(message)]
+    if message["type"] == "warning" and message["message"].startswith(PAUSED) and troupe.repeats(host):
+        return troupe, []
     if message["type"] == "warning" or message["type"] == "error":
         line = f"{host}: {message['message']}" if host else message["message"]
         return troupe, [Say(cast(FromStage, {**message, "message": line}))]
@@ -265,7 +269,7 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
     if state == "paused" and troupe.mode == "playing":
         others = troupe.others(host)
         pause: Pause = {"type": "pause"}
-        troupe = replace(troupe, mode="paused", paused_by=frozenset({host}))
+        troupe = replace(troupe, mode="paused", paused_by=frozenset({host}), paused_first=host)
         return troupe, [*(SendTo(each, pause) for each in others), Say(transport)]
     if state == "paused" and troupe.mode == "paused" and _waits(transport):
         return replace(troupe, paused_by=troupe.paused_by | {host}), [Say(transport)]

@@ -65,11 +65,12 @@ class Troupe:
 
     `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
     person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
-    themselves, and those that are `joining` have yet to play along. They play `since` a monotonic time: what is said
-    about a pause before that is no news. From `drifts` on, in monotonic seconds, their clocks may have drifted apart.
-    `kept` holds for stages that start later. `unconfirmed_at` is when people are told who has not confirmed a stop, in
-    monotonic seconds. `presses` says for each count of presses that was told how many each stage had heard. `seen` are
-    robots of which stages elsewhere have yet to be told where they are, from `passes_on` on, in monotonic seconds.
+    themselves, of which the latest pause began with the one that `paused_first`, and those that are `joining` have yet
+    to play along. They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts`
+    on, in monotonic seconds, their clocks may have drifted apart. `kept` holds for stages that start later.
+    `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
+    count of presses that was told how many each stage had heard. `seen` are robots of which stages elsewhere have yet
+    to be told where they are, from `passes_on` on, in monotonic seconds.
 
     All follow a `clock` of music, which only the parent hears. `bent` is the latest bend that they were told, and from
     `looks` on they may be told another one. They begin or go on when it `enters`, in monotonic seconds, at the beat
@@ -90,6 +91,7 @@ class Troupe:
     kept: Mapping[str, ToStage] = field(default_factory=dict)
     unconfirmed_at: float = math.inf
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    paused_first: str | None = None
     seen: Mapping[str, SeenRobot] = field(default_factory=dict)
     passes_on: float = -math.inf
     clock: Following | None = None
@@ -168,6 +170,15 @@ class Troupe:
     def is_on(self) -> bool:
         """Whether something plays, or is about to."""
         return self.mode != "stopped"
+
+    def repeats(self, host: str) -> bool:
+        """Whether a stage has paused because of robots that another one had found too near to each other before."""
+        first = self.members.get(self.paused_first or HERE)
+        one, other = first and first.transport, self.members[host].transport
+        if self.mode != "paused" or self.paused_first in (None, host) or not one or not other:
+            return False
+        near = {*other.get("too_near", ())}
+        return bool(near) and near <= {*one.get("too_near", ())}
 
     def without_entry(self) -> Troupe:
         """Nobody begins or goes on by the clock."""

@@ -4,9 +4,23 @@ local M = {}
 
 M.LIMIT = 60000 -- milliseconds, for a busy machine
 
+--- What tells, when something is never seen, why: the messages, each server with what it has not answered, and the log.
+local function circumstances()
+  local servers = vim.tbl_map(function(client)
+    local buffers = vim.tbl_keys(client.attached_buffers)
+    return { id = client.id, initialized = client.initialized, unanswered = client.requests, buffers = buffers }
+  end, vim.lsp.get_clients())
+  local path = vim.lsp.log.get_filename()
+  local log = vim.fn.filereadable(path) == 1 and vim.fn.readfile(path, "", -20) or {}
+  local parts = { "messages:" .. vim.fn.execute("messages"), "servers: " .. vim.inspect(servers), "log:" }
+  return table.concat(vim.list_extend(parts, log), "\n")
+end
+
 --- Wait until something is seen.
 function M.await(what, seen)
-  assert(vim.wait(M.LIMIT, seen, 5), what .. " was not seen; messages:\n" .. vim.fn.execute("messages"))
+  if not vim.wait(M.LIMIT, seen, 5) then
+    error(what .. " was not seen; " .. circumstances())
+  end
 end
 
 function M.await_message(text)

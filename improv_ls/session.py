@@ -102,6 +102,9 @@ class Session(StdioServer):
 
         return RoomWatch(self.documents, self._show_room)
 
+    def _look(self, document: Document) -> None:
+        self.rooms.look(document)
+
     def _show_room(self, document: Document) -> None:
         self.publish(document)
         self.editor.refresh("diagnostics")
@@ -118,7 +121,7 @@ class Session(StdioServer):
         from improv_ls.slices import Slices
 
         slices = Slices(asyncio.get_running_loop().call_soon)
-        return Settling(slices, self.documents, self.publish, self._refresh, self._fail)
+        return Settling(slices, self.documents, self.publish, self._look, self._refresh, self._fail)
 
     def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
         """Answer a request, in slices, as soon as what it is about is known."""

@@ -42,19 +42,22 @@ class _Asked:
 
 class Settling:
     """The open programs as they become up to date. `publish` shows the diagnostics of one as far as they are known,
-    `finished` is called for one that took more than a slice, and `failed` with what went wrong on the way."""
+    `look` is called with each version that is up to date, `finished` for one that took more than a slice, and `failed`
+    with what went wrong on the way."""
 
     def __init__(
         self,
         slices: Slices,
         documents: dict[str, Document],
         publish: Callable[[Document], None],
+        look: Callable[[Document], None],
         finished: Callable[[], None],
         failed: Callable[[BaseException], None],
     ) -> None:
         self._slices = slices
         self._documents = documents
         self._publish = publish
+        self._look_at = look
         self._finished = finished
         self._failed = failed
         self._works: dict[str, list[Future[None]]] = {}
@@ -153,6 +156,7 @@ class Settling:
             preview.cancel()
         if self._shown.get(uri) != document.analysis.diagnostics:
             self._publish(document)
+        self._look_at(document)
 
     def _preview(self, uri: str) -> None:
         """Show what is known about a document that has been read but isn't up to date."""

@@ -18,9 +18,7 @@ from improv_ls.session import Session
 
 
 def publish(ls: Session, document: Document) -> None:
-    """Send the diagnostics of a version to an editor that does not ask for them, and have its room checked."""
-    if document.analysis.is_settled:
-        ls.rooms.look(document)
+    """Send the diagnostics of a version to an editor that does not ask for them."""
     if not ls.editor.pulls_diagnostics:
         _send(ls, document, diagnostics_of(ls, document))
 

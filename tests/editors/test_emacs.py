@@ -115,11 +115,11 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
     program = PROGRAM.replace("120", "30").replace("lft", "left")
     with nothing_left() as env:
         environment = surroundings(env, tmp_path, program)
-        early = tmp_path / ".emacs.d" / "early-init.el"  # it is not to compile what it needs for the terminal
-        early.parent.mkdir()
-        early.write_text("(setq native-comp-jit-compilation nil)")
-        plain = ["--no-site-file", "--no-splash", "-nw"]
-        line = [emacs, *plain, "-l", str(SCRIPTS / "init.el"), environment["IMPROV_PROGRAM"]]
+        init = tmp_path / ".emacs.d" / "early-init.el"  # it is not to compile what it needs for the terminal
+        init.parent.mkdir()
+        init.write_text("(setq native-comp-jit-compilation nil)")
+        options = ["--no-site-file", "--no-splash", "-nw"]
+        line = [emacs, *options, "-l", str(SCRIPTS / "init.el"), environment["IMPROV_PROGRAM"]]
         with Terminal(tmp_path / "tmux", line, environment) as terminal:
             terminal.see("[eglot:")  # in the mode line, once the server is at work
             plain = terminal.background("left")

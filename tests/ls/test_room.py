@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from improv_core.robots.config import read_robots
+from improv_ls import slices
 from improv_ls.room_checker import RoomChecker, Rooms
 from tests.ls.client import Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
@@ -31,6 +32,18 @@ def test_meetings_follow_the_other_diagnostics() -> None:
         found = client.wait(METHOD, lambda params: "meets" in codes(params))
         assert codes(found) == ["meets", "unused-name"]
         assert found["version"] == 1
+
+
+def test_meetings_are_found_in_a_program_about_which_nothing_was_found_while_it_was_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rooms = Rooms()
+    monkeypatch.setattr(RoomChecker, "check", lambda _, *program: rooms.check(*program))
+    monkeypatch.setattr(slices, "SLICE", 0.0)  # it stops wherever it can, so that there is a first look at the program
+    with Client(QUIET, hurries=True) as client:
+        client.open(URI, PROGRAM)
+        assert codes(client.wait(METHOD)) == []
+        assert codes(client.wait(METHOD)) == ["meets"]
 
 
 def test_what_was_found_about_a_text_is_dropped_with_the_next_key() -> None:

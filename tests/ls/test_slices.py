@@ -119,7 +119,11 @@ def test_a_request_about_an_older_text_is_dropped() -> None:
 
 def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -> None:
     turns, documents, told = Turns(), dict[str, Document](), list[str]()
-    settling = Settling(turns.slices, documents, lambda _: None, lambda: None, lambda error: told.append(str(error)))
+
+    def ignore(*_: object) -> None:
+        pass
+
+    settling = Settling(turns.slices, documents, ignore, ignore, ignore, lambda error: told.append(str(error)))
     plain = opened(OTHER, 1, "r $ up\n")
 
     @dataclasses.dataclass(frozen=True)

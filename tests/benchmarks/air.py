@@ -101,7 +101,7 @@ class Machine:
         for process in Path("/proc").glob("[0-9]*"):
             with suppress(OSError, StopIteration, IndexError):
                 words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
-                name = next(word for word in words if f"{self.name}/cache/improv/stages" in word).rpartition("/")[2]
+                name = next(word for word in words if f"{self._folder}/cache/improv/stages" in word).rpartition("/")[2]
                 fields = (process / "stat").read_text().rpartition(") ")[2].split()
                 spent = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
                 found.append((f"{name} {words[2]}", memory(process), spent))

@@ -30,7 +30,10 @@ _REFRESHES = {
     "code_lens": types.WORKSPACE_CODE_LENS_REFRESH,
     "diagnostics": types.WORKSPACE_DIAGNOSTIC_REFRESH,
     "inlay_hint": types.WORKSPACE_INLAY_HINT_REFRESH,
+    "semantic_tokens": types.WORKSPACE_SEMANTIC_TOKENS_REFRESH,
 }
+Shown = Literal["code_lens", "diagnostics", "inlay_hint", "semantic_tokens"]
+"""What an editor shows beside the text, and can be told to ask for again."""
 
 
 class Editor:
@@ -106,7 +109,7 @@ class Editor:
         operations = self.can("workspace.workspace_edit.resource_operations") or ()
         return types.ResourceOperationKind.Create in operations
 
-    def refresh(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
+    def refresh(self, feature: Shown) -> None:
         """Have the client ask again for what it shows, if it supports that."""
         if self.can(f"workspace.{feature}.refresh_support"):
             self.server.protocol.send_request(_REFRESHES[feature])

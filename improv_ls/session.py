@@ -8,14 +8,14 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
 
 from improv_core import __version__
 from improv_core.playback.stop_socket import IDLE, StopSocket, listening
-from improv_ls.editor import Editor
+from improv_ls.editor import Editor, Shown
 from improv_ls.framing import StdioServer
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from improv_ls.settling import Settling
 
 T = TypeVar("T")
-_SHOWN: Sequence[Literal["code_lens", "diagnostics", "inlay_hint"]] = ("diagnostics", "inlay_hint", "code_lens")
+_SHOWN: Sequence[Shown] = ("diagnostics", "semantic_tokens", "inlay_hint", "code_lens")
 _numbers = count(1)
 
 

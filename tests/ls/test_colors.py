@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from lsprotocol.types import PositionEncodingKind as Encoding
 
 from improv_core.program.analysis import analyze
+from improv_ls import settling, slices
 from improv_ls.coloring import chunks, edits, encoded
 from improv_ls.positions import units
 from tests.ls.client import Client
@@ -56,6 +57,18 @@ def test_full_range_and_delta() -> None:
         again = client.request("textDocument/semanticTokens/full", asked)
         assert data == again["data"]
         assert "data" in client.request("textDocument/semanticTokens/full/delta", {**asked, "previousResultId": "?"})
+
+
+def test_an_editor_that_was_sent_colors_too_early_is_told_to_ask_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A word is undefined only once all of the program is read; until then, it has a name's color."""
+    monkeypatch.setattr(slices, "SLICE", 0.0)  # it stops wherever it can
+    monkeypatch.setattr(settling, "PATIENCE", 0.0)
+    with Client(capabilities={"workspace": {"semanticTokens": {"refreshSupport": True}}}, hurries=True) as client:
+        legend = client.initialized["capabilities"]["semanticTokensProvider"]["legend"]
+        client.open(URI, "r $ lft\n")
+        client.wait("workspace/semanticTokens/refresh")
+        full = client.request("textDocument/semanticTokens/full", {"textDocument": {"uri": URI}})
+        assert read(full["data"], legend) == [(0, 0, 1, "class"), (0, 2, 1, "operator")]
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)

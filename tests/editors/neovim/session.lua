@@ -58,7 +58,7 @@ person.session(function()
   await("the timing", function() return floating_text():find("1 beat, 0.50 s at beat 120", 1, true) end)
 
   await("the robot's color", function() return token("turtle1") == "class" end)
-  assert(token("repeat") == "keyword" and not token("lft"))
+  await("no color of what is not defined", function() return token("repeat") == "keyword" and not token("lft") end)
 
   rename("turtle1", "anna")
   rename("anna", "turtle1")

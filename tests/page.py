@@ -8,9 +8,9 @@ from urllib.request import urlopen
 
 CALMLY = """{
   const draw = requestAnimationFrame.bind(window)
-  window.requestAnimationFrame = (then) => setTimeout(() => draw(then), 30)
+  window.requestAnimationFrame = (then) => setTimeout(() => draw(then), 60)
 }"""
-"""Has a page draw 20 times a second, which is a third of the work."""
+"""Has a page draw about 15 times a second, which is a quarter of the work."""
 LIMIT = 30
 
 

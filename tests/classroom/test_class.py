@@ -22,6 +22,7 @@ from improv_core.commands.terminal import performance
 from improv_core.playback.start import Options
 from improv_core.site.website import HEAD, MARK
 from tests.commands.command_line import run
+from tests.stage_on_thread import USED, StageOnThread
 
 LIMIT = 60.0
 FILES = {"/": File(b"<html>", None, "text/html")}
@@ -63,6 +64,15 @@ class Pages:
 
 @asynccontextmanager
 async def a_class() -> AsyncIterator[Pages]:
+    """Its stage is on a thread: test_pages.py starts the command with its processes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(USED, StageOnThread)
+        async with on_thread() as pages:
+            yield pages
+
+
+@asynccontextmanager
+async def on_thread() -> AsyncIterator[Pages]:
     async with performance(Options(backend="sim"), browser=False, quiet=True, hears_keys=False) as performing:
         held = Class(performing, socket.create_server(("127.0.0.1", 0)), FILES)
         teaching = asyncio.create_task(held.teach())

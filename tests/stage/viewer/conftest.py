@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
@@ -51,6 +51,8 @@ LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
 Keep = Callable[[Page, str], None]
+Scheme = Literal["light", "dark"]
+SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 
 
 def part(robot: str, start: Pose) -> Part:
@@ -294,9 +296,39 @@ def wait(page: Page, condition: str) -> None:
     )
 
 
+@contextmanager
+def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]:
+    """A stage that plays a program and a page of it, for several tests of a file: to open them takes longer than most
+    of these tests. Each leaves the page as it found it, and begins with `play_anew`."""
+    show = Show(start_on_thread)
+    show.play(program)
+    with using(chromium):
+        page, wrong = new_page(chromium.window)
+        watch(page, show)
+    yield show, page
+    with using(chromium):
+        page.close()
+    show.close()
+    assert wrong == []
+
+
+def play_anew(page: Page, show: Show, program: str, robots: str = "", **how: Any) -> None:
+    """Have a program begin on a page that is open, which knows what is coming then. The stage has the focus."""
+    before = page.evaluate("improv.transport.generation")
+    show.play(program, robots, **how)
+    wait(page, f"improv.transport.generation > {before} && Object.keys(improv.known).length > 0")
+    page.locator("#stage").focus()
+
+
 def next_frame(page: Page) -> None:
     """Wait until what has changed is laid out and drawn."""
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def switch_to(page: Page, scheme: Scheme) -> None:
+    """Have the page look like this, also what its next frame draws or lights."""
+    page.emulate_media(color_scheme=scheme)
+    next_frame(page)
 
 
 def at(page: Page, x: float, y: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.messages import CountJson
+from improv_core.stage.messages import Armed, CountJson
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import (
@@ -23,41 +23,51 @@ from tests.stage.viewer.conftest import (
     Show,
     at,
     link,
-    new_page,
+    play_anew,
+    shared_page,
     transport,
-    using,
     wait,
     watch,
 )
-from tests.stage_on_thread import start_on_thread
 
 LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
 
 
 @pytest.fixture(scope="module")
-def shared(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
-    """One stage and one page for the tests of this file: to open them takes longer than most of these tests."""
-    show = Show(start_on_thread)
-    show.play(LONG)
-    with using(chromium):
-        page, wrong = new_page(chromium.window)
-        watch(page, show)
-    yield show, page
-    with using(chromium):
-        page.close()
-    show.close()
-    assert wrong == []
+def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    with shared_page(chromium, LONG) as opened:
+        yield opened
 
 
 @pytest.fixture
-def stage(browser: Browser, shared: tuple[Show, Page]) -> Page:
-    """LONG begins again. Each test leaves the page as it found it."""
+def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
+    return opened
+
+
+@pytest.fixture
+def stage(shared: tuple[Show, Page]) -> Page:
+    """LONG begins again."""
     show, page = shared
-    begun = page.evaluate("improv.transport.generation")
-    show.play(LONG)
-    wait(page, f"improv.transport.generation > {begun} && improv.transport.state === 'playing'")
-    page.locator("#stage").focus()
+    play_anew(page, show, LONG)
+    wait(page, "improv.transport.state === 'playing'")
     return page
+
+
+def arm(shared: tuple[Show, Page], **arming: float) -> Page:
+    """LONG waits until it is begun, or until this time."""
+    show, page = shared
+    play_anew(page, show, LONG, arming=arming)
+    return page
+
+
+def tell_armed(
+    shared: tuple[Show, Page], armed: bool, begins: float | None = None, count: CountJson | None = None
+) -> None:
+    """As if real robots were armed."""
+    show, page = shared
+    generation = page.evaluate("improv.transport.generation")
+    told: Armed = {"type": "armed", "generation": generation, "armed": armed, "begins": begins}
+    show.tell({**told, "count": count} if count else told)
 
 
 def test_every_button_controls_what_plays(stage: Page) -> None:
@@ -80,9 +90,8 @@ def test_every_button_controls_what_plays(stage: Page) -> None:
     assert stage.evaluate("improv.transport.beat") == 0
 
 
-def test_the_play_button_begins_what_is_armed(page: Page, show: Show, keep: Keep) -> None:
-    show.play(LONG, arming={})
-    watch(page, show)
+def test_the_play_button_begins_what_is_armed(shared: tuple[Show, Page], keep: Keep) -> None:
+    page = arm(shared)
     expect(page.locator("#state-word")).to_have_text("armed")
     expect(page.get_by_role("status")).to_have_text("armed: press Play to begin")
     keep(page, "armed.png")
@@ -92,28 +101,27 @@ def test_the_play_button_begins_what_is_armed(page: Page, show: Show, keep: Keep
     expect(page.locator("#state-word")).to_have_text("playing")
     page.get_by_role("button", name="Stop").click()
     for armed, says in ((True, "armed"), (False, "stopped")):  # beside real robots
-        show.tell({"type": "armed", "generation": 1, "armed": armed, "begins": None})
+        tell_armed(shared, armed)
         expect(page.locator("#state-word")).to_have_text(says)
 
 
-def test_the_page_says_when_it_begins_by_itself(page: Page, show: Show, keep: Keep) -> None:
-    show.play(LONG, arming={"begins": datetime(2099, 11, 24, 20, 15).timestamp()})
-    watch(page, show)
+def test_the_page_says_when_it_begins_by_itself(shared: tuple[Show, Page], keep: Keep) -> None:
+    page = arm(shared, begins=datetime(2099, 11, 24, 20, 15).timestamp())
     expect(page.locator("#state-word")).to_have_text(re.compile("^armed for .*:15"))
     keep(page, "armed-at.png")
 
 
-def test_the_page_counts_the_beats_before_beat_0(page: Page, show: Show, keep: Keep) -> None:
-    show.play(LONG, arming={})
-    watch(page, show)
+def test_the_page_counts_the_beats_before_beat_0(shared: tuple[Show, Page], keep: Keep) -> None:
+    page = arm(shared)
     expect(page.locator("#state-word")).to_have_text("armed")
     count: CountJson = {"beats": 4, "period": 100.0}
-    show.tell({"type": "armed", "generation": 1, "armed": True, "begins": time.time() + 250, "count": count})
+    tell_armed(shared, True, time.time() + 250, count)
     expect(page.locator("#state-word")).to_have_text("count-in")
     expect(page.locator("#beat-now")).to_have_text("2")
     keep(page, "count-in.png")
-    show.tell({"type": "armed", "generation": 1, "armed": True, "begins": time.time() + 50, "count": count})
+    tell_armed(shared, True, time.time() + 50, count)
     expect(page.locator("#beat-now")).to_have_text("4")
+    tell_armed(shared, False)
 
 
 def test_stepping_stops_at_whole_beats(stage: Page) -> None:
@@ -137,9 +145,10 @@ def stands_where_it_should(stage: Page, beat: int) -> None:
     )
 
 
-def test_a_dance_continues_with_the_scene_that_somebody_chooses(page: Page, show: Show) -> None:
-    show.play("beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ right\n")
-    watch(page, show)
+def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    scenes = "beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ right\n"
+    play_anew(page, show, scenes)
     wait(page, "improv.transport.state === 'playing'")
     scene = page.get_by_label("Scene")
     assert scene.locator("option").all_text_contents() == ["walk", "bow", "scene 3"]

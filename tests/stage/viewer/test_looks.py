@@ -9,10 +9,9 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
-from typing import Literal
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -21,19 +20,43 @@ from improv_core.score.svg import plot
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.axe import violations
-from tests.stage.viewer.conftest import Keep, Show, at, next_frame, transport, wait, watch
+from tests.stage.viewer.conftest import (
+    SCHEMES,
+    Chromium,
+    Keep,
+    Show,
+    at,
+    next_frame,
+    play_anew,
+    shared_page,
+    switch_to,
+    transport,
+    wait,
+    watch,
+)
 from tests.stage.viewer.looks import COUNT, PIXEL, SLANTED
 
 ROOT = Path(__file__).parents[3]
 
-SCHEMES: tuple[Literal["light"], Literal["dark"]] = ("light", "dark")
 CARDS = {"Help": "Help", "Starts": "Start poses", "Save": "Save"}
+DANCE = "beat 60\nada $ forward left forward\n"
 FAINT = [222, 164, 124]  # half of the first robot's color in the light
 
 
-def test_the_words_that_play_are_lit_even_after_emoji(page: Page, show: Show) -> None:
-    show.play("beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
-    watch(page, show)
+@pytest.fixture(scope="module")
+def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    with shared_page(chromium, DANCE) as opened:
+        yield opened
+
+
+@pytest.fixture
+def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
+    return opened
+
+
+def test_the_words_that_play_are_lit_even_after_emoji(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, "beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
     page.keyboard.press("n")  # which pauses, also a short dance that is over already
     wait(page, "improv.transport.state === 'paused'")
     page.keyboard.press("Home")
@@ -54,7 +77,6 @@ PAINTED = f"""(
   window.count > 100 && window.same > 10
 )"""
 """A path ahead has been painted, and for ten frames nothing more."""
-DANCE = "beat 60\nada $ forward left forward\n"
 
 
 @pytest.mark.slow("looks at every pixel, again and again")
@@ -84,9 +106,9 @@ def test_trails_can_be_cleared_and_turned_off(still: Callable[..., Page], viewer
 
 
 @pytest.mark.slow("robots drive in real time")
-def test_an_endless_program_stays_known_on_a_delayed_page_too(page: Page, show: Show) -> None:
-    show.play("beat 960\nada $ repeat (forward left)\nbo $ forward\n")
-    watch(page, show)
+def test_an_endless_program_stays_known_on_a_delayed_page_too(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, "beat 960\nada $ repeat (forward left)\nbo $ forward\n")
     expect(page.locator("li[data-robot=ada] .endless")).to_be_visible()
     expect(page.locator("li[data-robot=bo] .endless")).to_have_count(0)
     known = page.evaluate("improv.known.ada")
@@ -97,9 +119,9 @@ def test_an_endless_program_stays_known_on_a_delayed_page_too(page: Page, show: 
     assert page.evaluate("improv.moved") == {}  # the path ahead stays in its place, though the page was delayed
 
 
-def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(page: Page, show: Show) -> None:
-    show.play("beat 240\nada $ repeat forward\n")
-    watch(page, show)
+def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, "beat 240\nada $ repeat forward\n")
     wait(page, "improv.robots.ada.x > 3")
     show.play("beat 120\nada $ repeat left\n", when="now")
     wait(page, "improv.known.ada > improv.transport.begins?.ada && improv.beat > improv.transport.begins?.ada + 2")
@@ -163,11 +185,11 @@ def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before
 
 
 @pytest.mark.slow("draws fifty robots")
-def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, keep: Keep) -> None:
+def test_fifty_robots_are_shown_without_holding_up_the_page(shared: tuple[Show, Page], keep: Keep) -> None:
+    show, page = shared
     names = [f"r{index}" for index in range(50)]
     starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))
-    show.play("".join(f"{name} $ repeat (forward || left)\n" for name in names), "".join(starts))
-    watch(page, show)
+    play_anew(page, show, "".join(f"{name} $ repeat (forward || left)\n" for name in names), "".join(starts))
     wait(page, "Object.keys(improv.robots).length === 50 && Object.keys(improv.known).length === 50 && improv.beat > 2")
     expect(page.locator("#cast-list li")).to_have_count(50)
     frames = page.evaluate("improv.frames")
@@ -295,10 +317,10 @@ def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page
     assert page.evaluate("improv.view") == view
 
 
-def test_the_paths_and_a_video_can_be_downloaded(page: Page, show: Show, tmp_path: Path) -> None:
+def test_the_paths_and_a_video_can_be_downloaded(shared: tuple[Show, Page], tmp_path: Path) -> None:
+    show, page = shared
     program = "beat 60\nada $ repeat (forward || left)\nbo $ forward\n"
-    show.play(program)
-    watch(page, show)
+    play_anew(page, show, program)
     page.get_by_role("button", name="Save").click()
     svg = downloaded(page, "SVG", tmp_path / "paths.svg").read_text(encoding="utf-8")
     assert svg == plot(score_of(analyze(program)))
@@ -313,6 +335,7 @@ def test_the_paths_and_a_video_can_be_downloaded(page: Page, show: Show, tmp_pat
     assert video.startswith(b"\x1a\x45\xdf\xa3")  # EBML
     assert b"webm" in video[:64]
     assert len(video) > 10_000
+    page.get_by_role("dialog", name="Save").get_by_role("button", name="Close").click()
 
 
 def downloaded(page: Page, button: str, path: Path) -> Path:
@@ -323,14 +346,14 @@ def downloaded(page: Page, button: str, path: Path) -> Path:
     return path
 
 
-@pytest.mark.slow("axe looks at the page with each card")
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_axe_finds_nothing(page: Page, still: Callable[..., Page], scheme: Literal["light", "dark"]) -> None:
-    page.emulate_media(color_scheme=scheme)
-    still("# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
+@pytest.mark.slow("axe looks at the page with each card, in two colors")
+def test_axe_finds_nothing(still: Callable[..., Page]) -> None:
+    page = still("# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
     for card in ("", "Help", "Starts", "Save"):
         if card:
             page.get_by_role("button", name=card, exact=True).click()
-        assert violations(page) == [], card
+        for scheme in SCHEMES:
+            switch_to(page, scheme)
+            assert violations(page) == [], f"{card}, {scheme}"
         if card:
             page.get_by_role("dialog", name=CARDS[card]).get_by_role("button", name="Close").click()

@@ -25,9 +25,9 @@ start = { y = 5 }
 AT_REST = """(
   window.same = window.off === improv.off.ada ? (window.same ?? 0) + 1 : 0,
   window.off = improv.off.ada,
-  window.same > 30
+  window.same > 12
 )"""
-"""For 30 frames, the robot has been off by the same."""
+"""For 12 frames, the robot has been off by the same."""
 
 
 @pytest.mark.slow("robots drive in real time")

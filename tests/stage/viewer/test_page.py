@@ -131,17 +131,16 @@ def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simula
     expect(notice).to_be_visible()
 
 
-@pytest.mark.slow("opens pages in two browsers")
+@pytest.mark.slow("opens pages in two windows")
 def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing_for_others(
-    browser: Browser, viewer: Viewer
+    browser: Browser, window: BrowserContext, viewer: Viewer
 ) -> None:
-    url, context = link(viewer), browser.new_context()
-    page = context.new_page()
+    url, page = link(viewer), window.new_page()
     page.goto(url)
     wait(page, "window.improv?.connected")
     assert page.url == viewer.address
     page.close()
-    again = context.new_page()  # as a closed tab that is opened again
+    again = window.new_page()  # as a closed tab that is opened again
     again.goto(viewer.address)
     wait(again, "window.improv?.connected")
     other = browser.new_page()
@@ -154,7 +153,7 @@ def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing
     viewer.close()  # its token is worth nothing for the next server
     next_server = Viewer(urlsplit(viewer.address).port or 0, Simulator().snapshot, lambda command: None)
     expect(again.locator("#notice")).to_contain_text("This address works only once", timeout=LIMIT * 1000)
-    context.close()
+    again.close()
     next_server.close()
 
 

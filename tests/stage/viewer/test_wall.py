@@ -4,29 +4,56 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Any, Literal
+from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.axe import AXE
-from tests.needs import lacking
-from tests.stage.viewer.conftest import Show, wait, watch
+from tests.axe import violations
+from tests.stage.viewer.conftest import SCHEMES, Chromium, Show, play_anew, shared_page, switch_to, wait
 from tests.stage.viewer.wall_photo import SIZES, faults, open_wall, program, tell, vitals
 
 
-def see(page: Page, show: Show, count: int) -> None:
-    show.play(program(count))
-    watch(page, show)
+@pytest.fixture(scope="module")
+def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    with shared_page(chromium, program(2)) as opened:
+        yield opened
+
+
+@pytest.fixture
+def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
+    return opened
+
+
+@pytest.fixture
+def show(shared: tuple[Show, Page]) -> Show:
+    return shared[0]
+
+
+@pytest.fixture
+def page(shared: tuple[Show, Page]) -> Iterator[Page]:
+    """The page, which has its usual size and looks, without a wall, after each test."""
+    _, page = shared
+    yield page
+    page.emulate_media(color_scheme="light")
+    page.set_viewport_size({"width": 1280, "height": 800})
+    if page.locator("#wall").is_visible():
+        page.get_by_role("dialog", name="Robots").get_by_role("button", name="Close").click()
+
+
+def see(page: Page, show: Show, count: int, tempo: int = 60, posed: float = 1.0) -> None:
+    """So many robots begin, of which all are well and each was seen last at this second."""
+    play_anew(page, show, program(count).replace("beat 60", f"beat {tempo}"))
     wait(page, "improv.transport.state === 'playing'")
-    tell(show, vitals(count, 1.0))
+    tell(show, vitals(count, posed))
 
 
 def test_without_real_robots_there_is_no_line(page: Page, show: Show) -> None:
-    show.play(program(2))
-    watch(page, show)
-    wait(page, "improv.transport.state === 'playing'")
-    expect(page.locator("#show-wall")).to_be_hidden()
+    see(page, show, 2)
+    line = page.locator("#show-wall")
+    expect(line).to_be_visible()
+    tell(show, vitals(0, 1.0))
+    expect(line).to_be_hidden()
 
 
 def test_one_line_says_that_all_is_well_and_later_who_is_in_trouble(page: Page, show: Show) -> None:
@@ -83,7 +110,7 @@ def test_a_robot_that_is_seen_again_while_all_stand_is_no_longer_called_lost(pag
 
 def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Show) -> None:
     """Whether its poses are measured or not: it is not drawn as if it went on along its path."""
-    see(page, show, 12)
+    see(page, show, 12, tempo=240, posed=-2.0)
     wait(page, "window.improv.beat > 1.2")
     where = "JSON.stringify([improv.drawn.tb3, improv.drawn.tb11])"
     for message in faults(12):
@@ -139,25 +166,20 @@ def bottom(line: Locator) -> float:
     return float(line.evaluate("line => line.getBoundingClientRect().bottom - hall.getBoundingClientRect().top"))
 
 
-@pytest.mark.slow("axe looks at the page in three sizes")
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, scheme: Literal["light", "dark"]) -> None:
-    if not AXE.exists():
-        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
-    page.emulate_media(color_scheme=scheme)
-    see(page, show, 100)
-    for message in faults(100):
+@pytest.mark.slow("axe looks at the page in three sizes and two colors")
+def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show) -> None:
+    see(page, show, 30)
+    for message in faults(30):
         tell(show, message)
-    page.evaluate(AXE.read_text(encoding="utf-8"))
-    for place, (width, height) in enumerate(SIZES.values()):
+    open_wall(page)
+    for width, height in SIZES.values():
         page.set_viewport_size({"width": width, "height": height})
-        if not place:
-            open_wall(page)
         for what in ("#show-wall", "#wall"):
             box = page.locator(what).bounding_box()
             assert box
             assert box["x"] >= 0
             assert box["x"] + box["width"] <= width
         assert page.locator("#stop").is_visible()
-        found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
-        assert [(each["id"], [node["target"] for node in each["nodes"]]) for each in found] == []
+        for scheme in SCHEMES:
+            switch_to(page, scheme)
+            assert violations(page) == [], f"{width}, {scheme}"

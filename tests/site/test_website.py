@@ -157,6 +157,7 @@ def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(built: Pa
         assert paper["height"] > 80
 
 
+@pytest.mark.timeout(300)
 @pytest.mark.slow("starts Python in a browser, three times")
 def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
     tmp_path: Path, page: Page, keep: Keep
@@ -204,13 +205,11 @@ def _first_visit(page: Page, address: str, keep: Keep) -> str:
     page.keyboard.press("Escape")
     wait(page, 'improv.transport.state === "stopped"')
 
-    page.locator("#stage").click()  # before that, browsers play nothing
     page.get_by_role("button", name="Examples").click()
     expect(page.locator("#examples-list img").first).to_be_visible()
     keep(page, "site-examples.png")
-    page.locator("#examples").get_by_role("button", name="waltz (music)").click()
-    wait(page, "Math.abs(improv.song - (0.25 + (improv.beat * 60) / 144)) < 0.25")
-    expect(page.locator("#song-line")).to_be_hidden()
+    page.locator("#examples").get_by_role("button", name="square", exact=True).click()
+    wait(page, "improv.robots.turtle1?.x > 0.5")
     page.locator("#text").focus()
     page.keyboard.press("Control+z")
     expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
@@ -238,6 +237,16 @@ def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: st
     wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
     page.keyboard.press("Escape")
     wait(page, 'improv.transport.state === "stopped" && improv.song === null')
+
+
+def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) -> None:
+    page.goto(address)
+    wait(page, OPENED)
+    page.locator("#stage").click()
+    page.get_by_role("button", name="Examples").click()
+    page.locator("#examples").get_by_role("button", name="waltz (music)").click()
+    wait(page, "Math.abs(improv.song - (0.25 + (improv.beat * 60) / 144)) < 0.25")
+    expect(page.locator("#song-line")).to_be_hidden()
 
 
 def test_a_broken_link_says_so_and_the_page_works(address: str, page: Page) -> None:

@@ -42,9 +42,11 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     global _waited
     report = yield
+    if not IN_CI:
+        return report
     before, _waited = _waited, waited_for_processor()
     took = call.duration - (_waited - before)
-    if IN_CI and report.passed and took > longest() and not item.get_closest_marker("slow"):
+    if report.passed and took > longest() and not item.get_closest_marker("slow"):
         report.outcome = "failed"
         report.longrepr = (
             f"This took {took:.1f} s. In CI, a test may take {longest():.0f} s unless it says why it needs more: "

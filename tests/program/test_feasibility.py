@@ -222,7 +222,7 @@ def test_diagnostics_held_back_are_complete_once_they_are_shown() -> None:
         *("burger $ strafeleft", "burger $ fast 9 forward", "burgr $ left", "burger $ left strafeleft fast 9 forward"),
         "burger $ fast 99 left",
     ]
-    text = "".join(f"{line}\n" for line in lines * (MOST_SHOWN // 2))
+    text = "".join(f"{line}\n" for line in lines * (MOST_SHOWN // 4))
 
     def shown(analysis: Analysis) -> list[Diagnostic]:
         return [each for each in analysis.diagnostics if not each.code.startswith("more-")]
@@ -230,7 +230,7 @@ def test_diagnostics_held_back_are_complete_once_they_are_shown() -> None:
     analysis = analyze(text, ROBOTS)
     more = analysis.diagnostics[-1]
     assert (len(shown(analysis)), more.code) == (MOST_SHOWN, "more-errors")
-    for left in (1_000, 600, 20):
+    for left in (550, 300, 20):
         start = sum(len(line) + 1 for line in text.splitlines()[:-left])
         edited = analysis.edited(0, start, "")
         assert shown(edited) == shown(analyze(text[start:], ROBOTS))

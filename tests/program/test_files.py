@@ -71,7 +71,7 @@ def test_a_program_that_is_too_long_is_not_analyzed_until_it_is_shorter() -> Non
 
 @pytest.mark.parametrize("line", ["r $ oops{0}\n", "name{0} = oops{0}\n", "r $ left )\n", "beat 60\n"])
 def test_of_many_wrong_lines_the_first_are_marked_and_the_others_counted(line: str) -> None:
-    analysis = analyze("".join(line.format(number) for number in range(2_000)))
+    analysis = analyze("".join(line.format(number) for number in range(MOST_SHOWN + 100)))
     assert len(analysis.diagnostics) == MOST_SHOWN + 1
     assert "more lines have problems that aren't marked yet" in analysis.diagnostics[-1].message
     assert not analysis.ok

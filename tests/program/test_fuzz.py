@@ -169,7 +169,7 @@ def test_nothing_raises_and_nothing_hangs(source: Callable[[random.Random], str]
     print(f"{source.__name__}: {count} programs")
 
 
-MANY = 10_000
+MANY = 4_000
 """Far more than Python's stack is deep."""
 WORST = [
     "r $ " + "(" * MANY,
@@ -184,26 +184,26 @@ WORST = [
     "r $ " + "fast 1.000000001 " * 199 + "left",
     "r $ " + "9" * MANY + " left",
     "beat " + "9" * MANY,
-    "x = left\n" + "x = x || x\n" * 1_000 + "r $ x",
+    "x = left\n" + "x = x || x\n" * 500 + "r $ x",
     "r $ repeat " * 500,
     "r $ " + "repeat 1000000000 " * 35 + "forward",
     "r $ " + "slow 1000000000 " * 35 + "fast 100 forward",
     "r $ " + "fast 1000000000 " * 35 + "rest",
     "x = left right\n" + "x = x || x\n" * 30 + "r $ x",
     "x = forward\n" + ("x = " + " || ".join(["x"] * 200) + "\n") * 150 + "r $ x",
-    "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(4_000)),
+    "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(1_500)),
     "a (m) = m m\nr $ " + "a " * 400 + "forward",
     "p0 (m) = reverse m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(100)) + "r $ p100 left",
     "p0 (m) = m\n" + "".join(f"p{k + 1} (m) = p{k} m\n" for k in range(2_000)) + "r $ p2000 left",
     "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*{k + 2}\n" for k in range(200)) + "r $ p200 1",
     "s0 n = scale n left\n" + "".join(f"s{k + 1} n = s{k} n*n\n" for k in range(100)) + "r $ s100 3",
     "p0 (m) = m || m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(20)) + "r $ p20 left",
-    "r $ " + "if near left else " * 5_000 + "left",
-    "r $ " + "if near " * 5_000 + "left",
+    "r $ " + "if near left else " * 2_000 + "left",
+    "r $ " + "if near " * 2_000 + "left",
     "r $ " + "n*" * 3_000 + "3 left",
-    "f " + "n " * 5_000 + "= left",
-    "f " + "(m" * 5_000 + "= left",
-    "r $ slow " + "3*" * 5_000 + "3 left",
+    "f " + "n " * 2_000 + "= left",
+    "f " + "(m" * 2_000 + "= left",
+    "r $ slow " + "3*" * 2_000 + "3 left",
     "r $ accumulate (" + " ".join(f"fast 1.{odd:07} left" for odd in range(1_000)) + ")",
     "".join(f"r $ {f'fast 1.{odd:028} ' * 10}left\n" for odd in range(1_000)),
 ]

@@ -60,43 +60,42 @@ def as_term(pair: Pair) -> Pair:
     return f"({pair[0]})", f"({pair[1]})"
 
 
-@st.composite
-def programs(draw: st.DrawFn) -> Pair:
+def use_f(in_f: Pair, first: str, second: str, one: Pair, other: Pair) -> Pair:
+    arguments = {"a": first, "b": second, "p": f"({one[1]})", "q": f"({other[1]})"}
+    expanded = re.sub(r"\b[abpq]\b", lambda name: arguments[name[0]], in_f[0])
+    return f"f {first} {second} {as_term(one)[0]} {as_term(other)[0]}", f"({expanded})"
+
+
+def use_g(in_g: Pair, one: Pair) -> Pair:
+    expanded = re.sub(r"\bp\b", lambda name: f"({one[1]})", in_g[1])
+    return f"g {as_term(one)[0]}", f"({expanded})"
+
+
+def with_and_without(in_f: Pair, in_g: Pair, played: Pair) -> Pair:
     """A program with two phrases, and one without."""
-    names = st.sampled_from(["p", "q"]).map(lambda name: (name, name))
-    in_f = draw(movements(names, [*NUMBERS, "a", "b*2", "3/a"]))[0]
+    definitions = f"f a b (p) (q) = {in_f[0]}\ng (p) = {in_g[0]}\n"
+    return f"{definitions}r s $ {played[0]}\nr $ choose (left right)", f"r s $ {played[1]}\nr $ choose (left right)"
 
-    def use_f(first: str, second: str, one: Pair, other: Pair) -> Pair:
-        arguments = {"a": first, "b": second, "p": f"({one[1]})", "q": f"({other[1]})"}
-        expanded = re.sub(r"\b[abpq]\b", lambda name: arguments[name[0]], in_f)
-        return f"f {first} {second} {as_term(one)[0]} {as_term(other)[0]}", f"({expanded})"
 
-    plain = st.sampled_from(NUMBERS[:-1])
-    leaf = names.map(lambda pair: ("p", "p"))
-    in_g, expanded_g = draw(movements(st.builds(use_f, plain, plain, leaf, leaf) | leaf, NUMBERS))
-
-    def use_g(one: Pair) -> Pair:
-        expanded = re.sub(r"\bp\b", lambda name: f"({one[1]})", expanded_g)
-        return f"g {as_term(one)[0]}", f"({expanded})"
-
-    left = st.just(("left", "left"))
-    uses = st.builds(use_f, plain, plain, left, left) | st.builds(use_g, left)
-    uses |= st.builds(use_g, st.builds(use_f, plain, plain, left, left))
-    played, expanded = draw(movements(uses, NUMBERS))
-    definitions = f"f a b (p) (q) = {in_f}\ng (p) = {in_g}\n"
-    return f"{definitions}r s $ {played}\nr $ choose (left right)", f"r s $ {expanded}\nr $ choose (left right)"
+P, LEFT = st.just(("p", "p")), st.just(("left", "left"))
+ANY_NUMBER = st.sampled_from(NUMBERS[:-1])
+IN_F = st.shared(movements(st.sampled_from([("p", "p"), ("q", "q")]), [*NUMBERS, "a", "b*2", "3/a"]), key="f")
+IN_G = st.shared(movements(st.builds(use_f, IN_F, ANY_NUMBER, ANY_NUMBER, P, P) | P, NUMBERS), key="g")
+USE_F = st.builds(use_f, IN_F, ANY_NUMBER, ANY_NUMBER, LEFT, LEFT)
+USE = USE_F | st.builds(use_g, IN_G, LEFT) | st.builds(use_g, IN_G, USE_F)
+PROGRAMS = st.builds(with_and_without, IN_F, IN_G, movements(USE, NUMBERS))
 
 
 @pytest.mark.slow("tries many programs")
-@given(programs())
+@given(PROGRAMS)
 def test_a_use_is_its_body_with_the_arguments_written_in(pair: Pair) -> None:
     short, long = (analyze(text) for text in pair)
-    played = compiled(short, 200, SENSED)
+    played = compiled(short, 80, SENSED)
     wrong = [each for each in short.diagnostics if each.severity is Severity.ERROR]
     if not any(short.lines.position(each.span.start).line < 2 for each in wrong):  # a phrase may be wrong but not used
         assert long.ok == (not wrong)
     if not wrong:
-        assert played["robots"] == compiled(long, 200, SENSED)["robots"]
+        assert played["robots"] == compiled(long, 80, SENSED)["robots"]
 
 
 @given(movements(st.nothing(), NUMBERS))

@@ -100,6 +100,6 @@ def test_shared_movements_are_compared_once() -> None:
 
 @pytest.mark.slow("makes the longest chains")
 def test_long_chains_need_no_recursion() -> None:
-    chain = "x = forward\n" + "x = x left\n" * 5000 + "r $ x"
+    chain = "x = forward\n" + "x = x left\n" * 2000 + "r $ x"
     assert same(part(chain), part(f"# Moved.\n{chain}"))
     assert not same(part(chain), part(chain.replace("x left", "x right", 1)))

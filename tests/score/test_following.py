@@ -81,7 +81,7 @@ def off_after(seconds: float, start: Pose, wheels: Wheels, late: int, *, follows
     return math.dist((ideal.x, ideal.y), (real.x, real.y)), abs(turn)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     x=st.floats(-0.3, 0.3),
     y=st.floats(-0.3, 0.3),

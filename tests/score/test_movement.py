@@ -134,9 +134,9 @@ def steps_of(movement: Stepped) -> Iterator[tuple[Fraction, Fraction]]:
 
 
 def beats(movement: Movement) -> list[Fraction]:
-    """36 beats within the first 12 of a movement, none of them on a likely breakpoint."""
+    """20 beats within the first 12 of a movement, none of them on a likely breakpoint."""
     end = Fraction(min(movement.duration, 12))
-    return [end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7) for step in range(36)] if end else []
+    return [end * Fraction(2 * step + 1, 42) + Fraction(1, 10**7) for step in range(20)] if end else []
 
 
 def sampled(movement: Movement) -> list[Velocity]:
@@ -357,9 +357,9 @@ def test_durations_are_computed_not_expanded() -> None:
 
 
 def test_long_chains_of_names_need_no_recursion() -> None:
-    analysis = analyze("x = forward\n" + "x = x left\n" * 5000 + "r $ x")
+    analysis = analyze("x = forward\n" + "x = x left\n" * 2000 + "r $ x")
     assert analysis.ok
-    assert sum(1 for _ in walk(analysis.robots["r"])) == 5001
+    assert sum(1 for _ in walk(analysis.robots["r"])) == 2001
 
 
 def test_moments_know_the_words_they_come_from() -> None:

@@ -126,7 +126,7 @@ class Walk:
 
 
 @pytest.mark.parametrize("real", [False, True])
-@pytest.mark.parametrize("seed", [*range(settings().max_examples // 10), 42])
+@pytest.mark.parametrize("seed", [*range(settings().max_examples // 20), 42])
 def test_requests_in_any_order(seed: int, real: bool) -> None:
     walk = Walk(seed, real=real)
     often = [walk.edit] * 10

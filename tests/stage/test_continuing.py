@@ -88,9 +88,8 @@ def changes(stage: Continuing, robot: str, since: float = 0.0) -> list[tuple[flo
 
 
 @pytest.mark.parametrize("when", ["now", "beat", "bar", "end"])
-@pytest.mark.parametrize("seed", range(5))
-def test_saves_to_one_robot_leave_the_other_alone(when: When, seed: int) -> None:
-    dice = random.Random(seed)
+def test_saves_to_one_robot_leave_the_other_alone(when: When) -> None:
+    dice = random.Random(when)
 
     def disturb(stage: Continuing) -> None:
         for turn in range(100):
@@ -100,15 +99,15 @@ def test_saves_to_one_robot_leave_the_other_alone(when: When, seed: int) -> None
     check_untouched("anna", ANNA + BERT, disturb)
 
 
-@pytest.mark.slow("saves a thousand times")
-def test_fifty_saves_a_second_for_twenty_seconds() -> None:
+@pytest.mark.slow("saves hundreds of times")
+def test_fifty_saves_a_second_for_ten_seconds() -> None:
     def disturb(stage: Continuing) -> None:
-        for turn in range(1000):
+        for turn in range(500):
             stage.run(0.02)
             stage.save(ANNA + (BERT, EDITED, "")[turn % 3], ("now", "beat")[turn // 7 % 2])
         assert stage.transport["begins"].keys() <= {"bert"}
 
-    check_untouched("anna", ANNA + BERT, disturb, 25)
+    check_untouched("anna", ANNA + BERT, disturb, 15)
 
 
 def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting() -> None:
@@ -564,13 +563,14 @@ def test_a_robot_that_goes_away_is_noticed_despite_saves_and_seeks(asked: str) -
     crowd = "".join(f"{robot} $ repeat (forward left)\n" for robot in robots)
     stage = Continuing()
     stage.sink.real = True
-    stage.save(guarded(crowd + BERT, Safety(rejoin="pause")), "restart")
+    saves = [guarded(crowd + part, Safety(rejoin="pause")) for part in (BERT, EDITED)]
+    stage.save(saves[0], "restart")
     stage.run(2)
     stage.sink.deaf = {robots[-1]: f"nobody listens on /{robots[-1]}/cmd_vel"}
-    for turn in range(100):
+    for turn in range(60):
         stage.run(0.02)
         if asked == "save":
-            stage.save(guarded(crowd + (BERT, EDITED)[turn % 2], Safety(rejoin="pause")), "now")
+            stage.save(saves[turn % 2], "now")
         else:
             stage.player.seek(float(turn), stage.now)
     assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])

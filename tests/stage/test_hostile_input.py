@@ -33,8 +33,9 @@ LOAD: Load = {
 LOAD["score"]["parts"]["r"]["senses"] = senses.to_json(
     {"near": Topic("/r/scan", "sensor_msgs/LaserScan", below=0.5), "bump": BuiltIn("bump"), "drop": Key("d")}
 )
-WRONG: list[Any] = [None, True, -1, 0, 10**9, 10**400, 1.5, -1e308, 1e999, float("nan"), "", "1/0", "-1", "9" * 3000]
-WRONG += ["1e99999999", "\ud800", [], [[]], [None] * 3, {}, {"": {}}]
+WRONG: list[Any] = [None, True, -1, 0, 10**400, 1.5, 1e999, float("nan"), "", "1/0", "-1", "9" * 3000]
+WRONG += ["1e99999999", "\ud800", [], [None] * 3, {}, {"": {}}]
+MOVING = load("r $ repeat forward\n")
 
 
 def variants(value: Any) -> Iterator[Any]:
@@ -62,7 +63,7 @@ def test_no_wrong_value_keeps_a_robot_moving() -> None:
             seen[type(came)] += 1
         if isinstance(came, Play):
             sink = Memory()
-            told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, came), (20, End()))
+            told = perform(sink, (0, MOVING), (0.51, came), (3, End()))
             assert told[-1]["type"] == "stopped"
             assert [twist for name, _, twist in sink.sent if name == "r"][-3:] == [STILL] * 3, wrong
     assert seen[Unreadable] > 4 * seen[Play] > 0  # some values are right in some places
@@ -103,6 +104,6 @@ def test_a_score_out_of_range_is_refused_and_stops_the_robots(change: dict[str, 
     assert isinstance(came, Unreadable)
     assert came.is_score
     sink = Memory()
-    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, came), (9, End()))
+    told = perform(sink, (0, MOVING), (0.51, came), (9, End()))
     assert len(errors(told)) == 1
     assert [round(at, 9) for _, at, twist in sink.sent if twist == STILL] == [0.51, 0.56, 0.61]

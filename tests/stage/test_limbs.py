@@ -208,11 +208,11 @@ def test_simulated_joints_are_where_the_score_says_at_any_time() -> None:
         stage = Stage()
         stage.player = type(stage.player)(simulator, stage.told.append, lambda: 0.0)
         stage.player.load(score, 1, "restart", stage.now)
-        for number in range(24):
-            stage.run(0.37)
+        for number in range(12):
+            stage.run(0.74)
             stage.player.advance(stage.now)
             found = simulator.snapshot().joints
-            beat = 0.37 * (number + 1) * float(score.tempo) / 60
+            beat = 0.74 * (number + 1) * float(score.tempo) / 60
             for robot, part in score.parts.items():
                 for limb in limbs_of(part, score.tempo):
                     ideal = dict(limb.positions)

@@ -8,7 +8,7 @@ from itertools import pairwise
 from statistics import stdev
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from improv_core.score.motion import STILL, Pose, Twist
@@ -106,6 +106,7 @@ def test_noise_is_the_same_each_time_and_as_large_as_the_profile_says() -> None:
 
 
 @pytest.mark.parametrize("motors", [BASE, WORN, NOISY], ids=["base", "worn", "noisy"])
+@settings(max_examples=20)
 @given(
     st.lists(
         st.tuples(st.floats(0, 3), st.builds(Twist, x=st.floats(-1, 1), y=st.floats(-1, 1), yaw=st.floats(-3, 3))),

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
@@ -74,13 +74,14 @@ def test_every_compiled_segment_is_reported_when_it_begins(tmp_path: Path) -> No
         assert changes(messages, f"/{robot}/cmd_vel") == [*expected, (end, STILL)]
 
 
-def test_ten_minutes_at_20_hz_are_exact_to_the_nanosecond(tmp_path: Path) -> None:
-    messages = read(record(tmp_path, analyzed("r $ repeat forward"), seconds=600))
-    assert [message.time - START for message in messages] == [count * SECOND // 20 for count in range(600 * 20 + 3)]
+def test_two_minutes_at_20_hz_are_exact_to_the_nanosecond(tmp_path: Path) -> None:
+    messages = read(record(tmp_path, analyzed("r $ repeat forward"), seconds=120))
+    assert [message.time - START for message in messages] == [count * SECOND // 20 for count in range(120 * 20 + 3)]
     assert [message.velocity for message in messages[-4:]] == [(2.0, 0.0, 0.0, 0.0), *[STILL] * 3]
 
 
 @pytest.mark.slow("records many performances")
+@settings(max_examples=20)
 @given(
     tempo=st.decimals(20, 400, places=3).map(Fraction),
     fast=st.fractions(Fraction(1, 2), 7, max_denominator=9),
@@ -161,7 +162,7 @@ def test_it_is_written_as_it_is_made() -> None:
 
     recorder = Recorder(Pieces(), START)
     recorder.prepare(score_of(analyzed("r $ forward")), True)
-    for step in range(40_000):
+    for step in range(25_000):
         recorder.send("r", Twist(step % 7), step / 100)
     recorder.finish()
     assert 0 < Pieces.largest < Pieces.all / 2
@@ -237,12 +238,12 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
     first, again = tmp_path / "first.mcap", tmp_path / "again.mcap"
     score = replace(score_of(analyzed(REACTING)), world=World((9, 7)))
     with recording(first) as recorder:
-        perform(score, RecordedSimulator(recorder), 30.0, lambda told: note(recorder, told))
+        perform(score, RecordedSimulator(recorder), 20.0, lambda told: note(recorder, told))
     with first.open("rb") as file:
         sensed = sensed_in(file)
-    assert len(sensed) > 20
+    assert len(sensed) > 15
     with recording(again) as recorder:  # nothing can be sensed here but what the recording has
-        perform(score, recorder, 30.0, lambda told: note(recorder, told), map(foreseen, sensed))
+        perform(score, recorder, 20.0, lambda told: note(recorder, told), map(foreseen, sensed))
     for topic in ("/anna/cmd_vel", "/bert/cmd_vel"):
         before, after = (changes(read(path), topic) for path in (first, again))
         starts = [min(message.time for message in read(path)) for path in (first, again)]

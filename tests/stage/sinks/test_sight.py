@@ -87,9 +87,9 @@ def test_any_way_beside_many_small_steps(things: Scene, pose: Pose) -> None:
     """Where nothing touches the disc at first: it is stopped where a disc that moves on touches something."""
     if distance(things, complex(pose.x, pose.y)) <= RADIUS:
         return
-    steps = [complex(pose.x, pose.y) + cmath.rect(REACH * step / 500, pose.heading) for step in range(501)]
+    steps = [complex(pose.x, pose.y) + cmath.rect(REACH * step / 100, pose.heading) for step in range(101)]
     least = min(distance(things, step) for step in steps)
-    if abs(least - RADIUS) > REACH / 500:
+    if abs(least - RADIUS) > REACH / 100:
         assert is_in_the_way(things, pose, RADIUS, REACH) is (least < RADIUS)
 
 

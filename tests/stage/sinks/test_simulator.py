@@ -113,10 +113,10 @@ def test_heights_are_followed_too() -> None:
 @pytest.mark.parametrize(
     "program", ["beat 97\nr $ repeat (forward left)", "beat 97\nr $ repeat (forward || left || strafeleft)"]
 )
-def test_after_ten_minutes_it_is_where_the_score_says(program: str) -> None:
+def test_after_five_minutes_it_is_where_the_score_says(program: str) -> None:
     score, simulator = score_of(analyze(program)), Simulator(period=None)
-    rehearse(score, simulator, seconds=600)
-    expected = pose_at(score.parts["r"], Fraction(97 * 10))
+    rehearse(score, simulator, seconds=300)
+    expected = pose_at(score.parts["r"], Fraction(97 * 5))
     assert expected
     assert near(simulator.poses()["r"], expected, within=1e-8)
 

@@ -194,7 +194,7 @@ twists = st.builds(
 
 
 @pytest.mark.slow("simulates many collisions")
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(
     st.lists(st.tuples(st.floats(0, 1), st.sampled_from("abc"), twists), max_size=12),
     st.lists(st.floats(0, 1.5), max_size=20),

@@ -15,6 +15,7 @@ from improv_core.score.movement import (
     Asked,
     BodyWords,
     Bounds,
+    Exact,
     Peak,
     Velocity,
     bits,
@@ -24,6 +25,7 @@ _peak = lru_cache(maxsize=10_000)(Peak)
 _bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
 UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
 """The bounds of nothing."""
+MOST_FACTOR, LEAST_FACTOR = Fraction(10**300), Fraction(1, 10**300)
 
 
 @lru_cache(maxsize=10_000)
@@ -103,17 +105,26 @@ def _words_of_all(voices: Sequence[BodyWords]) -> BodyWords:
 
 @lru_cache(maxsize=10_000)
 def sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
-    peak, longer = faster(bounds.peak, float(rate)), bounds.bits + bits(rate)
-    words = words_faster(bounds.body, float(rate))
+    peak, longer = faster(bounds.peak, rate), bounds.bits + bits(rate)
+    words = words_faster(bounds.body, rate)
     return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open, words)
 
 
-def faster(peak: Peak, rate: float) -> Peak:
+def _near(factor: Exact) -> float:
+    """A positive factor as a float. One that is larger or smaller than floats can be is refused later, for its bounds:
+    until then, one that is nearly as large or as small will do."""
+    if LEAST_FACTOR <= factor <= MOST_FACTOR:
+        return float(factor)
+    return float(MOST_FACTOR if factor > 1 else LEAST_FACTOR)
+
+
+def faster(peak: Peak, rate: Exact) -> Peak:
     """The peak of a movement that is played `rate` times as fast."""
-    return _peak(peak.x * rate, peak.y * rate, peak.z * rate, peak.yaw * rate, peak.shortest / rate)
+    times = _near(rate)
+    return _peak(peak.x * times, peak.y * times, peak.z * times, peak.yaw * times, peak.shortest / times)
 
 
-def words_faster(words: BodyWords, rate: float) -> BodyWords:
+def words_faster(words: BodyWords, rate: Exact) -> BodyWords:
     """What is asked of body parts, played `rate` times as fast."""
     return words._replace(peak=faster(words.peak, rate)) if words.asked else words
 
@@ -130,7 +141,7 @@ def amplified(bounds: Bounds, factors: Velocity) -> Bounds:
 
 
 def _times(peak: Peak, factors: Velocity) -> Peak:
-    x, y, z, yaw = (abs(float(factor)) for factor in factors)
+    x, y, z, yaw = (_near(abs(factor)) if factor else 0.0 for factor in factors)
     return _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
 
 

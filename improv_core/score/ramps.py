@@ -202,8 +202,8 @@ def _stepped(
     longer = max(bits(phase.beats) + 3 * bits(phase.rate(0)) + 4 * phase.steps.bit_length() for phase in phases)
     bounds = replace(
         inner,
-        peak=faster(inner.peak, float(rate)),  # its shortest item is one of the body: a step is no item
-        body=words_faster(inner.body, float(rate)),
+        peak=faster(inner.peak, rate),  # its shortest item is one of the body: a step is no item
+        body=words_faster(inner.body, rate),
         bits=inner.bits + longer,
         depth=inner.depth + 1,
     )

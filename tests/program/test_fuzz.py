@@ -203,7 +203,8 @@ WORST = [
     "r $ " + "n*" * 3_000 + "3 left",
     "f " + "n " * 2_000 + "= left",
     "f " + "(m" * 2_000 + "= left",
-    "r $ slow " + "3*" * 2_000 + "3 left",
+    *(f"r $ {word} {'3*' * 1_000}3 left" for word in ("slow", "fast", "scale", "fit", "ramp 0")),
+    "r $ slow " + "3*" * 3_000 + "3 left",
     "r $ accumulate (" + " ".join(f"fast 1.{odd:07} left" for odd in range(1_000)) + ")",
     "".join(f"r $ {f'fast 1.{odd:028} ' * 10}left\n" for odd in range(1_000)),
 ]

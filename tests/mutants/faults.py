@@ -92,8 +92,8 @@ STAGE = (
     ),
     Fault(
         "stage/loop.py",
-        "        self._in_order.overtaking = self._in_order.overtaking.lose()\n",
-        "",
+        'overtaking.lose()\n        self._tell({"type": "error"',
+        'overtaking\n        self._tell({"type": "error"',
         "what a parent sent before it hung moves robots after they were stopped",
     ),
     Fault(
@@ -185,8 +185,8 @@ PLAYBACK = (
     ),
     Fault(
         "playback/stage_process.py",
-        '{**message, "after": self._number}',
-        '{**message, "after": self._number - 1}',
+        '{**message, "after": self._before}',
+        '{**message, "after": self._before - 1}',
         "a stage takes what was asked for after a stop for older than the stop",
     ),
     Fault(
@@ -197,7 +197,7 @@ PLAYBACK = (
     ),
     Fault(
         "playback/heard.py",
-        '    if state == "stopped":\n        return show, _to(show.twin, {"type": "stop"})\n',
+        '    if state == "stopped":\n        return show, [*_to(show.twin, {"type": "stop"}), *acts]\n',
         "",
         "the simulated robots dance on when the real ones were stopped",
     ),

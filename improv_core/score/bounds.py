@@ -141,7 +141,7 @@ def amplified(bounds: Bounds, factors: Velocity) -> Bounds:
 
 
 def _times(peak: Peak, factors: Velocity) -> Peak:
-    x, y, z, yaw = (_near(abs(factor)) if factor else 0.0 for factor in factors)
+    x, y, z, yaw = (_near(max(factor, -factor)) if factor else 0.0 for factor in factors)
     return _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
 
 

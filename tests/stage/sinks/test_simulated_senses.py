@@ -17,6 +17,7 @@ from improv_core.score.score import Part, Score
 from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
 from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
 from improv_core.stage.sinks.simulator import Simulator
 
@@ -203,7 +204,7 @@ def test_asking_again_gives_the_current_value() -> None:
 def test_nothing_changes_if_nobody_asks() -> None:
     """Robots move exactly the same whether or not anything is sensed."""
     orders = [(0.0, "a", Twist(x=1.0, yaw=0.3)), (0.0, "b", Twist(x=0.5, yaw=-1.0))]
-    poses, bumps = [], []
+    poses, bumps = [], list[Bump]()
     for asked in ([], ["a near", "b near", "a bump"]):
         simulator = stage(World(size=(5, 5)), a=Pose(), b=Pose(1, 1))
         perform(simulator, orders, asked, 5.0)

@@ -45,8 +45,8 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     for index, robot in enumerate(cast):
         for beat in range(8):
             simulator.send(robot, Twist(x=1.5, yaw=math.sin(beat * 1.7 + index) * 2.5), float(beat))
-    for tenth in range(1, 26):
-        simulator.advance(tenth / 10)
+    for half in range(1, 6):
+        simulator.advance(half / 2)
         next_frame(page)
     ada = simulator.poses()["ada"]
     wait(page, f"Math.hypot(improv.robots.ada.x - {ada.x}, improv.robots.ada.y - {ada.y}) < 1e-3")

@@ -477,3 +477,8 @@ def test_pages_are_shown_the_scene_to_which_playback_goes_back() -> None:
     opened = Opened(sink, lambda told: None, lambda score, generation: scenes.append(score.scene))
     run(opened, turned, turned, turned.parent)
     assert scenes == [0, 1, 0]
+
+
+def test_hundreds_of_empty_scenes_end_at_once() -> None:
+    told = perform(Memory(), (0, load("---\n" * 480 + "r $ fast 10 forward\n")), (1, End()))
+    assert "ended" in [message["state"] for message in told if message["type"] == "transport"]

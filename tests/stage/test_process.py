@@ -118,11 +118,6 @@ def test_what_a_library_prints_is_not_among_a_stages_messages() -> None:
     assert process.process.wait(LIMIT) == 0
 
 
-def test_hundreds_of_empty_scenes_end_at_once(process: Process) -> None:
-    process.play("---\n" * 480 + "r $ fast 10 forward\n")
-    assert process.wait("transport")["state"] == "ended"
-
-
 HOSTILE = [
     b"[" * DEEP + b"]" * DEEP,
     b'{"type": "load", "score": ' + b'{"a":' * DEEP + b"1" + b"}" * DEEP + b"}",

@@ -84,4 +84,5 @@ async def _welcome(request: web.Request) -> web.WebSocketResponse:
             said.put_nowait({"drawn": home.code(code) if code else home.paths()})
     for task in tasks:
         task.cancel()
+    await home._playback.close()  # what plays ends with its page, as a worker does
     return socket

@@ -98,6 +98,8 @@ def test_any_sector_beside_many_rays(things: Scene, pose: Pose, start: float, wi
     place = complex(pose.x, pose.y)
     # Exactly on the edge of a disc, rounding decides whether a ray that leads away from it touches it.
     assume(all(abs(abs(center - place) - radius) > 1e-9 for center, radius in things.discs))
+    # Exactly on a line, it decides on which side of it a robot stands.
+    assume(nearest(things, pose, *ALL_AROUND) > 1e-9)
     found = nearest(things, pose, start, start + width)
     rays = [nearest(things, pose, angle, angle) for angle in (start + width * ray / 200 for ray in range(201))]
     assert found <= min(rays) + 1e-9

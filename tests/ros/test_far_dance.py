@@ -54,4 +54,4 @@ def test_robots_here_and_there_begin_together_and_stop_with_ctrl_c(
             said, _ = playing.communicate(timeout=LIMIT)
         wait_until_gone(ours, LIMIT)
     assert "on robot" in said
-    assert abs(began[1] - began[0]) < 0.5  # on a busy machine
+    assert abs(began[1] - began[0]) < 5  # on a busy machine

@@ -102,8 +102,9 @@ def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joi
 
     async def test(show: Show) -> None:
         await show.play("a p $ repeat forward\n")
-        for robot in (here, there):
-            await asyncio.to_thread(robot.wait, moving)
+        began = [(await asyncio.to_thread(robot.wait, moving))["at"] for robot in (here, there)]
+        assert abs(began[1] - began[0]) < 5, "at one instant, on a busy machine"
+        assert "on robot" in show.playback.show.status
         await show.until(lambda message: message["type"] == "link")
 
         (stage,) = stages_there(host)

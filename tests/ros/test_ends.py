@@ -45,6 +45,7 @@ def test_the_end_of_the_server(number: signal.Signals, turtle: Listener, alone: 
         ours = descendants(server.pid)
         assert len(ours) == 3, "two stages and a standby"
         os.kill(server.pid, number)
+        server.client.code = -number
         turtle.wait(still)
         wait_until_gone(ours, LIMIT)
 

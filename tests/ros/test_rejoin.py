@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.ros.conftest import BASE, Listen, Script
+from tests.ros.conftest import BASE, LIMIT, Listen, Script, with_limits
 from tests.ros.dance import still
 
 pytestmark = pytest.mark.slow("a base is restarted, and drives on")
@@ -69,8 +69,9 @@ def test_a_base_that_is_restarted_joins_again(
     (tmp_path / "dance.improv").write_text(program)
     bases = {"ada": script(BASE, "ada", *IDEAL), "bo": script(BASE, "bo", *IDEAL, "--start", "0", "1", "0")}
     command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", "--force", "dance.improv"]
+    env = ros_env | with_limits(stage__listeners__PATIENCE=LIMIT)  # ada, too, is found before beat 0
     with subprocess.Popen(
-        command, cwd=tmp_path, env=ros_env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        command, cwd=tmp_path, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as playing:
         listener.wait(lambda message: not still(message))
         x, y, heading = where(bases["ada"])

@@ -145,10 +145,11 @@ def stop_while_analyzing(client: Dancer) -> None:
     client.open(HUGE, HUGE_PROGRAM)
     client._write(SAVE)
     number = client.write(STOP)
-    # What is saved after the stop plays: the stop counts only once, although it is answered long after.
-    client._write(client.retype("s $ repeat left\n"), SAVE)
     stage.join(LIMIT)
     assert analyzed == [False]
+    # What is saved after the stop plays: the stop counts only once, although it is answered long after. Not earlier: a
+    # page that is slow is told only the latest, that `s` plays.
+    client._write(client.retype("s $ repeat left\n"), SAVE)
     client.answer(number)
     assert client.wait_for_line("▶ s ∞")
     assert len(client.played_since(number)) == 1

@@ -166,6 +166,7 @@ def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+@pytest.mark.slow("makes an environment")
 @pytest.mark.skipif(unsuited() is not None, reason="ROS 2 has no wheels for this machine")
 def test_interrupted_nothing_is_left(tmp_path: Path, place: Path) -> None:
     started = tmp_path / "started"

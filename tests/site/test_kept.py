@@ -8,6 +8,7 @@ import zlib
 from base64 import urlsafe_b64encode
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.site.conftest import served
@@ -34,6 +35,7 @@ def fragment(**held: object) -> str:
     return f"#dance={urlsafe_b64encode(data).decode().rstrip('=')}"
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_was_paused(
     address: str, page: Page, keep: Keep
 ) -> None:
@@ -78,6 +80,7 @@ def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_wa
     expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml.replace("quadrator", "quadrotor"))
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Page) -> None:
     page.goto(address)
     wait(page, OPENED)
@@ -98,6 +101,7 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
     page.evaluate("localStorage.clear()")
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(natively: Path, tmp_path: Path, page: Page) -> None:
     shutil.copytree(natively / "improv", tmp_path / "site")
     with served(tmp_path / "site") as root:

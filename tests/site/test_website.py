@@ -141,6 +141,7 @@ def test_the_page_opens_over_plain_http_as_in_a_class(built: Path, page: Page) -
         assert page.evaluate("improv.transport.generation") == 0
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(built: Path, page: Page, keep: Keep) -> None:
     with served(built) as root:
         page.goto(root)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.stage.viewer.conftest import Keep, new_page, wait
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_what_may_be_written_here_can_be_tapped(address: str, browser: Browser, keep: Keep) -> None:
     tablet = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     page, wrong = new_page(tablet)

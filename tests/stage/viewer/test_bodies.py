@@ -127,6 +127,7 @@ def test_a_body_without_head_and_arms_has_gauges_only(still: Callable[..., Page]
     expect(gauge(page, "mast")).to_have_attribute("title", "mast: 0.00 m (0.00 m to 0.50 m)")
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_a_robot_with_a_urdf_is_a_stick_figure_that_turns_by_dragging_and_by_keys(
     page: Page, still: Callable[..., Page], simulator: Simulator, keep: Keep, tmp_path: Path
 ) -> None:

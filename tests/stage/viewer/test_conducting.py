@@ -304,6 +304,7 @@ def test_two_pages_show_the_same(window: BrowserContext, shared: tuple[Show, Pag
     other.close()
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show: Show, keep: Keep) -> None:
     show.play(LONG)
     stage = watch(page, show)
@@ -335,6 +336,7 @@ def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show
     keep(stage, "page-starts.png")
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, keep: Keep) -> None:
     simulator = Simulator()
     viewer = Viewer(0, simulator.snapshot, lambda command: None, takes_start_poses=True, token=TOKEN)

@@ -64,6 +64,7 @@ def press(page: Page, card: str) -> None:
     button.click()
 
 
+@pytest.mark.slow("waits until the camera rests")
 def test_a_name_without_room_is_shown_to_those_who_point(page: Page, still: Callable[..., Page]) -> None:
     still(PROGRAM, '[formation]\nshape = "grid"\ndistance = 0.9\n')
     wait(page, f"{RESTS} && Object.keys(improv.robots).length === 30")

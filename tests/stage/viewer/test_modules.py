@@ -8,11 +8,14 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.needs import lacking
 
 TESTS = sorted(Path(__file__).with_name("modules").glob("*.test.js"))
 
 
+@pytest.mark.slow("starts node")
 def test_the_modules_of_the_page() -> None:
     if shutil.which("node") is None:
         lacking("node is not installed")

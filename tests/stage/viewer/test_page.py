@@ -80,6 +80,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.address).netloc}
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_the_page_counts_the_beat_itself(page: Page, viewer: Viewer) -> None:
     open_page(page, viewer)
     viewer.publish(transport(1, "playing", beats=None))

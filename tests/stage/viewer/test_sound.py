@@ -119,6 +119,7 @@ def test_a_file_that_is_no_song_is_one_line(shared: tuple[Show, Page], tmp_path:
     assert page.evaluate("improv.transport.state") == "playing"
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
     show.play(DANCE)
     watch(page, show)
@@ -154,6 +155,7 @@ def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> N
     expect(page.get_by_role("slider", name="Beat 0 in the song, in seconds")).to_be_hidden()
 
 
+@pytest.mark.slow("hears a whole bar")
 def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) -> None:
     page.add_init_script(OSCILLATORS)
     show.play(DANCE.replace("120", "300"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.program.analysis import analyze
@@ -45,6 +46,7 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
             assert 0 < place["y"] < box["height"]
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], simulator: Simulator) -> None:
     page = still("beat 60\nada bo $ rest\n", FACING)  # no mark says before that they will meet
     count = page.locator("#bumps")

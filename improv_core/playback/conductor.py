@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from improv_core.playback.going import EARLY, begin, go, instant
 from improv_core.playback.troupe import HERE, Troupe, beat_at
-from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, Times
+from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, Times, warning
 from improv_core.score.peer_clock import Anchor, bent
 from improv_core.stage.clock_messages import AnchorMessage, BendMessage
 from improv_core.stage.commands import Pause
@@ -33,7 +33,7 @@ def taken(troupe: Troupe, load: Load) -> tuple[Troupe, Load, list[Act]]:
     troupe = replace(troupe, looks=-math.inf)
     if wanted and wanted["follow"] == "ros":
         line = "stages on other machines don't follow the time of a simulation: the program's tempo counts"
-        return replace(troupe, clock=None), load, [_warning(line)]
+        return replace(troupe, clock=None), load, [warning(line)]
     if wanted and not (troupe.clock and troupe.clock.follow == wanted["follow"]):
         return replace(troupe, clock=Following(wanted["follow"])), load, []
     return troupe if wanted else replace(troupe, clock=None), load, []
@@ -45,7 +45,7 @@ def anchored(troupe: Troupe, heard: AnchorMessage, now: Times) -> Decided:
     assert before
     anchor = Anchor(heard["at"], heard["beat"], heard["tempo"] / 60, heard["period"], heard["jumps"])
     troupe = replace(troupe, clock=replace(before, anchor=anchor, silent=False))
-    acts: list[Act] = [_warning(f"{before.name} is heard again")] if before.silent else []
+    acts: list[Act] = [warning(f"{before.name} is heard again")] if before.silent else []
     if not anchor.rate:
         troupe, more = _stands(troupe, now)
     elif troupe.mode == "armed" and (troupe.arming is None or troupe.stands) and troupe.enters == math.inf:
@@ -65,7 +65,7 @@ def ready(troupe: Troupe, now: Times) -> Decided:
     assert troupe.clock
     return troupe, [
         Say({"type": "armed", "generation": troupe.generation, "armed": True, "begins": None}),
-        _warning(f"the dance begins at the next bar of {troupe.clock.name}, once it is heard"),
+        warning(f"the dance begins at the next bar of {troupe.clock.name}, once it is heard"),
     ]
 
 
@@ -99,7 +99,7 @@ def waited(troupe: Troupe, now: Times) -> Decided:
         return troupe, [*bends, *acts]
     if clock and now.at >= _lost_at(troupe) and (position := troupe.position):
         line = f"nothing is heard of {clock.name}: the dance goes on at {position['tempo']:.1f} beats per minute"
-        return replace(troupe, clock=replace(clock, silent=True)), [_warning(line)]
+        return replace(troupe, clock=replace(clock, silent=True)), [warning(line)]
     return troupe, []
 
 
@@ -117,7 +117,7 @@ def _stands(troupe: Troupe, now: Times) -> Decided:
     pauses: list[Act] = [SendTo(host, pause) for host in troupe.alive]
     assert troupe.clock
     line = f"paused until {troupe.clock.name} goes on"
-    return replace(troupe, mode="paused", paused_by=frozenset(), stands=True), [*pauses, _warning(line)]
+    return replace(troupe, mode="paused", paused_by=frozenset(), stands=True), [*pauses, warning(line)]
 
 
 def _bend(troupe: Troupe, now: Times) -> Decided:
@@ -145,7 +145,3 @@ def _bend(troupe: Troupe, now: Times) -> Decided:
 def _pace(troupe: Troupe, rate: float) -> float:
     """How many times as fast as the program says all play that play so many beats of the clock a second."""
     return float(within_reach(rate * 60 / float(troupe.tempo)))
-
-
-def _warning(line: str) -> Act:
-    return Say({"type": "warning", "message": line})

@@ -14,7 +14,7 @@ from improv_core.playback import conductor, sightings
 from improv_core.playback.going import DRIFT_PERIOD, EARLY, begin, go, instant, settling
 from improv_core.playback.stage_process import Heard
 from improv_core.playback.troupe import HERE, Troupe, beat_at
-from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, StartHost, Times
+from improv_core.playback.troupe_acts import Act, Decided, Say, SendTo, StartHost, Times, warning
 from improv_core.stage.clock_messages import BendMessage
 from improv_core.stage.commands import COMMANDS, Pause, Stop
 from improv_core.stage.messages import Armed, FromStage, Load, Pressed, ToStage, TransportMessage
@@ -93,8 +93,8 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         line = f"{host} heard nothing from here for {message['seconds']:g} s, so its robots stopped"
         if troupe.is_on and any(each != host and each not in troupe.joining for each in troupe.alive):
             troupe, acts = _join(troupe, host, now)
-            return troupe, [_warning(f"{line}; they join the others again"), *acts]
-        return troupe, [_warning(f"{line}: play again")]
+            return troupe, [warning(f"{line}; they join the others again"), *acts]
+        return troupe, [warning(f"{line}: play again")]
     if message["type"] == "gone":
         return _gone(troupe, host, message["message"])
     if message["type"] == "misplaced":
@@ -155,7 +155,7 @@ def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
     troupe = troupe.loading(load)
     lost = troupe.of(HERE) if HERE not in troupe.alive else []
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
-    told += [_warning(line)] if lost else []
+    told += [warning(line)] if lost else []
     if goes_on:
         at: Load = {**load, "at": instant(troupe, now)} if troupe.mode == "playing" else load
         sent = [SendTo(host, troupe.load_for(host, at)) for host in troupe.alive if host not in troupe.joining]
@@ -204,7 +204,7 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
 
 def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
     if troupe.mode == "gathering":
-        return troupe, [_warning(NOT_READY)]
+        return troupe, [warning(NOT_READY)]
     if troupe.mode in ("armed", "paused") and troupe.clock and troupe.clock.stands:
         return replace(troupe, stands=True), []  # it is waited for
     if troupe.mode == "armed":
@@ -301,7 +301,7 @@ def _gone(troupe: Troupe, host: str, why: str) -> Decided:
     goes_on = troupe.is_on and troupe.lead is not None
     line = f"{host or 'the stage here'}: {why}"
     acts: list[Act] = [
-        _warning(f"{line}; the others go on, and it joins them again" if goes_on else line),
+        warning(f"{line}; the others go on, and it joins them again" if goes_on else line),
         StartHost(host),
     ]
     if goes_on and led and (position := troupe.position):
@@ -355,7 +355,3 @@ def _waits(transport: TransportMessage) -> bool:
 
 def _all(troupe: Troupe, message: ToStage) -> list[Act]:
     return [SendTo(host, message) for host in troupe.alive]
-
-
-def _warning(line: str) -> Act:
-    return Say({"type": "warning", "message": line})

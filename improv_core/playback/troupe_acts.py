@@ -41,3 +41,8 @@ class StartHost:
 
 Act = SendTo | Say | StartHost
 Decided = tuple[Troupe, list[Act]]
+
+
+def warning(line: str) -> Say:
+    """Tell people this, whichever stage it is about."""
+    return Say({"type": "warning", "message": line})

@@ -312,6 +312,12 @@ def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]
     assert wrong == []
 
 
+@pytest.fixture
+def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
+    """What a file has `opened` with `shared_page`, for one of its tests."""
+    return opened
+
+
 def play_anew(page: Page, show: Show, program: str, robots: str = "", **how: Any) -> None:
     """Have a program begin on a page that is open, which knows what is coming then. The stage has the focus."""
     before = page.evaluate("improv.transport.generation")

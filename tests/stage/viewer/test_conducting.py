@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from datetime import datetime
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -37,11 +37,6 @@ LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward righ
 def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
     with shared_page(chromium, LONG) as opened:
         yield opened
-
-
-@pytest.fixture
-def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
-    return opened
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -47,11 +47,6 @@ FAINT = [222, 164, 124]  # half of the first robot's color in the light
 def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
     with shared_page(chromium, DANCE) as opened:
         yield opened
-
-
-@pytest.fixture
-def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
-    return opened
 
 
 def test_the_words_that_play_are_lit_even_after_emoji(shared: tuple[Show, Page]) -> None:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.stage.viewer.conftest import LIMIT, Chromium, Keep, Show, next_frame, play_anew, shared_page, wait, watch
 from tests.stage.viewer.editing import Edit
@@ -63,11 +63,6 @@ window.AudioContext = class extends AudioContext {
 def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
     with shared_page(chromium, DANCE) as opened:
         yield opened
-
-
-@pytest.fixture
-def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
-    return opened
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.axe import violations
 from tests.stage.viewer.conftest import SCHEMES, Chromium, Show, play_anew, shared_page, switch_to, wait
@@ -18,11 +18,6 @@ from tests.stage.viewer.wall_photo import SIZES, faults, open_wall, program, tel
 def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
     with shared_page(chromium, program(2)) as opened:
         yield opened
-
-
-@pytest.fixture
-def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
-    return opened
 
 
 @pytest.fixture

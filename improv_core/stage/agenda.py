@@ -9,6 +9,9 @@ from typing import NamedTuple
 from improv_core.score.movement import Duration, Exact
 from improv_core.stage.run import Run
 
+SAME = 1e-7
+"""Seconds: what is less far apart is at the same instant. Times that come of different sums are rounded differently."""
+
 
 class Rank(IntEnum):
     """The order at one instant. Each comes before the next, because:
@@ -43,7 +46,11 @@ class Due(NamedTuple):
 
     def last_before(self, rank: Rank) -> float:
         """The latest time at which something of another rank still comes before this."""
-        return self.at if rank < self.rank else math.nextafter(self.at, -math.inf)
+        return self.at if rank < self.rank else self.at - SAME
+
+    def is_due(self, performed: float) -> bool:
+        """Whether it is due at a performance time. Then so is all that it comes before."""
+        return self.at <= performed + SAME
 
 
 NEVER = Due(math.inf, Rank.END)

@@ -117,7 +117,7 @@ def _begin(run: Run, facts: Facts) -> Decided:
     """Beat 0 is now."""
     late = gate.lateness(run.gate, facts.wall)
     run = replace(run, transport=replace(run.transport, zero=gate.beat_zero(run.gate, facts.now)))
-    run, acts = play_from(run, 0, 0.0, facts, facts.places)
+    run, acts = play_from(run, run.later(0, gate.passed(run.gate, facts.now)), 0.0, facts, facts.places)
     told = [warning_line(late)] if late and run.mode == "playing" else []
     return run, [StartMeasuring(), *acts, LookSoon(run.score.parts), *told]
 
@@ -132,7 +132,8 @@ def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
     if comes_in(run) and not event.anyway:
         return coming_in(replace(run, continues=True), facts), [Report()]
     places = {} if event.anyway else facts.places
-    return play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, places)
+    beat = run.later(run.transport.origin, event.late)
+    return play_from(run, beat, run.transport.performed(facts.now), facts, places)
 
 
 def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:

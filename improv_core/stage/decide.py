@@ -88,7 +88,7 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     elif run.mode == "paused":
         at = performed
     else:
-        soonest = run.transport.performed(max(facts.now, load.not_before))
+        soonest = run.transport.performed(max(facts.now, load.not_before) - load.late)
         at = run.switch_time(load.when, soonest, load.beats_per_bar, facts.over)
     swap = Swap(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
     if run.mode == "paused":
@@ -99,7 +99,8 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
 def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
     if run.score is EMPTY or run.mode == "waiting":
         return run, []
-    beat = near(min(max(event.beat, 0.0), float(run.begun.beats), LAST_BEAT))
+    passed = event.late * float(run.tempo) / 60 if run.mode == "playing" else 0.0
+    beat = near(min(max(event.beat, 0.0) + passed, float(run.begun.beats), LAST_BEAT))
     run = run.at_scene_of(run.begun, beat)
     acts: list[Act] = [Dismiss(), ForgetEdges()]
     if run.mode == "playing" and comes_in(run):
@@ -120,9 +121,10 @@ def _places_at(score: Score, beat: Exact, facts: Facts) -> Mapping[str, prefligh
 
 
 def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
-    beat = run.beat(facts.now, facts.over)
+    beat = run.later(run.beat(facts.now, facts.over), -event.late)
     run = replace(run, speed=Fraction(str(min(max(event.factor, SLOWEST), FASTEST))))
     if run.mode == "playing":
+        beat = run.later(beat, event.late)
         return play_from(run, beat, run.transport.performed(facts.now), facts)
     return replace(run, transport=replace(run.transport, tempo=run.tempo)), [Report()]
 

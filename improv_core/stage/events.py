@@ -35,6 +35,7 @@ class Load:
     anyway: bool = False
     gate: Gate | None = None
     not_before: float = -math.inf
+    late: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,23 +90,27 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """A pause is over, or an armed score should begin. With `anyway`, it doesn't matter where robots stand."""
+    """A pause is over, or an armed score should begin. With `anyway`, it doesn't matter where robots stand. If this is
+    `late`, so many seconds have passed since the others went on."""
 
     anyway: bool = False
+    late: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Seek:
-    """Playback should continue at another beat."""
+    """Playback should continue at another beat, at which it has been in other stages for `late` seconds."""
 
     beat: float
+    late: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Playback should be this many times as fast as the tempo says."""
+    """Playback should be this many times as fast as the tempo says, and has been for `late` seconds in other stages."""
 
     factor: float
+    late: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

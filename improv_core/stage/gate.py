@@ -14,7 +14,8 @@ LATE = 0.01
 @dataclass(frozen=True, slots=True)
 class Gate:
     """Beat 0 waits for a person, or until the wall clock says `begins`, in Unix time. It is `ready` once it waits for
-    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0.
+    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0, for
+    the stages on other machines too if it is `shared`.
     With `at_bar`, a clock that is followed says when its next bar begins, and so do we.
 
     So many beats, the `count`, are counted before beat 0, each of `period` seconds (0: not yet known). Once it is
@@ -28,14 +29,15 @@ class Gate:
     count: int = 0
     period: float = 0.0
     by_itself: bool = False
+    shared: bool = False
 
     def is_open(self, wall: float) -> bool:
         return wall >= self.begins
 
 
-def made_of(arming: Arming | None) -> Gate | None:
+def made_of(arming: Arming | None, *, shared: bool = False) -> Gate | None:
     """The gate that somebody has asked for."""
-    return None if arming is None else Gate(arming.get("begins", math.inf))
+    return None if arming is None else Gate(arming.get("begins", math.inf), shared=shared)
 
 
 def counted(gate: Gate | None, beats: int) -> Gate:
@@ -71,6 +73,12 @@ def begins_to_count(before: Gate | None, after: Gate | None) -> bool:
 def beat_zero(gate: Gate | None, now: float) -> float:
     """When beat 0 is, in monotonic seconds: as its gate was opened, unless robots were still looked at for long."""
     return gate.opened if gate and gate.opened is not None and abs(now - gate.opened) < LATE else now
+
+
+def passed(gate: Gate | None, now: float) -> float:
+    """Seconds since other stages have begun, if this one is late: it has to begin where they are."""
+    late = now - gate.opened if gate and gate.shared and gate.opened is not None else 0.0
+    return late if late >= LATE else 0.0
 
 
 def is_ready(gate: Gate | None) -> bool:

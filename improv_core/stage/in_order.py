@@ -42,6 +42,12 @@ class InOrder:
         at = _time_of(first, now) if first else -math.inf
         return at if at > now else math.inf
 
+    @property
+    def comes_now(self) -> bool:
+        """Whether the next one waited for its time, and that has come."""
+        first = self._pause or (self._waiting[0] if self._waiting and not self._meeting else None)
+        return isinstance(first, dict) and "at" in first and self.due == math.inf
+
     def add(self, arrival: Ordered) -> None:
         self._waiting.append(arrival)
 

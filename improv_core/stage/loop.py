@@ -34,6 +34,10 @@ EARLY = 0.0004
 A repeat doesn't need that."""
 
 
+LATEST = 0.25
+"""Seconds by which a score may come late, and still take over at the beat at which it does so in other stages."""
+
+
 class Inbox(Protocol):
     """A queue of arrivals, such as `urgent_queue.UrgentQueue`."""
 
@@ -135,6 +139,7 @@ class Loop:
         self._may_move = False  # whether real robots move, or may do so without being asked
         self._in_order = InOrder(opened.sink.meet, clock.now)
         self._is_far = False  # whether its parent is on another machine
+        self._is_one_of_many = False  # whether stages on other machines play the same
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
         self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
         self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
@@ -161,6 +166,8 @@ class Loop:
             self.hold(None, now)
         for key in [key for key, until in self._keys.items() if now >= until]:
             self.hold_key(key, False, now)
+        while self._in_order.comes_now and (arrival := self._in_order.next()):
+            self._do(arrival, now)  # first: what has been sent by then can't be taken back
         due = self.player.deadline(now) if self._in_order.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
@@ -272,6 +279,7 @@ class Loop:
         self._parent.patience = load.get("patience", SILENCE_LIMIT)
         if self._opened.sink.real:
             score = score.moving()  # nobody waits for listeners of robots that only stand there, or sends them zeros
+        self._is_one_of_many = "here" in load
         if "here" in load:
             score = score.on(load["here"])
         self.player.backend = load["backend"]
@@ -286,8 +294,9 @@ class Loop:
             senses,
             load.get("stops"),
             load.get("anyway", False),
-            made_of(load.get("arming")),
+            made_of(load.get("arming"), shared=self._is_one_of_many),
             min(not_before, now + MOST_AHEAD),
+            min(self.late(load, at), LATEST),
         )
         self.player.load(score, load["generation"], load["when"], at, *rest)
 
@@ -362,14 +371,18 @@ class Loop:
         """The effective time of a request. Setpoints that have been sent since then can't be taken back."""
         return max(min(now if at is None else at, now), self.player.reached)
 
+    def late(self, message: Mapping[str, Any], at: float) -> float:
+        """Seconds since other stages have done the same, which takes effect here at this time."""
+        return max(at - message.get("at", at), 0.0) if self._is_one_of_many else 0.0
+
 
 OBEYED: Mapping[str, Callable[[Loop, Any, float, float], None]] = {
     "stop": lambda loop, message, at, now: loop.obey_stop(message, now),
     "pause": lambda loop, _, at, now: loop.player.pause(at),
-    "resume": lambda loop, _, at, now: loop.player.resume(at),
-    "anyway": lambda loop, _, at, now: loop.player.resume(at, anyway=True),
-    "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at),
-    "speed": lambda loop, message, at, now: loop.player.set_speed(message["factor"], at),
+    "resume": lambda loop, message, at, now: loop.player.resume(at, late=loop.late(message, at)),
+    "anyway": lambda loop, message, at, now: loop.player.resume(at, anyway=True, late=loop.late(message, at)),
+    "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at, loop.late(message, at)),
+    "speed": lambda loop, message, at, now: loop.player.set_speed(message["factor"], at, loop.late(message, at)),
     "silence": lambda loop, message, at, now: loop.player.set_silent(message["muted"], message["soloed"], at),
     "held": lambda loop, _, at, now: loop.hold(True, now),
     "released": lambda loop, _, at, now: loop.hold(False, now),

@@ -79,6 +79,7 @@ class Player(Machine):
         anyway: bool = False,
         gate: Gate | None = None,
         not_before: float = -math.inf,
+        late: float = 0.0,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
@@ -88,10 +89,11 @@ class Player(Machine):
         paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
         and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
         one was pressed since somebody asked for it, with `stops` presses before.
-        After a restart, a `gate` holds beat 0 back. A score takes over `not_before` this time on the clock.
+        After a restart, a `gate` holds beat 0 back. A score takes over `not_before` this time on the clock. One that
+        comes `late`, by so many seconds, still takes over when it did in other stages.
         """
         bar = max(beats_per_bar, 1)
-        load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before)
+        load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late)
         self._take(load, now)
 
     def stop(self, now: float) -> None:
@@ -106,25 +108,26 @@ class Player(Machine):
         self._catch_up(now)
         self._take(events.Pause(), now)
 
-    def resume(self, now: float, *, anyway: bool = False) -> None:
+    def resume(self, now: float, *, anyway: bool = False, late: float = 0.0) -> None:
         """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for.
 
-        Robots whose poses are in the world must be in their places, except with `anyway`.
+        Robots whose poses are in the world must be in their places, except with `anyway`. If other stages did it `late`
+        seconds ago, this one goes on from where they are. So it is for `seek` and `set_speed` too.
         """
-        self._take(events.Resume(anyway), now)
+        self._take(events.Resume(anyway, late), now)
 
-    def seek(self, beat: float, now: float) -> None:
+    def seek(self, beat: float, now: float, late: float = 0.0) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
 
         What senses have decided is forgotten: up to that beat, it is as if none had been true. Ignored if nothing has
         been loaded, and before beat 0.
         """
-        self._take(events.Seek(beat), now)
+        self._take(events.Seek(beat, late), now)
 
-    def set_speed(self, factor: float, now: float) -> None:
+    def set_speed(self, factor: float, now: float, late: float = 0.0) -> None:
         """Set the speed factor, 0.1 to 4. Later scores keep it."""
         self._catch_up(now)
-        self._take(events.Speed(factor), now)
+        self._take(events.Speed(factor, late), now)
 
     def hear_clock(self, anchor: Anchor, now: float) -> None:
         """Follow a clock from outside, if the score wants that."""

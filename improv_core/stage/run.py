@@ -107,6 +107,10 @@ class Run:
         """How much of a simulation's time passes in a second, by which its robots understand velocities."""
         return float(self.pace) if self.clock and not self.clock.is_music else 1.0
 
+    def later(self, beat: Exact, seconds: float) -> Exact:
+        """The beat so many seconds after another one, at the tempo of the run, whenever the score ends."""
+        return near(max(float(beat) + seconds * float(self.tempo) / 60, 0.0)) if seconds else beat
+
     def aligned(self, beat: Exact, now: float) -> Run:
         """Going on from a beat, at a time on our clock, by the clock that is followed."""
         if not self.clock or not self.clock.rate:

@@ -110,7 +110,7 @@ class Tracks:
             if self.cast.asked and self._feel(min(first, until)):
                 continue
             if first > until:
-                return decision if decision.at <= asked else None
+                return decision if decision.is_due(asked) else None
             if edges_at <= changes_at:
                 self._take_announced(first)
             else:

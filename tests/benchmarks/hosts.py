@@ -1,13 +1,15 @@
 """When robots on bad links change their velocities, with a stage on each of them and with one stage for all.
 
 Each robot is on a link of its own with random delays and losses. There are saves, pauses, and changes of speed. What
-counts is when a robot's own machine has received a change, against the beat that the parent's stage tells. The clocks
+counts is when a robot's own machine has received a change, against the beat that the parent's stage tells. The zeros
+before beat 0 are no changes, and the stop at the end, which has no time but is obeyed at once, counts apart. The clocks
 of the machines differ by thousands of seconds. With `IMPROV_ROBOTS`, so many robots dance (6).
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -31,6 +33,8 @@ AIR = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
 GAPS = ("--delay", "0.002", "--jitter", "0.02", "--stall", "1:10")
 """Every 10 s, nothing passes for a second."""
 WHOLE_TURN = 90.0
+STOPS = 0.5
+"""Seconds before it is told that all have stopped, from which on robots may have stopped."""
 NEAR = 0.3
 """Seconds from a change of what plays in which a turn doesn't count: it is no whole one."""
 
@@ -129,17 +133,19 @@ def _cut(patience: float) -> float:
 def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard]]) -> Found:
     moments = [each for each in told if each["type"] == "transport"]
     starts = [each["monotonic"] for each in moments]
-    late, turns = [], []
+    ended = next((each["monotonic"] for each in moments if each["state"] == "stopped"), math.inf)
+    late, turns, stopped = [], [], []
     for messages in heard.values():
-        changes = [
-            two for one, two in pairwise([None, *messages]) if two and not (one and one.velocity == two.velocity)
-        ]
+        all_changes = [two for one, two in pairwise(messages) if one.velocity != two.velocity]
+        changes = [each for each in all_changes if each.received < ended - STOPS]
+        stopped += [each.received for each in all_changes if each.received >= ended - STOPS][-1:]
         due = [_due(moments, each.received) for each in changes]
         late += [(each.received - at) * 1000 for each, at in zip(changes, due, strict=True)]
         for one, two in pairwise(changes):
             if one.yaw and all(not one.received - NEAR < at < two.received + NEAR for at in starts):
                 turns.append(degrees(one.yaw) * (two.received - one.received) - WHOLE_TURN)
     lines = [each["message"] for each in told if each["type"] in ("warning", "error", "gone", "unreached")]
+    lines.append(f"the stop at the end reached all within {1000 * (max(stopped) - min(stopped)):.0f} ms")
     links = [each for each in told if each["type"] == "link"]
     if links:
         errors = sorted(1000 * abs(each["offset"] - round(each["offset"], -3)) for each in links)

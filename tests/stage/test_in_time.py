@@ -27,8 +27,8 @@ def moments(told: list[FromStage]) -> list[tuple[str, float, float]]:
     ]
 
 
-def check(*arrivals: tuple[float, Event], told: list[tuple[str, float, float]]) -> None:
-    assert moments(perform(Memory(), (0, load(DANCE)), *arrivals, (9, End()))) == [("playing", 0, 0), *told]
+def check(*arrivals: tuple[float, Event], told: list[tuple[str, float, float]], late: float = 0.0) -> None:
+    assert moments(perform(Memory(), (0, load(DANCE)), *arrivals, (9, End()), late=late)) == [("playing", 0, 0), *told]
 
 
 def first(kind: str, number: int, **rest: Any) -> Event:
@@ -45,6 +45,17 @@ def test_what_comes_early_takes_effect_at_its_time() -> None:
         (1, {"type": "speed", "factor": 2.0, "at": START + 1.5}),
         (3, {"type": "stop"}),
         told=[("playing", 1.5, 1.5), ("stopped", 3, 4.5)],
+    )
+
+
+def test_what_comes_early_takes_effect_at_its_time_even_if_a_busy_machine_wakes_the_stage_late() -> None:
+    check(
+        (1, {"type": "speed", "factor": 2.0, "at": START + 1.5}),
+        (2.1, first("pause", 1, at=START + 2.5)),
+        (2.2, after(1, "resume", at=START + 3.5)),
+        (5, first("stop", 2)),
+        told=[("playing", 1.5, 1.5), ("paused", 2.5, 3.5), ("playing", 3.5, 3.5), ("stopped", 5, 6.5)],
+        late=0.008,
     )
 
 
@@ -142,3 +153,63 @@ def test_what_was_sent_before_the_silence_does_not_play_when_it_arrives_after_it
         (9, End()),
     )
     assert max(at for _, at, twist in sink.sent if twist != STILL) < 1.05
+
+
+def beat_at_the_end(*arrivals: tuple[float, Event], **rest: str) -> float:
+    """Where a dance is after 5 s, of which robots on other machines are a part if `here` says so."""
+    dance = loaded(far(load(PAIR.replace("forward", "repeat forward", 1))), **rest)
+    return moments(perform(Memory(), (0, dance), *arrivals, (5, {"type": "stop"}), (9, End())))[-1][2]
+
+
+LATE_RESUME: list[tuple[float, Event]] = [(2, {"type": "pause"}), (4.2, {"type": "resume", "at": START + 4.0})]
+
+
+@pytest.mark.parametrize(
+    ("arrivals", "beat"),
+    [
+        ([(2.2, {"type": "speed", "factor": 2.0, "at": START + 2.0})], 2 + 3 * 2),
+        ([(2.2, {"type": "seek", "beat": 1.0, "at": START + 2.0})], 1 + 3),
+        (LATE_RESUME, 2 + 1),
+    ],
+)
+def test_a_stage_that_hears_of_something_late_goes_on_from_where_the_others_are(
+    arrivals: list[tuple[float, Event]], beat: float
+) -> None:
+    assert beat_at_the_end(*arrivals, here="") == beat
+
+
+def test_a_stage_without_others_leaves_nothing_out_because_it_hears_of_something_late() -> None:
+    assert beat_at_the_end(*LATE_RESUME) == pytest.approx(2 + 1 - 0.15, abs=0.001)
+
+
+def test_a_stage_that_hears_late_that_all_begin_begins_where_the_others_are() -> None:
+    armed = far(load(PAIR), here="", arming={})
+    told = perform(Memory(), (0, armed), (1.2, {"type": "resume", "at": START + 1}), (4, End()))
+    assert [each for each in moments(told) if each[0] == "playing"] == [("playing", 1.2, 0.2)]
+
+
+@pytest.mark.parametrize(("comes", "begins"), [(1.9, 2), (2.1, 2), (2.6, 3)])
+def test_a_score_that_comes_late_takes_over_when_it_did_in_other_stages(comes: float, begins: float) -> None:
+    dance = far(load(PAIR.replace("forward", "repeat forward", 1)), here="")
+    save = loaded(far(load(PAIR.replace("forward", "repeat left", 1)), here=""), generation=2, when="beat")
+    told = perform(Memory(), (0, dance), (comes, loaded(save, at=START + 1.8)), (5, End()))
+    assert moments(told)[1] == ("playing", begins, begins)
+
+
+def test_an_edited_robot_is_not_told_what_its_old_part_does_at_the_beat_of_the_takeover() -> None:
+    programs = [f"beat 75\nr $ repeat ({phrase})\n" for phrase in ("forward left", "left forward")]
+    for pause in range(1, 60):  # so many different sums of times
+        dance, edit, undo = (load(programs[number % 2]) for number in range(3))
+        told = perform(
+            sink := Memory(),
+            (0, dance),
+            (1, {"type": "pause"}),
+            (1 + pause / 60, {"type": "resume"}),
+            (2.5, {"type": "speed", "factor": 1.25}),
+            (4, loaded(edit, generation=2, when="beat")),
+            (6, loaded(undo, generation=3, when="beat")),
+            (9, End()),
+        )
+        takeovers = [at for _, at, _ in moments(told) if 4 < at < 9]
+        sent = [sum(abs(each[1] - at) < 2e-7 for each in sink.sent) for at in takeovers]
+        assert sent == [1, 1], pause

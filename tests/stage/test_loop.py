@@ -58,13 +58,14 @@ Event = Arrival | FromRos | Reading
 class Turned:
     """A clock, and the inbox of a stage that turns it: everything arrives at its time, in seconds from the start.
 
-    From `sleeps_at` on, the machine has slept for half a minute.
+    From `sleeps_at` on, the machine has slept for half a minute. A busy one wakes the stage `late` seconds late.
     """
 
-    def __init__(self, arrivals: Sequence[tuple[float, Event]], sleeps_at: float = math.inf) -> None:
+    def __init__(self, arrivals: Sequence[tuple[float, Event]], sleeps_at: float = math.inf, late: float = 0.0) -> None:
         self._arrivals = list(arrivals)
         self._now = START
         self._sleeps_at = START + sleeps_at
+        self._late = late
         self._has_channel = any(isinstance(each, First) for _, each in arrivals)
         self.parent = Parent()
 
@@ -78,7 +79,7 @@ class Turned:
         return 0.0
 
     def wait_until(self, now: float) -> None:
-        self._now = max(self._now, now)
+        self._now = max(self._now, now + self._late)
 
     def get(self, *, timeout: float | None) -> Arrival:
         at, next_one = self._arrivals[0]
@@ -115,12 +116,12 @@ class Slow(Memory):
 
 
 def perform(
-    sink: Memory, *arrivals: tuple[float, Event], real: bool = True, sleeps_at: float = math.inf
+    sink: Memory, *arrivals: tuple[float, Event], real: bool = True, sleeps_at: float = math.inf, late: float = 0.0
 ) -> list[FromStage]:
     """What a stage says until the last of the arrivals has ended it."""
     sink.real = real
     told: list[FromStage] = []
-    turned = Turned(arrivals, sleeps_at)
+    turned = Turned(arrivals, sleeps_at, late)
     if isinstance(sink, Slow):
         sink.turned = turned
     run(Opened(sink, told.append), turned, turned, turned.parent)

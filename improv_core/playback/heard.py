@@ -158,7 +158,9 @@ def heard_clock(show: Show, message: HeardClock) -> Decided:
     """What follows from what is heard of a clock of music, which the stage that leads follows."""
     if message["type"] == "anchor":
         return show, _to(show.leader, message)
-    if message["type"] != "clock_gone":
+    if message["type"] == "warning":
+        return show, [Announce({"type": "warning", "message": message["message"]})]
+    if message["type"] == "error":
         return show, [Announce(message)]
     line = f"the clock can't be heard any more: {message['message']}" if message["message"] else ""
     said: list[Act] = [Announce({"type": "error", "message": line})] if line else []

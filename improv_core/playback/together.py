@@ -25,8 +25,6 @@ CLOSE = 0.005
 """Seconds by which two stages may tell the same instant differently."""
 MOST_PRESSES = 20
 """Counts of presses that are remembered. A score that somebody asked for longer ago is refused by hosts."""
-PAUSED = "paused: "
-"""How a stage begins to say why it has paused."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
@@ -107,7 +105,7 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         return sightings.seen(troupe, host, message, now)
     if message["type"] == "link":
         return troupe.with_member(host, lag=message["lag"]), [Say(message)]
-    if message["type"] == "warning" and message["message"].startswith(PAUSED) and troupe.repeats(host):
+    if message["type"] == "warning" and "too_near" in message and troupe.repeats(host):
         return troupe, []
     if message["type"] == "warning" or message["type"] == "error":
         line = f"{host}: {message['message']}" if host else message["message"]

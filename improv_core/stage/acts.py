@@ -9,7 +9,7 @@ from improv_core.score.motion import Twist
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 from improv_core.stage.events import Event, Load
-from improv_core.stage.messages import Armed, ErrorLine, Misplaced, Pressed, WarningLine
+from improv_core.stage.messages import Armed, ErrorLine, Misplaced, Pressed, StageWarning
 from improv_core.stage.robot_messages import Unreached
 from improv_core.stage.watches import RobotNews
 
@@ -18,7 +18,7 @@ from improv_core.stage.watches import RobotNews
 class Tell:
     """Send a message."""
 
-    message: WarningLine | ErrorLine | Pressed | Misplaced | Armed | Unreached
+    message: StageWarning | ErrorLine | Pressed | Misplaced | Armed | Unreached
 
 
 @dataclass(frozen=True, slots=True)

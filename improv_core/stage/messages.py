@@ -328,6 +328,12 @@ class WarningLine(TypedDict):
     message: str
 
 
+class StageWarning(WarningLine, total=False):
+    """A line for people. If it names robots that are `too_near` to others, playback is paused because of them."""
+
+    too_near: Sequence[str]
+
+
 class ErrorLine(TypedDict):
     type: Literal["error"]
     message: str
@@ -372,7 +378,7 @@ FromStage = (
     | Sent
     | SentJoints
     | Pressed
-    | WarningLine
+    | StageWarning
     | ErrorLine
     | Deserted
     | Link

@@ -27,10 +27,10 @@ from improv_core.stage.messages import (
     Pressed,
     RobotsSeen,
     Sensed,
+    StageWarning,
     Trailing,
     TransportMessage,
     Waiting,
-    WarningLine,
 )
 from improv_core.stage.odometry import Comparison
 from improv_core.stage.robot_messages import (
@@ -59,7 +59,7 @@ Told = (
     | Unreached
     | JointPositions
     | Pressed
-    | WarningLine
+    | StageWarning
     | ErrorLine
 )
 """What a player reports."""

@@ -85,8 +85,9 @@ def too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
     if run.mode != "playing" or keep_apart is None:
         return run, []
     run, acts = leave(run, "paused", facts)
-    robots = dict.fromkeys(robot for near in event.found for robot in near.robots)
-    return replace(run, too_near=tuple(robots)), [*acts, warning_line(as_line(event.found, keep_apart))]
+    robots = tuple(dict.fromkeys(robot for near in event.found for robot in near.robots))
+    line = as_line(event.found, keep_apart)
+    return replace(run, too_near=robots), [*acts, Tell({"type": "warning", "message": line, "too_near": robots})]
 
 
 def leave(run: Run, mode: Mode, facts: Facts) -> Decided:

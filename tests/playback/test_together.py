@@ -307,11 +307,11 @@ def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_paus
     assert story.is_at(PI, "paused", 2.0, **near) == ["here: pause", f"{PAD}: pause", "say paused"]
     line = "paused: a and p are 0.20 m apart"
     assert story.is_at(HERE, "paused", 2.02, **near) == ["say paused"]
-    assert story.said(PI, "warning", message=line) == [f"say {PI}: {line}"]
-    assert story.said(HERE, "warning", message=line) == [], "people know that"
+    assert story.said(PI, "warning", message=line, **near) == [f"say {PI}: {line}"]
+    assert story.said(HERE, "warning", message=line, **near) == [], "people know that"
     assert story.said(HERE, "warning", message="a is far") == ["say a is far"]
     story.is_at(HERE, "paused", 2.02, too_near=["a", "o"])
-    assert story.said(HERE, "warning", message="paused: a and o are 0.10 m apart") != []
+    assert story.said(HERE, "warning", message="paused: a and o are 0.10 m apart", too_near=["a", "o"]) != []
     story.is_at(HERE, "paused", 2.02, **near)
     story.is_at(PAD, "paused", 2.1)
     assert story.told("resume") == ["here: resume", f"{PAD}: seek", f"{PAD}: resume", f"{PI}: seek", f"{PI}: resume"]

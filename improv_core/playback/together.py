@@ -275,7 +275,18 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         return _goes_on(troupe, host, transport, now)
     if state == "ended" and host == troupe.lead:
         troupe = replace(troupe, mode="stopped", joining=frozenset())
-    return troupe, by_lead
+    troupe, joins = _in_one_scene(troupe, host, now)
+    return troupe, [*by_lead, *joins]
+
+
+def _in_one_scene(troupe: Troupe, host: str, now: Times) -> Decided:
+    """Have a stage join the one that leads if it began a scene at another beat: one of them heard late of the end."""
+    acts: list[Act] = []
+    for each in troupe.others(host) if host == troupe.lead else [host]:
+        if troupe.mode == "playing" and each not in troupe.joining and troupe.is_apart(each):
+            troupe, more = _join(troupe.with_member(each, transport=None), each, now)
+            acts += more
+    return troupe, acts
 
 
 def _goes_on(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:

@@ -180,6 +180,16 @@ class Troupe:
         near = {*other.get("too_near", ())}
         return bool(near) and near <= {*one.get("too_near", ())}
 
+    def is_apart(self, host: str) -> bool:
+        """Whether a stage has begun a scene at another beat than the one that leads."""
+        one, other = self.position, self.members[host].transport
+        if not one or not other or one["generation"] != other["generation"] or other["state"] != "playing":
+            return False
+        known, here = one.get("scene"), other.get("scene")
+        if not known or not here:
+            return False
+        return known["index"] == here["index"] and known["begins"] != here["begins"]
+
     def without_entry(self) -> Troupe:
         """Nobody begins or goes on by the clock."""
         return replace(self, enters=math.inf, stands=False)

@@ -92,7 +92,8 @@ class Machine:
         if not tracks.unsettled:
             return None
         due = tracks.next_due().at
-        late, overloaded = run.transport.performed(now) - due, tracks.queue.repeats.hopeless
+        late = run.transport.performed(now) - max(due, run.transport.performed(tracks.informed))
+        overloaded = tracks.queue.repeats.hopeless
         if reason := trouble(run, self._sink.real, late, overloaded):
             tracks.unsettled = False
             return reason

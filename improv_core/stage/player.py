@@ -94,6 +94,8 @@ class Player(Machine):
         """
         bar = max(beats_per_bar, 1)
         load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late)
+        if entry:
+            self._tracks.informed = now
         self._take(load, now)
 
     def stop(self, now: float) -> None:
@@ -200,6 +202,8 @@ class Player(Machine):
 
     def foresee(self, edge: Foreseen, now: float) -> None:
         """Take an edge at its beat, as the stage that leads has reported it."""
+        self._catch_up(now)
+        self._tracks.informed = now
         self._tracks.sensing.announce([edge])
         self._catch_up(now)
 

@@ -64,6 +64,8 @@ class Tracks:
         self.returns = Returns()
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
+        self.informed = -math.inf
+        """The time on the clock at which something was last heard that may have been due before: that is no stall."""
         self.advanced = 0.0
         """The performance time up to which the sink has been advanced."""
         self.measured = -math.inf

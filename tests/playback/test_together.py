@@ -300,6 +300,19 @@ def test_what_is_seen_within_a_moment_is_told_together_and_the_latest_counts() -
     )
 
 
+@pytest.mark.parametrize("late", [HERE, PI])
+def test_a_stage_that_began_a_scene_at_another_beat_than_the_one_that_leads_joins_it(late: str) -> None:
+    story = Story.playing(HERE, PI)
+    begins = {HERE: 3.0, PI: 3.0, late: 4.0}
+    story.now += 1.5
+    assert story.is_at(PI, "playing", 3.0, scene={"index": 1, "begins": begins[PI]}) == []
+    story.now += 0.5
+    joins = story.is_at(HERE, "playing", 4.0, scene={"index": 1, "begins": begins[HERE]})
+    assert joins == ["say playing", f"{PI}: load"]
+    assert story.sent(PI)[0]["entry"]["scene"] == {"index": 1, "begins": begins[HERE]}
+    assert story.is_at(PI, "playing", 4.2, scene={"index": 1, "begins": begins[HERE]}) == [], "once is enough"
+
+
 def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_pause() -> None:
     story = Story.playing()
     near = {"too_near": ["a", "p"]}

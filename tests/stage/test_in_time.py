@@ -213,3 +213,27 @@ def test_an_edited_robot_is_not_told_what_its_old_part_does_at_the_beat_of_the_t
         takeovers = [at for _, at, _ in moments(told) if 4 < at < 9]
         sent = [sum(abs(each[1] - at) < 2e-7 for each in sink.sent) for at in takeovers]
         assert sent == [1, 1], pause
+
+
+OPEN = "beat 60\nr $ forward\ns $ until near repeat left\n---\nr $ left forward\n"
+
+
+def near_of_s(beat: float) -> Any:
+    """What a stage says that moves the robot `s` somewhere else."""
+    sensed = {"type": "sensed", "robot": "s", "sense": "near", "value": True, "generation": 1}
+    return {**sensed, "beat": beat, "performed": beat, "wall": 0}
+
+
+@pytest.mark.parametrize(("comes", "begins"), [(2.5, 3), (3.2, 4)])
+def test_what_a_robot_elsewhere_senses_ends_a_scene_at_the_next_beat_and_is_no_stall_if_it_comes_late(
+    comes: float, begins: float
+) -> None:
+    told = perform(Memory(), (0, far(load(OPEN), here="")), (comes, near_of_s(2.3)), (9, End()))
+    assert moments(told)[1:] == [("playing", begins, begins), ("ended", begins + 2, begins + 2)]
+    assert errors(told) == []
+
+
+def test_a_stage_that_joins_late_has_not_stalled() -> None:
+    joins = loaded(far(load(DANCE.replace("r", "r s", 1)), here=""), entry={"beat": 1.0, "monotonic": START + 1})
+    told = perform(Memory(), (2.5, joins), (9, End()))
+    assert errors(told) == []

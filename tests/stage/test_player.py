@@ -21,6 +21,7 @@ from improv_core.stage.listeners import LOOK_AT, MOST_LINES, PATIENCE
 from improv_core.stage.messages import TransportMessage, When
 from improv_core.stage.player import Player
 from improv_core.stage.reports import Told
+from improv_core.stage.sensing import Foreseen
 from improv_core.stage.setpoints import Setpoint, setpoints
 from improv_core.stage.sinks import Edge, Noticed, StopButton
 
@@ -531,14 +532,18 @@ def test_ten_saves_at_once_end_in_the_last_played_once() -> None:
         assert turning == {round(QUARTER * 69 / 60, 9)}
 
 
-def test_real_robots_that_are_late_stop_instead_of_catching_up() -> None:
+@pytest.mark.parametrize("hears", [False, True])
+def test_real_robots_that_are_late_stop_instead_of_catching_up(hears: bool) -> None:
     stage = Stage()
     stage.sink.real = True
     stage.load("r $ repeat (forward left)")
     stage.run(1.0)
     stage.sink.sent.clear()
     stage.now += 2
-    stage.player.advance(stage.now)
+    if hears:  # of an edge elsewhere, which is late too
+        stage.player.foresee(Foreseen(1, RobotSense("s", "near"), True), stage.now)
+    else:
+        stage.player.advance(stage.now)
     stage.run(10)
     assert {twist for _, _, twist in stage.sink.sent} == {Twist()}
     assert "the stage stalled for 1.9 s" in stage.lines[-1]  # since what was due 0.05 s later

@@ -49,8 +49,8 @@ class Due(NamedTuple):
         return self.at if rank < self.rank else self.at - SAME
 
     def is_due(self, performed: float) -> bool:
-        """Whether it is due at a performance time. Then so is all that it comes before."""
-        return self.at <= performed + SAME
+        """Whether it is due at a performance time, or comes before what is."""
+        return self.at <= performed + (SAME if self.rank < Rank.CHANGES else 0.0)
 
 
 NEVER = Due(math.inf, Rank.END)

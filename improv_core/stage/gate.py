@@ -14,9 +14,8 @@ LATE = 0.01
 @dataclass(frozen=True, slots=True)
 class Gate:
     """Beat 0 waits for a person, or until the wall clock says `begins`, in Unix time. It is `ready` once it waits for
-    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0, for
-    the stages on other machines too if it is `shared`.
-    With `at_bar`, a clock that is followed says when its next bar begins, and so do we.
+    nothing else. `opened` is when a person opened it, in monotonic seconds: then is beat 0, for the stages on other
+    machines too if it is `shared`. With `at_bar`, a clock that is followed says when its next bar begins, and so do we.
 
     So many beats, the `count`, are counted before beat 0, each of `period` seconds (0: not yet known). Once it is
     ready, they are counted at once if it opens `by_itself`, and otherwise when a person opens it, or before its time.

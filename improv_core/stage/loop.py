@@ -32,8 +32,6 @@ from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses, Sink
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
 A repeat doesn't need that."""
-
-
 LATEST = 0.25
 """Seconds by which a score may come late, and still take over at the beat at which it does so in other stages."""
 

@@ -56,7 +56,8 @@ def refresh_robots(ls: Session) -> None:
     for document in list(ls.documents.values()):
         robots = robots_of(document.uri)
         if robots != document.analysis.cast:
-            publish_robots(ls, replace(document.analysis.cast, diagnostics=()))
+            if robots.path != document.analysis.cast.path:
+                publish_robots(ls, replace(document.analysis.cast, diagnostics=()))
             add(ls, replace(document, analysis=document.analysis.given(robots)))
             different = True
     if different and ls.editor.pulls_diagnostics:

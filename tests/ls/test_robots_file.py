@@ -61,9 +61,10 @@ def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
     with Client(QUIET) as client:
         client.open(program.as_uri(), "ada $ head left\n")
         assert codes(client, robots) == ["robots"]
-        urdf.write_text(URDF)
-        client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
-        assert codes(client, robots) == []
+        for text, found in ((URDF, []), ("<robot/>", ["robots"]), (URDF, [])):
+            urdf.write_text(text)
+            client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
+            assert codes(client, robots) == found
         client.open(robots.as_uri(), TOML, "toml")
         assert codes(client, robots) == []
         urdf.write_text("<robot/>")

@@ -280,7 +280,7 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
 
 
 def _in_one_scene(troupe: Troupe, host: str, now: Times) -> Decided:
-    """Have a stage join the one that leads if it began a scene at another beat: one of them heard late of the end."""
+    """Have stages join the leading one if they began a scene at another beat: some news of its end came late."""
     acts: list[Act] = []
     for each in troupe.others(host) if host == troupe.lead else [host]:
         if troupe.mode == "playing" and each not in troupe.joining and troupe.is_apart(each):

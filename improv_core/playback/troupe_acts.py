@@ -44,5 +44,5 @@ Decided = tuple[Troupe, list[Act]]
 
 
 def warning(line: str) -> Say:
-    """Tell people this, whichever stage it is about."""
+    """Tell people this, no matter which stage it is about."""
     return Say({"type": "warning", "message": line})

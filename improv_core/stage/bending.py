@@ -82,7 +82,7 @@ def bend(run: Run, event: events.Bend, facts: Facts) -> Decided:
     run = replace(run, pace=Fraction(str(event.pace)))
     if run.mode != "playing" or waits(run, facts):
         return replace(run, transport=replace(run.transport, tempo=run.tempo)), []
-    beat = event.beat + max(facts.now - event.at, 0.0) * float(run.tempo) / 60
+    beat = event.beat + max(facts.now - event.at, 0.0) / run.beat_period
     return go_on(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
 
 

@@ -99,7 +99,7 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
 def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
     if run.score is EMPTY or run.mode == "waiting":
         return run, []
-    passed = event.late * float(run.tempo) / 60 if run.mode == "playing" else 0.0
+    passed = event.late / run.beat_period if run.mode == "playing" else 0.0
     beat = near(min(max(event.beat, 0.0) + passed, float(run.begun.beats), LAST_BEAT))
     run = run.at_scene_of(run.begun, beat)
     acts: list[Act] = [Dismiss(), ForgetEdges()]

@@ -90,8 +90,8 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """A pause is over, or an armed score should begin. With `anyway`, it doesn't matter where robots stand. If this is
-    `late`, so many seconds have passed since the others went on."""
+    """A pause is over, or an armed score should begin. With `anyway`, it doesn't matter where robots stand. Other
+    stages went on `late` seconds ago."""
 
     anyway: bool = False
     late: float = 0.0
@@ -99,7 +99,7 @@ class Resume:
 
 @dataclass(frozen=True, slots=True)
 class Seek:
-    """Playback should continue at another beat, at which it has been in other stages for `late` seconds."""
+    """Playback should continue at another beat. Other stages jumped to it `late` seconds ago."""
 
     beat: float
     late: float = 0.0
@@ -107,7 +107,7 @@ class Seek:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Playback should be this many times as fast as the tempo says, and has been for `late` seconds in other stages."""
+    """Playback should be this many times as fast as the tempo says. Other stages changed `late` seconds ago."""
 
     factor: float
     late: float = 0.0

@@ -38,15 +38,20 @@ class InOrder:
     def due(self) -> float:
         """The time for which the next one waits; infinite if there is none, or if it waits for something else."""
         now = self._clock()
-        first = self._pause or (self._waiting[0] if self._waiting else None)
+        first = self._first
         at = _time_of(first, now) if first else -math.inf
         return at if at > now else math.inf
 
     @property
     def comes_now(self) -> bool:
         """Whether the next one waited for its time, and that has come."""
-        first = self._pause or (self._waiting[0] if self._waiting and not self._meeting else None)
-        return isinstance(first, dict) and "at" in first and self.due == math.inf
+        is_next = self._pause is not None or self._meeting is None
+        first = self._first
+        return is_next and isinstance(first, dict) and "at" in first and self.due == math.inf
+
+    @property
+    def _first(self) -> Ordered | None:
+        return self._pause or (self._waiting[0] if self._waiting else None)
 
     def add(self, arrival: Ordered) -> None:
         self._waiting.append(arrival)

@@ -90,7 +90,7 @@ class Player(Machine):
         and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
         one was pressed since somebody asked for it, with `stops` presses before.
         After a restart, a `gate` holds beat 0 back. A score takes over `not_before` this time on the clock. One that
-        comes `late`, by so many seconds, still takes over when it did in other stages.
+        comes `late` seconds late still takes over when it did in other stages.
         """
         bar = max(beats_per_bar, 1)
         load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late)
@@ -114,7 +114,7 @@ class Player(Machine):
         """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for.
 
         Robots whose poses are in the world must be in their places, except with `anyway`. If other stages did it `late`
-        seconds ago, this one goes on from where they are. So it is for `seek` and `set_speed` too.
+        seconds ago, this one goes on from where they are now. The same holds for `seek` and `set_speed`.
         """
         self._take(events.Resume(anyway, late), now)
 

@@ -108,8 +108,8 @@ class Run:
         return float(self.pace) if self.clock and not self.clock.is_music else 1.0
 
     def later(self, beat: Exact, seconds: float) -> Exact:
-        """The beat so many seconds after another one, at the tempo of the run, whenever the score ends."""
-        return near(max(float(beat) + seconds * float(self.tempo) / 60, 0.0)) if seconds else beat
+        """The beat that comes so many seconds after another one, at the tempo of the run, even past the end."""
+        return near(max(float(beat) + seconds / self.beat_period, 0.0)) if seconds else beat
 
     def aligned(self, beat: Exact, now: float) -> Run:
         """Going on from a beat, at a time on our clock, by the clock that is followed."""

@@ -65,7 +65,7 @@ class Tracks:
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self.informed = -math.inf
-        """The time on the clock at which something was last heard that may have been due before: that is no stall."""
+        """The time on the clock at which we last heard of something that was perhaps due before: that is no stall."""
         self.advanced = 0.0
         """The performance time up to which the sink has been advanced."""
         self.measured = -math.inf

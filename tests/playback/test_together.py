@@ -301,7 +301,7 @@ def test_what_is_seen_within_a_moment_is_told_together_and_the_latest_counts() -
 
 
 @pytest.mark.parametrize("late", [HERE, PI])
-def test_a_stage_that_began_a_scene_at_another_beat_than_the_one_that_leads_joins_it(late: str) -> None:
+def test_a_stage_that_began_a_scene_at_another_beat_joins_the_one_that_leads(late: str) -> None:
     story = Story.playing(HERE, PI)
     begins = {HERE: 3.0, PI: 3.0, late: 4.0}
     story.now += 1.5

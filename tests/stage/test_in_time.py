@@ -123,6 +123,7 @@ def far(play: Play, **rest: Any) -> Play:
 
 
 PAIR = "beat 60\nr $ forward\ns $ forward forward\n---\nr s $ left\n"
+LONG_PAIR = PAIR.replace("forward", "repeat forward", 1)
 
 
 @pytest.mark.parametrize(("here", "ours"), [("", "r"), ("pi", "s")])
@@ -135,7 +136,7 @@ def test_a_stage_knows_which_robots_others_move_and_begins_scenes_with_all(here:
 
 def test_robots_of_a_patient_host_dance_on_while_nothing_comes() -> None:
     sink = Memory()
-    patient = far(load(PAIR.replace("forward", "repeat forward", 1)), here="", patience=3.0)
+    patient = far(load(LONG_PAIR), here="", patience=3.0)
     told = perform(sink, (0, PING), (0, patient), (0.1, PING), (9, End()))
     assert errors(told) == []
     assert [each for each in told if each["type"] == "deserted"] == [{"type": "deserted", "seconds": 3.0}]
@@ -157,7 +158,7 @@ def test_what_was_sent_before_the_silence_does_not_play_when_it_arrives_after_it
 
 def beat_at_the_end(*arrivals: tuple[float, Event], **rest: str) -> float:
     """Where a dance is after 5 s, of which robots on other machines are a part if `here` says so."""
-    dance = loaded(far(load(PAIR.replace("forward", "repeat forward", 1))), **rest)
+    dance = loaded(far(load(LONG_PAIR)), **rest)
     return moments(perform(Memory(), (0, dance), *arrivals, (5, {"type": "stop"}), (9, End())))[-1][2]
 
 
@@ -178,7 +179,7 @@ def test_a_stage_that_hears_of_something_late_goes_on_from_where_the_others_are(
     assert beat_at_the_end(*arrivals, here="") == beat
 
 
-def test_a_stage_without_others_leaves_nothing_out_because_it_hears_of_something_late() -> None:
+def test_a_stage_that_plays_alone_skips_nothing_if_it_hears_late() -> None:
     assert beat_at_the_end(*LATE_RESUME) == pytest.approx(2 + 1 - 0.15, abs=0.001)
 
 
@@ -190,13 +191,13 @@ def test_a_stage_that_hears_late_that_all_begin_begins_where_the_others_are() ->
 
 @pytest.mark.parametrize(("comes", "begins"), [(1.9, 2), (2.1, 2), (2.6, 3)])
 def test_a_score_that_comes_late_takes_over_when_it_did_in_other_stages(comes: float, begins: float) -> None:
-    dance = far(load(PAIR.replace("forward", "repeat forward", 1)), here="")
-    save = loaded(far(load(PAIR.replace("forward", "repeat left", 1)), here=""), generation=2, when="beat")
+    dance = far(load(LONG_PAIR), here="")
+    save = loaded(far(load(LONG_PAIR.replace("forward", "left", 1)), here=""), generation=2, when="beat")
     told = perform(Memory(), (0, dance), (comes, loaded(save, at=START + 1.8)), (5, End()))
     assert moments(told)[1] == ("playing", begins, begins)
 
 
-def test_an_edited_robot_is_not_told_what_its_old_part_does_at_the_beat_of_the_takeover() -> None:
+def test_an_edited_robot_is_not_told_at_the_takeover_what_its_old_part_would_do() -> None:
     programs = [f"beat 75\nr $ repeat ({phrase})\n" for phrase in ("forward left", "left forward")]
     for pause in range(1, 60):  # so many different sums of times
         dance, edit, undo = (load(programs[number % 2]) for number in range(3))
@@ -233,7 +234,7 @@ def test_what_a_robot_elsewhere_senses_ends_a_scene_at_the_next_beat_and_is_no_s
     assert errors(told) == []
 
 
-def test_a_stage_that_joins_late_has_not_stalled() -> None:
+def test_joining_late_is_no_stall() -> None:
     joins = loaded(far(load(DANCE.replace("r", "r s", 1)), here=""), entry={"beat": 1.0, "monotonic": START + 1})
     told = perform(Memory(), (2.5, joins), (9, End()))
     assert errors(told) == []

@@ -160,7 +160,8 @@ def survives(
         failure.add_note(f"what is wrong was told: {conductor.complaints()}")
         raise
     assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
-    assert conductor.complaints() == [], "one line is all that is said"
+    said = conductor.complaints()
+    assert said == [], f"one line is all that is said, but {said} came, too"
     now = players(conductor.pid)
     assert len(now) == 2
     if stage not in now:

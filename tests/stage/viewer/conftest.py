@@ -10,7 +10,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import Any, Literal
 
 import pytest
@@ -35,6 +38,7 @@ from improv_core.stage.tickets import issue
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
 from tests.page import CALMLY
+from tests.playback import story
 from tests.stage_on_thread import start_on_thread
 
 FLAGS = [
@@ -51,6 +55,8 @@ LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
 Keep = Callable[[Page, str], None]
+Commands = queue.SimpleQueue[PageRequest | Watched]
+"""What pages have asked for."""
 Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 
@@ -60,8 +66,15 @@ def part(robot: str, start: Pose) -> Part:
 
 
 @pytest.fixture
-def commands() -> queue.SimpleQueue[PageRequest | Watched]:
+def commands() -> Commands:
     return queue.SimpleQueue()
+
+
+def asked(commands: Commands) -> dict[str, Any]:
+    """What a page asks for next, except that it watches, and what it wants to know."""
+    while (command := commands.get(timeout=LIMIT))["type"] in ("watched", "window"):
+        pass
+    return {key: value for key, value in command.items() if key != "at"}
 
 
 @pytest.fixture
@@ -70,7 +83,7 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture
-def viewer(simulator: Simulator, commands: queue.SimpleQueue[PageRequest | Watched]) -> Iterator[Viewer]:
+def viewer(simulator: Simulator, commands: Commands) -> Iterator[Viewer]:
     viewer = Viewer(0, simulator.snapshot, lambda command: commands.put(command), token=TOKEN)
     yield viewer
     viewer.close()
@@ -82,22 +95,9 @@ def link(viewer: Viewer) -> str:
 
 
 def transport(generation: int, state: State, beats: float | None = 8.0, beat: float = 0.0) -> TransportMessage:
-    return {
-        "type": "transport",
-        "generation": generation,
-        "restarted": generation,
-        "state": state,
-        "backend": "simulator",
-        "tempo": 60.0,
-        "speed": 1.0,
-        "beats": beats,
-        "beat": beat,
-        "performed": beat,
-        "muted": [],
-        "soloed": [],
-        "monotonic": time.monotonic(),
-        "wall": time.time(),
-    }
+    """Where the simulator's stage is now in a score of 60 beats a minute."""
+    known = {"backend": "simulator", "tempo": 60.0, "beats": beats, "performed": beat, "wall": time.time()}
+    return story.at(state, generation, beat, time.monotonic(), **known)
 
 
 class Show:
@@ -294,6 +294,15 @@ def wait(page: Page, condition: str) -> None:
           look()
         }})"""
     )
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The URL of a folder's files, from another server than ours."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder)) as server:
+        Thread(target=server.serve_forever).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
 
 
 @contextmanager

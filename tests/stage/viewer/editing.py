@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from playwright.sync_api import BrowserContext, ConsoleMessage, Page
+from playwright.sync_api import BrowserContext, Page
 
 from improv_core.stage.tickets import issue
 from tests.commands.command_line import Running
 from tests.page import token_behind
-from tests.stage.viewer.conftest import LIMIT, wait
+from tests.stage.viewer.conftest import new_page, wait
 
 IDLE = "document.querySelector('#file-state').textContent === 'saved'"
 PLAYING = "improv.transport.state === 'playing'"
@@ -25,27 +25,18 @@ class Edit:
         url = self.wait("watch it at").split()[-1]
         self._token, self._address = token_behind(url), url.partition("?")[0]
         self._window = window
-        self._pages: list[Page] = []
-        self._wrong: list[str] = []
+        self._pages: list[tuple[Page, list[str]]] = []
 
     def page(self) -> Page:
         """Another page of the program."""
-        page = self._window.new_page()
-        self._pages.append(page)
-        page.set_default_timeout(LIMIT * 1000)
-        page.on("console", self._listen)
-        page.on("pageerror", lambda error: self._wrong.append(f"{error} {error.stack}"))
+        page, wrong = new_page(self._window)
+        self._pages.append((page, wrong))
         page.goto(f"{self._address}?ticket={issue(self._token)}")
         wait(page, f"window.improv?.connected && {IDLE}")
         return page
 
     def close(self) -> None:
-        for page in self._pages:
+        for page, _ in self._pages:
             page.close()
         self._running.close()
-        assert self._wrong == []
-
-    def _listen(self, message: ConsoleMessage) -> None:
-        # A server that went away is an error to the browser, not to us.
-        if message.type == "error" and "net::ERR_CONNECTION" not in message.text:
-            self._wrong.append(message.text)
+        assert [wrong for _, wrong in self._pages if wrong] == []

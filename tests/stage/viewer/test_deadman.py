@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 from typing import Any
 
 import pytest
@@ -10,12 +9,10 @@ from playwright.sync_api import Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer import lookahead
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, link, wait
+from tests.stage.viewer.conftest import Commands, asked, link, wait
 
-Commands = queue.SimpleQueue[PageRequest | Watched]
 GAMEPADS = """
 const pads = [null, { connected: true, buttons: [0, 1, 2, 3, 4, 5].map(() => ({ pressed: false })) }]
 navigator.getGamepads = () => pads
@@ -38,16 +35,9 @@ def require(viewer: Viewer, deadman: Any) -> None:
     viewer.publish({**lookahead.about(score, 1, takes_start_poses=False), "deadman": deadman})
 
 
-def taken(commands: Commands) -> str:
-    """The type of the next request."""
-    while (command := commands.get(timeout=LIMIT)) == {"type": "watched"}:  # it may have reconnected
-        pass
-    return command["type"]
-
-
 def until_released(commands: Commands) -> None:
     """Every request until it is released says that it is held."""
-    while (kind := taken(commands)) != "released":
+    while (kind := asked(commands)["type"]) != "released":
         assert kind == "held"
 
 
@@ -59,13 +49,13 @@ def test_the_page_says_which_button_to_hold_and_sends_whether_it_is(
     held.evaluate("press(3, true)")
     expect(line).to_be_visible()
     held.evaluate("press(4, true)")
-    assert [taken(commands) for _ in range(3)] == ["held"] * 3
+    assert [asked(commands)["type"] for _ in range(3)] == ["held"] * 3
     expect(line).to_be_hidden()
     held.evaluate("press(4, false)")
     until_released(commands)
     expect(line).to_be_visible()
     held.evaluate("press(4, true)")
-    assert taken(commands) == "held"
+    assert asked(commands)["type"] == "held"
     held.evaluate("Object.defineProperty(document, 'hidden', { value: true })")  # as if another tab were in front of it
     until_released(commands)
     assert commands.empty()

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import queue
 from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, Keep, link, transport
+from tests.stage.viewer.conftest import Commands, Keep, asked, link, transport
 
 
 def test_before_anything_plays_the_page_names_the_file_and_says_what_is_missing(
@@ -38,16 +36,14 @@ def test_before_anything_plays_the_page_names_the_file_and_says_what_is_missing(
     expect(hint).to_be_hidden()
 
 
-def test_escape_closes_help_without_a_stop(
-    still: Callable[..., Page], commands: queue.SimpleQueue[PageRequest | Watched]
-) -> None:
+def test_escape_closes_help_without_a_stop(still: Callable[..., Page], commands: Commands) -> None:
     page = still("ada $ repeat forward\n")
     page.keyboard.press("?")
     expect(page.locator("#help")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.locator("#help")).to_be_hidden()
     page.keyboard.press("k")
-    assert [commands.get(timeout=LIMIT)["type"] for _ in range(2)] == ["watched", "resume"]  # and no stop between them
+    assert asked(commands)["type"] == "resume"  # and no stop before it
     page.keyboard.press("?")
     page.keyboard.press("Space")
-    assert commands.get(timeout=LIMIT)["type"] == "stop"
+    assert asked(commands)["type"] == "stop"

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import queue
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.score.motion import Pose
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.preflight import Standing, message
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, Keep, wait
+from tests.stage.viewer.conftest import Commands, Keep, asked, wait
 from tests.stage.viewer.looks import PIXEL
 
-Commands = queue.SimpleQueue[PageRequest | Watched]
 ADA = {"ada": Standing(Pose(), Pose(2.0))}
 ADVICE = "move ada 2.00 m toward 180°"
 
@@ -27,13 +23,6 @@ def waiting(still: Callable[..., Page], viewer: Viewer) -> Page:
     page = still("ada bo $ forward\n", "[robots.ada]\nstart = { x = 0 }\n[robots.bo]\nstart = { y = 2 }\n")
     viewer.publish(message(ADA, 1))
     return page
-
-
-def asked(commands: Commands) -> dict[str, Any]:
-    """The next request for what plays, without when it was made."""
-    while (command := commands.get(timeout=LIMIT))["type"] in ("watched", "window"):
-        pass
-    return {key: value for key, value in command.items() if key != "at"}
 
 
 def test_the_page_says_who_has_to_go_where(waiting: Page, viewer: Viewer) -> None:

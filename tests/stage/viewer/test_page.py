@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import queue
 from collections.abc import Callable
 from fractions import Fraction
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Thread
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -15,10 +13,9 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, TOKEN, Keep, link, next_frame, part, transport, wait
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, link, next_frame, part, served, transport, wait
 
 
 def open_page(page: Page, viewer: Viewer) -> None:
@@ -28,11 +25,7 @@ def open_page(page: Page, viewer: Viewer) -> None:
 
 @pytest.mark.slow("draws a dance, and is photographed twice")
 def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
-    page: Page,
-    viewer: Viewer,
-    simulator: Simulator,
-    commands: queue.SimpleQueue[PageRequest | Watched],
-    keep: Keep,
+    page: Page, viewer: Viewer, simulator: Simulator, commands: Commands, keep: Keep
 ) -> None:
     requested: list[str] = []
     page.on("request", lambda request: requested.append(request.url))
@@ -159,27 +152,18 @@ def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing
 
 
 @pytest.mark.slow("opens pages in frames")
-def test_a_frame_has_a_token_only_if_its_own_address_has_a_ticket(window: BrowserContext, viewer: Viewer) -> None:
+def test_a_frame_has_a_token_only_if_its_own_address_has_a_ticket(
+    window: BrowserContext, viewer: Viewer, tmp_path: Path
+) -> None:
     """Any user of this machine can serve a page that frames ours in a tab that has its token."""
     page = window.new_page()
     open_page(page, viewer)
-
-    class Framing(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html")
-            self.end_headers()
-            self.wfile.write(f"<iframe src='{frames.get(self.path)}'></iframe>".encode())
-
-        def log_message(self, *_: object) -> None: ...
-
-    frames = {"/": viewer.address, "/again": link(viewer)}
-    with ThreadingHTTPServer(("127.0.0.1", 0), Framing) as stranger:
-        Thread(target=stranger.serve_forever, daemon=True).start()
-        page.goto(f"http://127.0.0.1:{stranger.server_port}/")
+    for name, address in {"index.html": viewer.address, "again.html": link(viewer)}.items():
+        (tmp_path / name).write_text(f"<iframe src='{address}'></iframe>", encoding="utf-8")
+    with served(tmp_path) as stranger:
+        page.goto(stranger)
         notice = page.frame_locator("iframe").locator("#notice")
         expect(notice).to_contain_text("This address works only once", timeout=LIMIT * 1000)
-        page.goto(f"http://127.0.0.1:{stranger.server_port}/again")  # as VS Code's panel, which has a ticket
+        page.goto(f"{stranger}again.html")  # as VS Code's panel, which has a ticket
         expect(page.frame_locator("iframe").locator("#state-word")).to_have_text("ready", timeout=LIMIT * 1000)
-        stranger.shutdown()
     page.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 from dataclasses import replace
 
 import pytest
@@ -11,10 +10,9 @@ from playwright.sync_api import Page, expect
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.senses import BuiltIn, Key, Senses, Topic
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, link, transport, wait
+from tests.stage.viewer.conftest import Commands, asked, link, transport, wait
 from tests.stage.viewer.looks import PIXEL
 
 AHEAD = f"({PIXEL})(2.12, 0.15)"  # the color of the ground where only `near` looks
@@ -55,13 +53,6 @@ def sensed(viewer: Viewer, sense: str, value: bool | None) -> None:
     )
 
 
-def asked(commands: queue.SimpleQueue[PageRequest | Watched]) -> PageRequest | Watched:
-    """What the page asks for next."""
-    while (command := commands.get(timeout=LIMIT)) == {"type": "watched"}:
-        pass
-    return command
-
-
 def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: Viewer) -> None:
     chip = sensing.locator(".chip", has_text="near")
     expect(chip).to_have_attribute("data-value", "silent")
@@ -84,7 +75,7 @@ def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: 
 
 
 def test_senses_are_forced_by_shift_and_a_click_and_given_by_a_button_and_keys(
-    sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]
+    sensing: Page, commands: Commands
 ) -> None:
     chip = sensing.locator(".chip", has_text="wall")
     chip.click()  # without shift, nothing

@@ -27,7 +27,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.commands import PageRequest, Watched
+from improv_core.stage.commands import PageRequest
 from improv_core.stage.robot_messages import RobotInstant
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
@@ -39,7 +39,7 @@ from improv_core.stage.viewer.messages import AskWindow
 from improv_core.stage.viewer.server import Viewer
 from improv_core.stage.viewer.throttle import MOST
 from tests.page import token_behind
-from tests.stage.viewer.conftest import LIMIT, TOKEN, link, part, transport
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, link, part, transport
 
 UPGRADE = {
     "Connection": "Upgrade",
@@ -381,7 +381,7 @@ def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer
     assert ask(viewer, f"/path.svg?{token}", Host="evil.example").status == 403
 
 
-def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
+def test_only_known_commands_are_passed_on(viewer: Viewer, commands: Commands) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
@@ -410,7 +410,7 @@ def press(viewer: Viewer, query: str, **headers: str) -> int:
 
 
 def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_was_obeyed(
-    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched], monkeypatch: pytest.MonkeyPatch
+    viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.05)
     stop: PageRequest = {"type": "stop", "mark": "page-1 1"}
@@ -425,7 +425,7 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
 
 
 def test_a_stop_needs_the_token_our_own_origin_and_a_number(
-    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched], monkeypatch: pytest.MonkeyPatch
+    viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert press(viewer, "page=p&number=1", Origin="http://evil.example") == 403
     monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.0)
@@ -441,7 +441,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
 
 
 def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
-    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched], monkeypatch: pytest.MonkeyPatch
+    viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.0)
     host, token = own(viewer)
@@ -466,7 +466,7 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
     assert commands.empty()
 
 
-def test_a_page_that_floods_is_cut_off(viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
+def test_a_page_that_floods_is_cut_off(viewer: Viewer, commands: Commands) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)

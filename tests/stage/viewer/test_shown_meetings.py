@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import queue
 from collections.abc import Callable
 from typing import Any, cast
 
 from playwright.sync_api import Page, expect
 
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer.messages import MeetingsMessage
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, Keep, at, wait
+from tests.stage.viewer.conftest import Commands, Keep, asked, at, wait
 from tests.stage.viewer.looks import PIXEL
 
 PROGRAM = "ada at -4 0\nbo at 4 0 facing 180\nada bo $ repeat 4 forward\n"
@@ -37,13 +35,9 @@ MARK = "201,42,42"
 
 
 def test_a_click_on_a_mark_or_near_it_seeks_there(
-    still: Callable[..., Page],
-    viewer: Viewer,
-    commands: queue.SimpleQueue[PageRequest | Watched],
-    keep: Keep,
+    still: Callable[..., Page], viewer: Viewer, commands: Commands, keep: Keep
 ) -> None:
     page = still(PROGRAM)
-    assert commands.get(timeout=LIMIT) == {"type": "watched"}
     viewer.publish(cast(Any, MEETINGS))
     button = page.get_by_role("button", name="2 meetings ahead")
     expect(button).to_have_attribute("title", "beat 2: ada and bo meet, 0.00 m apart\nbeat 4: bo hits wall 1")
@@ -52,15 +46,15 @@ def test_a_click_on_a_mark_or_near_it_seeks_there(
     keep(page, "page-meetings.png")
 
     page.mouse.click(*mark)
-    assert commands.get(timeout=LIMIT) == {"type": "seek", "beat": 1.85}
+    assert asked(commands) == {"type": "seek", "beat": 1.85}
     page.mouse.move(*mark)
     expect(page.locator("#stage")).to_have_attribute("title", "beat 2: ada and bo meet, 0.00 m apart")
     page.mouse.down()
     page.mouse.move(mark[0] + 60, mark[1], steps=3)
     page.mouse.up()  # the view was moved: no click
     button.click()
-    assert commands.get(timeout=LIMIT) == {"type": "seek", "beat": 1.85}  # the first one ahead
+    assert asked(commands) == {"type": "seek", "beat": 1.85}  # the first one ahead
     line = page.locator("#playline").bounding_box()
     assert line
     page.mouse.click(line["x"] + 1.85 / 4 * line["width"] + 4, line["y"] + 40)  # near its mark on the timeline
-    assert commands.get(timeout=LIMIT) == {"type": "seek", "beat": 1.85}
+    assert asked(commands) == {"type": "seek", "beat": 1.85}

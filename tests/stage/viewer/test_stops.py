@@ -11,10 +11,9 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, TOKEN, Keep, Show, link, wait, watch
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, Show, link, wait, watch
 
 NOTICE = "Stop is not confirmed yet. Trying again…"
 
@@ -54,7 +53,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     expect(page.locator("#notice")).to_have_text("Disconnected. Trying again…")
     page.get_by_role("button", name="Stop").click()
     expect(page.locator("#notice")).to_have_text(NOTICE)
-    commands: queue.SimpleQueue[PageRequest | Watched] = queue.SimpleQueue()
+    commands: Commands = queue.SimpleQueue()
     again = Viewer(urlsplit(viewer.address).port or 0, Simulator().snapshot, commands.put, token=TOKEN)
     while (command := commands.get(timeout=LIMIT))["type"] != "stop":
         pass
@@ -66,9 +65,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     expect(page.locator("#notice")).to_contain_text("The performance is over")
 
 
-def test_a_stop_arrives_even_if_its_page_is_closed_at_once(
-    page: Page, viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]
-) -> None:
+def test_a_stop_arrives_even_if_its_page_is_closed_at_once(page: Page, viewer: Viewer, commands: Commands) -> None:
     page.goto(link(viewer))
     wait(page, "window.improv?.connected")
     page.evaluate("""() => {

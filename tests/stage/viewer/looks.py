@@ -24,20 +24,3 @@ PIXEL = """(x, y) => {
   pen.drawImage(stage, 0, 0)
   return pen.getImageData(Math.round(place.x), Math.round(place.y), 1, 1).data.slice(0, 3).join()
 }"""
-# Counts in `slanted` the lines that are drawn neither upright nor level once `watched` is set, on sheets and the stage.
-SLANTED = """
-window.slanted = 0
-for (const { prototype } of [CanvasRenderingContext2D, OffscreenCanvasRenderingContext2D]) {
-  const { moveTo, lineTo } = prototype
-  let last = null
-  prototype.moveTo = function (x, y) {
-    last = { x, y }
-    moveTo.call(this, x, y)
-  }
-  prototype.lineTo = function (x, y) {
-    const slants = last && Math.abs(x - last.x) > 4 && Math.abs(y - last.y) > 4
-    if (slants && window.watched && this.canvas.id !== "rows") window.slanted++
-    last = { x, y }
-    lineTo.call(this, x, y)
-  }
-}"""

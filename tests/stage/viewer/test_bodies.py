@@ -23,7 +23,7 @@ from improv_core.stage.viewer.lookahead import about, window
 from improv_core.stage.viewer.server import Viewer
 from tests.axe import violations
 from tests.robots.test_skeletons import TOML, URDF
-from tests.stage.viewer.conftest import SCHEMES, Keep, Show, switch_to, transport, wait, watch
+from tests.stage.viewer.conftest import SCHEMES, Keep, switch_to, transport, wait
 
 NAMES = ["ada", "bert", "carla", "dan", "eve", "fay", "gus", "hal", "ivy", "jon", "kim", "leo"]
 LIFTER = """
@@ -58,15 +58,6 @@ def starts(count: int) -> str:
 
 def gauge(page: Page, joint: str) -> Any:
     return page.locator(f".gauge[title^='{joint}:']")
-
-
-def test_joints_move_while_a_puppet_dances(page: Page, show: Show) -> None:
-    show.play("ada is puppet\nbeat 240\nada $ head (left left left left right) right_arm up\n")
-    watch(page, show)
-    wait(page, "improv.transport.state === 'ended'")
-    expect(page.locator(".gauge")).to_have_count(5)  # two of the head, three of one arm
-    expect(gauge(page, "right_shoulder_pitch")).to_have_attribute("title", "right_shoulder_pitch: 45° (−60° to 180°)")
-    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 60° (−90° to 90°)")  # 90, and back
 
 
 def test_a_figure_turns_its_head_and_a_gauge_says_that_a_limit_holds_it(

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from threading import Thread
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
@@ -28,13 +24,14 @@ from tests.stage.viewer.conftest import (
     at,
     next_frame,
     play_anew,
+    served,
     shared_page,
     switch_to,
     transport,
     wait,
     watch,
 )
-from tests.stage.viewer.looks import COUNT, PIXEL, SLANTED
+from tests.stage.viewer.looks import COUNT, PIXEL
 
 ROOT = Path(__file__).parents[3]
 
@@ -125,29 +122,6 @@ def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(shared
     assert page.evaluate("improv.moved") == {}  # the path ahead begins where the score has it
 
 
-@pytest.mark.slow("looks at dozens of frames")
-def test_scrubbing_while_paused_draws_no_way_between(page: Page, show: Show) -> None:
-    names = [f"r{number}" for number in range(6)]
-    starts = "".join(f"[robots.{name}]\nstart = {{ y = {-3 * row} }}\n" for row, name in enumerate(names))
-    page.add_init_script(SLANTED)
-    show.play("".join(f"{name} $ repeat 60 (forward left forward right)\n" for name in names), starts)
-    watch(page, show)
-    page.keyboard.press("k")
-    wait(page, "improv.transport.state === 'paused'")
-    line = page.locator("#playline").bounding_box()
-    assert line
-    page.evaluate("watched = true")
-    for number in range(12):
-        page.mouse.move(line["x"] + line["width"] * (0.1 + 0.37 * number % 0.8), line["y"] + 50)
-        if number % 4 == 0:
-            page.mouse.down()
-        if number % 4 == 3:
-            page.mouse.up()
-        frames = page.evaluate("improv.frames")
-        wait(page, f"improv.frames > {frames} + 2")
-    assert page.evaluate("slanted") == 0
-
-
 def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before(
     still: Callable[..., Page],
 ) -> None:
@@ -177,19 +151,6 @@ def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before
     expect(clear).to_be_hidden()
     page.get_by_role("button", name="Close").click()
     expect(view).to_be_focused()
-
-
-@pytest.mark.slow("draws fifty robots")
-def test_fifty_robots_are_shown_without_holding_up_the_page(shared: tuple[Show, Page], keep: Keep) -> None:
-    show, page = shared
-    names = [f"r{index}" for index in range(50)]
-    starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))
-    play_anew(page, show, "".join(f"{name} $ repeat (forward || left)\n" for name in names), "".join(starts))
-    wait(page, "Object.keys(improv.robots).length === 50 && Object.keys(improv.known).length === 50 && improv.beat > 2")
-    expect(page.locator("#cast-list li")).to_have_count(50)
-    frames = page.evaluate("improv.frames")
-    wait(page, f"improv.frames > {frames + 20}")
-    keep(page, "page-fifty.png")
 
 
 def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
@@ -231,15 +192,6 @@ def test_editors_on_this_machine_may_frame_the_page_and_strangers_may_not(
         page.goto((tmp_path / "index.html").as_uri())
     assert (failed.value.url, failed.value.failure) == (url, "net::ERR_BLOCKED_BY_RESPONSE")
     page.close()
-
-
-@contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """The URL of a folder's files, as an editor in a browser has one."""
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder)) as server:
-        Thread(target=server.serve_forever).start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()
 
 
 COVERED = """() => {

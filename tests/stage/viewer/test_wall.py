@@ -4,14 +4,59 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from improv_core.score.faults import Fault
+from improv_core.stage.robot_messages import FaultMessage, Vitals
 from tests.axe import violations
-from tests.stage.viewer.conftest import SCHEMES, Chromium, Show, play_anew, shared_page, switch_to, wait
-from tests.stage.viewer.wall_photo import SIZES, faults, open_wall, program, tell, vitals
+from tests.stage.viewer.conftest import SCHEMES, Chromium, Keep, Show, play_anew, shared_page, switch_to, wait
+
+SIZES = ((1920, 1080), (1280, 800), (390, 844))
+TROUBLE: Sequence[tuple[int, Fault]] = [(2, "silent"), (5, "off_path"), (5, "stuck"), (10, "gone")]
+
+
+def robots(count: int) -> list[str]:
+    return [f"tb{number}" for number in range(1, count + 1)]
+
+
+def program(count: int) -> str:
+    return f"beat 60\n{' '.join(robots(count))} $ repeat (forward left)\n"
+
+
+def vitals(count: int, posed: float) -> Vitals:
+    return {
+        "type": "vitals",
+        "generation": 1,
+        "robots": {
+            name: {
+                "odom": number % 7 != 6,
+                "posed": None if number % 7 == 6 else posed,
+                "battery": 0.8,
+                "instead": "",
+            }
+            for number, name in enumerate(robots(count))
+        },
+    }
+
+
+def faults(count: int) -> Iterator[FaultMessage]:
+    for number, fault in TROUBLE:
+        if number < count:
+            yield {
+                "type": "fault", "generation": 1, "robot": robots(count)[number], "fault": fault, "over": False,
+                "response": "tell", "worst": {}, "message": f"beat 3: {robots(count)[number]} is in trouble",
+                "line": f"beat 3: {robots(count)[number]} is in trouble",
+                "beat": 2.0, "performed": 2.0, "wall": 0,
+            }  # fmt: skip
+
+
+def tell(show: Show, message: Any) -> None:
+    """Have the page's stage be told this, as by a stage of real robots that leads."""
+    show.tell(json.loads(json.dumps(message)))
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +129,7 @@ def test_a_robot_that_was_away_and_does_not_play_its_part_is_told_apart(page: Pa
     see(page, show, 2)
     known = vitals(2, 1.0)
     tell(show, {**known, "robots": {**known["robots"], "tb2": {**known["robots"]["tb2"], "instead": "drives back"}}})
-    open_wall(page)
+    page.locator("#show-wall").click()
     state = page.locator("#wall tr[data-robot=tb2]")
     expect(state.locator(".state")).to_have_text("drives back")
     expect(state).to_have_attribute("data-kind", "still")
@@ -147,7 +192,7 @@ def test_on_a_phone_the_stage_keeps_the_larger_half_and_no_robot_is_under_the_li
     line = page.locator("#show-wall.trouble")
     expect(line).to_be_visible()
     wait(page, f"improv.toScreen(0, Math.max(...Object.values(improv.drawn).map(({{ y }}) => y))).y > {bottom(line)}")
-    open_wall(page)
+    page.locator("#show-wall").click()
     hall, wall = (page.locator(what).bounding_box() for what in ("#hall", "#wall"))
     assert hall
     assert wall
@@ -162,12 +207,12 @@ def bottom(line: Locator) -> float:
 
 
 @pytest.mark.slow("axe looks at the page in three sizes and two colors")
-def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show) -> None:
+def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, keep: Keep) -> None:
     see(page, show, 30)
     for message in faults(30):
         tell(show, message)
-    open_wall(page)
-    for width, height in SIZES.values():
+    page.locator("#show-wall").click()
+    for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         for what in ("#show-wall", "#wall"):
             box = page.locator(what).bounding_box()
@@ -178,3 +223,4 @@ def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show) -> Non
         for scheme in SCHEMES:
             switch_to(page, scheme)
             assert violations(page) == [], f"{width}, {scheme}"
+            keep(page, f"wall-{width}-{scheme}.png")

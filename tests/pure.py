@@ -24,7 +24,6 @@ BUT = {
     "robots/test_schema.py",
     "stage/sinks/test_ros_publishing.py",
     "stage/sinks/test_ros_reader.py",
-    "stage/test_hostile_input.py",
     "stage/test_osc_desk.py",
     "stage/test_process.py",
     "stage/test_standby.py",

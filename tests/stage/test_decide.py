@@ -123,7 +123,8 @@ def lines(done: Sequence[Act]) -> list[str]:
 
 @pytest.mark.parametrize("mode", MODES)
 def test_a_stop_stops_everything(mode: Mode) -> None:
-    then, done = decide(run(mode, 3), events.Stop(), real(3))
+    swap = Swap(OTHER, 2, "beat", 4, 4.0, None)
+    then, done = decide(run(mode, 3, next=swap), events.Stop(), real(3))
     assert (then.mode, then.next, then.transport.origin) == ("stopped", None, 3)
     assert done == [Zero(), Report()]
 
@@ -273,18 +274,19 @@ def test_robots_stand_while_one_that_must_be_seen_is_not() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stops", "knows", "facts", "line"),
+    ("dance", "stops", "knows", "facts", "line"),
     [
-        (PRESSED, 1, real(3), "✗ the emergency stop on /e_stop is still on"),
-        (EmergencyStops(frozenset(), 2), 1, real(3), OLDER),
-        (EmergencyStops(frozenset(), 2), 2, real(3), None),
-        (PRESSED, 1, at(3), None),
+        (OTHER, PRESSED, 1, real(3), "✗ the emergency stop on /e_stop is still on"),
+        (OTHER, EmergencyStops(frozenset(), 2), 1, real(3), OLDER),
+        (OTHER, EmergencyStops(frozenset(), 2), 2, real(3), None),
+        (OTHER, PRESSED, 1, at(3), None),
+        (NOTHING, PRESSED, 1, real(3), None),  # it only stops robots
     ],
 )
 def test_a_save_is_refused_after_an_emergency_stop(
-    stops: EmergencyStops, knows: int, facts: Facts, line: str | None
+    dance: Score, stops: EmergencyStops, knows: int, facts: Facts, line: str | None
 ) -> None:
-    before, load = run("stopped", stops=stops), events.Load(OTHER, 2, "restart", stops=knows)
+    before, load = run("stopped", stops=stops), events.Load(dance, 2, "restart", stops=knows)
     then, done = decide(before, load, facts)
     assert then == before
     if line:

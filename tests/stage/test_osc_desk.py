@@ -140,12 +140,7 @@ def exchange(port: int) -> ToOsc:
 
 
 def telling(port: int, *, time_tags: bool) -> ToOsc:
-    return {
-        "type": "exchange",
-        "send": [{"host": "localhost", "port": port}],
-        "listen": None,
-        "time_tags": time_tags,
-    }
+    return {"type": "exchange", "send": [{"host": "localhost", "port": port}], "listen": None, "time_tags": time_tags}
 
 
 @pytest.fixture
@@ -171,14 +166,8 @@ def test_beats_are_heard_as_they_are_due(port: int) -> None:
         other.settimeout(LIMIT)
         play: ToOsc = {"type": "plays", "generation": 1, "score": to_json(score("r $ repeat forward"), RowsWritten())}
         now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=600.0)
-        to: ToOsc = {
-            "type": "exchange",
-            "send": [{"host": "localhost", "port": port}],
-            "listen": None,
-            "time_tags": True,
-        }
         heard: list[tuple[OscMessage, int]] = []
-        with running(to, play, now):
+        with running(telling(port, time_tags=True), play, now):
             while len(heard) < 6:  # state, word, and four beats
                 bundle = other.recv(4096)
                 (tag,) = struct.unpack(">Q", bundle[8:16])  # in seconds since 1900, times 2³²
@@ -194,13 +183,7 @@ def test_programs_that_read_no_bundles_hear_messages(port: int) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", port))
         other.settimeout(LIMIT)
-        to: ToOsc = {
-            "type": "exchange",
-            "send": [{"host": "localhost", "port": port}],
-            "listen": None,
-            "time_tags": False,
-        }
-        with running(to, at("paused", 1)):
+        with running(telling(port, time_tags=False), at("paused", 1)):
             assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
 

@@ -15,8 +15,9 @@ import pytest
 from improv_core.playback.stage_process import Heard, Stage
 from improv_core.playback.stops import Stops
 from improv_core.stage.limits import END_LIMIT, LOADING_LIMIT
-from improv_core.stage.messages import ToStage, TransportMessage
+from improv_core.stage.messages import ToStage
 from tests.ls.client import Client
+from tests.playback.story import at
 from tests.processes import ours, wait_until_gone
 from tests.stage_on_thread import USED
 
@@ -26,29 +27,13 @@ SIMULATOR = "stage\0--sink\0simulator"
 HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""
 READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
-PLAYING: TransportMessage = {
-    "type": "transport",
-    "generation": 1,
-    "restarted": 0,
-    "state": "playing",
-    "backend": "fake",
-    "tempo": 60.0,
-    "speed": 1.0,
-    "beats": None,
-    "beat": 0.0,
-    "performed": 0.0,
-    "muted": [],
-    "soloed": [],
-    "monotonic": 0.0,
-    "wall": 0.0,
-}
 CHANNEL = "channel = open(int(os.environ['IMPROV_STOP_PIPE']), 'rb', buffering=0)"
 PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
 
 
 def stage(*lines: str) -> str:
     """A stage that says it moves robots, and runs these lines for each message, which is called `message` in them."""
-    moves = f"print(json.dumps({PLAYING}), flush=True)"
+    moves = f"print(json.dumps({at('playing', 1)}), flush=True)"
     loop = ["while lines := channel.readline():", " message = json.loads(lines)", *lines]
     return "\n".join(["import json, os, sys, time", CHANNEL, READY, moves, *loop])
 

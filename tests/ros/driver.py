@@ -116,37 +116,17 @@ def wait() -> None:
 
 
 def bring_home() -> None:
-    """Until joints are at their starts."""
+    """Bring joints toward their starts until they move. Then stop the robot."""
 
-    def is_there() -> bool:
-        if waits := sink.resetting():
-            if missing := sink.missing():
-                sink.ask(missing)
-            sink.bring_home([] if missing else ["ada"])
-        return not waits
+    def moves() -> bool:
+        sink.resetting()
+        if missing := sink.missing():
+            sink.ask(missing)
+        sink.bring_home([] if missing else ["ada"])
+        return any(arm.moves for arm in sink._controllers._robots["ada"].arms)
 
-    until(is_there)
-
-
-def _bring_home() -> bool:
-    """For a moment; whether joints move."""
-    sink.resetting()
-    if missing := sink.missing():
-        sink.ask(missing)
-    sink.bring_home([] if missing else ["ada"])
-    return any(arm.moves for arm in sink._controllers._robots["ada"].arms)
-
-
-def bring_home_until_they_move() -> None:
-    """Then stop the robot."""
-    until(_bring_home)
+    until(moves)
     sink.send("ada", STILL, 0.0)
-
-
-def bring_home_in_vain() -> None:
-    """Until joints no longer move."""
-    until(_bring_home)
-    until(lambda: not _bring_home())
 
 
 def wait_for_reset() -> float:
@@ -267,14 +247,11 @@ def anew() -> str:
 
 
 def make() -> Ros:
-    lines.clear()
-    return Ros(None, "standby" in sys.argv[1:], heard.put, lambda request: None, tell=lines.append)
+    return Ros(None, "standby" in sys.argv[1:], heard.put, lambda request: None)
 
 
 signal.signal(signal.SIGTERM, end)
 heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
-lines: list[str] = []
-"""For people."""
 sink, is_there = make(), True
 answer([True, sink.description])
 methods: dict[str, Callable[..., Any]] = {
@@ -289,8 +266,6 @@ methods: dict[str, Callable[..., Any]] = {
     "prepare_body": prepare_body,
     "send_joints": send_joints,
     "bring_home": bring_home,
-    "bring_home_until_they_move": bring_home_until_they_move,
-    "bring_home_in_vain": bring_home_in_vain,
     "refuse": refuse,
     "wait": wait,
     "wait_for_reset": wait_for_reset,
@@ -307,7 +282,6 @@ methods: dict[str, Callable[..., Any]] = {
     "until_paid": until_paid,
     "offered": offered,
     "until_offered": until_offered,
-    "lines": lambda: lines,
 }
 for line in sys.stdin:
     method, arguments, named = json.loads(line)

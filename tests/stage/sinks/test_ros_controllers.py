@@ -1,0 +1,205 @@
+"""What the ROS sink tells the controllers of joints, and when: topics, measurements, and the clock are the test's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import Mock
+
+import pytest
+
+from improv_core.score.algebra import hold
+from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
+from improv_core.score.by_part import by_part
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Velocity
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part
+from improv_core.stage.controllers import Course
+from improv_core.stage.sinks import ros_controllers
+from improv_core.stage.sinks.ros_controllers import PATIENCE, PERIOD, RosControllers
+from improv_core.stage.zeros import LAST_ZEROS
+
+HEAD = Controller("head", ("pitch", "yaw"))
+VELOCITY = replace(HEAD, interface="velocity")
+TOPIC, COMMANDS = "/ada/head_controller/joint_trajectory", "/ada/head_controller/commands"
+SPEED = 2.0
+"""rad/s of the joints: to their starts, they move at a fifth of it."""
+
+
+class Topic:
+    """A topic on which a controller listens."""
+
+    def __init__(self, name: str, message: str, node: object, robot: Robot, now: object, at_once: bool) -> None:
+        self.name, self._robot = name, robot
+
+    def missing(self, moves: bool) -> None:
+        """Everything is heard."""
+
+    def ask(self, course: Course, clock: object, frame: bytes) -> None:
+        self._robot.asked.append(motions(course))
+
+    def publish(self, course: Course, clock: object, frame: bytes) -> None:
+        self._robot.sent.append((self.name, motions(course)))
+
+
+@pytest.fixture(autouse=True)
+def courses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Courses are sent as they are: test_controllers.py in tests/stage asks which messages they become."""
+    monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
+    monkeypatch.setattr(ros_controllers, "message_of", lambda channel, course: course)
+
+
+def motions(course: Course) -> list[tuple[float, float]]:
+    """Positions, rounded, and velocities."""
+    return [(round(position, 6), velocity) for position, velocity in course.motions]
+
+
+def part(*controllers: Controller, home: Home = "wait") -> Part:
+    """That of a robot that moves its head, left and up, by the joints yaw and pitch."""
+    head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
+    joints = [Joint(name, max_velocity=SPEED) for name in ("yaw", "pitch")]
+    profile = replace(TURTLESIM, body=Body([head], (), joints, controllers, "joint_states", home))
+    scene = by_part(hold(Velocity(0, 0, 1, 1), 1), "head")
+    return Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")
+
+
+class Robot:
+    """One whose controllers begin to perform a part, where its joints are, and what was said and sent."""
+
+    def __init__(self, performed: Part, **joints: float) -> None:
+        self.now, self.joints = 100.0, joints
+        self.sent: list[tuple[str, list[tuple[float, float]]]] = []
+        self.asked: list[list[tuple[float, float]]] = []
+        self.said: list[str] = []
+        self.standby, self.owed = Mock(), Mock()
+        node: Any = SimpleNamespace(get_clock=lambda: None)
+        advertise: Any = lambda channel: self  # noqa: E731
+        self.controllers = RosControllers(
+            node, advertise, self._measured, self.standby, self.owed, self.said.append, lambda: self.now
+        )
+        self.controllers.take({"ada": performed}, restart=True)
+
+    def send(self, at: float, **velocities: float) -> None:
+        """Where the stage believes that joints are makes no difference."""
+        told = {joint: JointMotion(9.0, velocity) for joint, velocity in velocities.items()}
+        self.controllers.send("ada", told, at)
+
+    def bring_home(self, seconds: float) -> None:
+        """Bring its joints to their starts for so long."""
+        for _ in range(round(seconds / PERIOD)):
+            self.controllers.waits()
+            self.controllers.bring_home(["ada"])
+            self.now += PERIOD
+
+    def _measured(self, robot: str) -> dict[str, tuple[float, float]]:
+        return {joint: (position, self.now) for joint, position in self.joints.items()}
+
+
+def test_joints_begin_where_they_are_measured_and_a_stop_holds_them_where_they_are_by_then() -> None:
+    robot = Robot(part(HEAD), pitch=-0.02, yaw=0.01)
+    robot.send(0.0, yaw=1.0, pitch=-1.0)
+    robot.now += 0.25
+    robot.send(0.25, yaw=0.0, pitch=0.0)
+    assert robot.sent == [(TOPIC, [(-0.02, -1), (0.01, 1)]), (TOPIC, [(-0.27, 0), (0.26, 0)])]
+    assert robot.said == []
+    assert robot.standby.mock_calls == robot.owed.mock_calls == [], "trajectories end at rest"
+
+
+def test_a_joint_that_is_held_back_does_not_jump_later() -> None:
+    """It stays where it is while it should have turned by several radians, as in a protective stop."""
+    robot = Robot(part(HEAD), pitch=-0.02, yaw=0.01)
+    for number in range(20):
+        robot.send(3.0 * number, yaw=1.0 + number % 2)
+        robot.now += 0.1
+    assert robot.sent[-1] == (TOPIC, [(-0.02, 0), (0.01, 2)])
+    assert robot.said == ["yaw of ada is held back: it continues from where it is, not as the program says"]
+
+
+def test_a_controller_that_leaves_improv_toml_is_told_to_stand() -> None:
+    """A save takes over while joints move."""
+    robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)
+    robot.send(0.0, yaw=1.0)
+    robot.now += 0.5
+    robot.joints["yaw"] = 0.5
+    other = Controller("other", HEAD.joints, interface="position")
+    robot.controllers.take({"ada": part(other)}, restart=False)
+    assert robot.sent[1:] == [(TOPIC, [(0, 0), (0.5, 0)])] * LAST_ZEROS
+    robot.send(0.5, yaw=1.0)
+    assert robot.sent[-1] == ("/ada/other_controller/commands", [(0, 0), (0.5, 1)])
+
+
+def test_velocities_need_no_measured_joints_and_are_owed_zeros() -> None:
+    robot = Robot(part(VELOCITY))
+    robot.send(0.0, yaw=1.0, pitch=-0.5)
+    robot.send(1.0, pitch=0.0)
+    assert [name for name, *_ in robot.owed.mock_calls] == ["moves", "moves"], "one of them still turns"
+    robot.send(1.5, yaw=0.0)
+    assert [[velocity for _, velocity in motions] for _, motions in robot.sent] == [[-0.5, 1], [0, 1], [0, 0]]
+    assert [name for name, *_ in robot.owed.mock_calls] == ["moves", "moves", "stands"]
+    assert [call.args for call in robot.standby.mock_calls] == [(COMMANDS, "")] * 2 + [(COMMANDS,)]
+
+
+def test_what_is_no_number_is_never_sent() -> None:
+    robot = Robot(part(HEAD), yaw=0.0, pitch=0.0)
+    with pytest.raises(ValueError, match="ada was given a joint's speed that is not a finite number"):
+        robot.send(0.0, yaw=float("nan"))
+    assert robot.sent == []
+
+
+def test_others_who_move_the_same_joints_are_named() -> None:
+    robot = Robot(part(HEAD))
+    assert robot.controllers.warning("ada", lambda topic, guarded: [] if guarded else ["/moveit"]) == (
+        f"other nodes also publish to {TOPIC}: /moveit; joints obey all of them: stop the others"
+    )
+
+
+def test_nothing_moves_if_nobody_says_where_joints_are() -> None:
+    """It may take a while until the first of it comes."""
+    robot = Robot(part(HEAD))
+    assert robot.controllers.waits()
+    assert robot.said == []
+    robot.now += PATIENCE
+    assert robot.controllers.waits()
+    (line,) = robot.said
+    assert line.startswith("nothing moves: it isn't known where pitch of ada is: start what publishes its position on")
+    robot.send(0.0, yaw=1.0)
+    assert robot.sent == []
+
+
+def test_joints_that_are_elsewhere_are_sent_nothing_until_somebody_has_brought_them_to_their_starts() -> None:
+    """What that person tells the controller must count."""
+    robot = Robot(part(HEAD), yaw=0.5, pitch=0.0)
+    assert robot.controllers.waits()
+    robot.controllers.ask(["ada"])
+    robot.bring_home(1.0)
+    assert (robot.asked, robot.sent) == ([], [])
+    robot.joints["yaw"] = 0.0
+    assert not robot.controllers.waits()
+    robot.controllers.ask(["ada"])
+    assert robot.asked == [[(0, 0), (0, 0)]]
+
+
+def test_joints_are_brought_to_their_starts_slowly() -> None:
+    """A controller obeys: yaw goes 0.3 rad at 0.4 rad/s."""
+    robot = Robot(part(HEAD, home="move"), yaw=-0.3, pitch=0.0)
+    while robot.controllers.waits():
+        robot.bring_home(PERIOD)
+        robot.joints["yaw"] = min(robot.joints["yaw"] + 0.4 * PERIOD, 0.0)
+    assert robot.sent[0] == (TOPIC, [(0, 0), (-0.3, 0.4)])
+    assert robot.sent[-1] == (TOPIC, [(0, 0), (0, 0)])
+    assert robot.now == pytest.approx(100.75, abs=2 * PERIOD)
+    assert robot.said == ["joints move to their starts first: yaw of ada by +17°"]
+
+
+def test_joints_that_are_held_back_on_their_way_stay_where_they_are() -> None:
+    """Once they are let go, they must not jump to their starts: somebody has to bring them there."""
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
+    robot.bring_home(3.0)
+    assert robot.sent[-1] == (TOPIC, [(0, 0), (-1.5, 0)])
+    count = len(robot.sent)
+    robot.bring_home(5.0)
+    assert len(robot.sent) == count
+    assert robot.said[-1] == "nothing moves until all joints are at their starts: turn yaw of ada by +86°"

@@ -1,13 +1,12 @@
 """`improv ros setup`, for real: an environment of its own, and a Twist through it. Its wheels are from fetch.sh.
 
-What it says where it can't be done is in tests/commands/test_ros_setup.py.
+It is made once, through ssh: what is done there is what is done here. What it says where it can't be done is in
+tests/commands/test_ros_setup.py.
 """
 
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +24,7 @@ from improv_core.remote.setting_up import set_up_there
 from improv_core.score.score import Host as HostOfRobots
 from tests.needs import lacking
 from tests.remote.sshd import a_host
-from tests.traps import Traps
+from tests.traps import PYTHONPATHS, Traps
 
 INSTALL_LIMIT = 900.0
 """Seconds to unpack 75 MB, on a slow machine."""
@@ -35,43 +34,33 @@ pytestmark = [pytest.mark.timeout(2 * INSTALL_LIMIT), pytest.mark.slow("installs
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine without any other ROS 2, and what the first setup on it printed."""
+    """A machine without any other ROS 2, what the first setup on it said, and what the doctor then says of it."""
 
     data: Path
     place: Path
-    printed: list[str]
-    traps: Traps
+    said: list[str]
+    examined: list[str]
 
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
-    """One on which an earlier setup was interrupted half way, set up from a folder with modules of somebody else's."""
+    """One on which an earlier setup was interrupted half way, set up from another machine through ssh."""
     if problem := unsuited():
         lacking(problem)
     if not WHEELS.is_dir():
         lacking("no wheels of ROS 2: run `sh tests/ros/fetch.sh`")
-    data = tmp_path_factory.mktemp("data")
-    place = data / "improv" / "ros"
-    (place / "bin").mkdir(parents=True)
-    (place / "bin" / "python").write_text("half a Python")
-    others = {"IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH", "PYTHONPATH"}
-    env = {name: value for name, value in os.environ.items() if name not in others} | {"XDG_DATA_HOME": str(data)}
-    env["PIP_NO_COMPILE"] = "1"  # which takes longer than all else
-    env |= {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1"}
-    traps = Traps(tmp_path_factory.mktemp("project"))
-    code = "from improv_core.playback import interpreter; interpreter._INSTALLED = '/nowhere'\n"
-    code += "from improv_core.commands.main import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", code, "ros", "setup"],
-        cwd=traps.folder,
-        env=env,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        timeout=INSTALL_LIMIT,
-    )
-    assert done.returncode == 0, done.stderr
-    return Machine(data, place, done.stdout.splitlines(), traps)
+    there = {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1"}
+    there["PIP_NO_COMPILE"] = "1"  # which takes longer than all else
+    said: list[str] = []
+    with a_host(tmp_path_factory.mktemp("host"), there) as host, pytest.MonkeyPatch.context() as patch:
+        data = host.home / "data"
+        place = data / "improv" / "ros"
+        (place / "bin").mkdir(parents=True)
+        (place / "bin" / "python").write_text("half a Python")
+        patch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
+        set_up_there("robot", commands_setup.proof(), said.append, str(host.config))
+        examined = [*map(str, examine_hosts([HostOfRobots("robot")], str(host.config)))]
+    return Machine(data, place, said, examined)
 
 
 @pytest.fixture(autouse=True)
@@ -84,15 +73,16 @@ def here(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_setup_says_what_it_does_and_proves_that_it_works(machine: Machine) -> None:
-    what, where, *progress, proof = machine.printed
+    what, where, *progress, proof = machine.said
     assert what == "Installing ROS 2 Jazzy's Python packages from PyPI, each checked against its known hash,"
     assert where == f"into {machine.place}: about 75 MB to download, 270 MB on disk."
     assert any(line.startswith(("  ros-", "  unpacking ")) for line in progress)
     assert proof.startswith("ROS 2 works: a Twist was sent and received in ")
-    assert machine.traps.imported == [], "modules of the current folder are not run"
 
 
-def test_the_stage_finds_it(machine: Machine) -> None:
+def test_stages_there_and_here_find_it(machine: Machine) -> None:
+    _, there, _ = machine.examined
+    assert "from `improv ros setup`" in there
     found = interpreter.find_ros_python(None)
     assert found
     assert (found.python, found.origin) == (str(machine.place / "bin" / "python"), "`improv ros setup`")
@@ -106,14 +96,18 @@ def set_up() -> list[str]:
 
 
 def test_a_second_setup_only_tests_it_and_names_a_python_that_comes_first(
-    machine: Machine, ros_python: str, monkeypatch: pytest.MonkeyPatch
+    machine: Machine, ros_python: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """From a folder with modules of somebody else's, which are not run."""
+    traps = Traps(tmp_path)
+    traps.enter(monkeypatch, PYTHONPATHS[-1])
     monkeypatch.setattr(setup_here, "make", lambda place, say: pytest.fail("it was made again"))
     monkeypatch.setenv("IMPROV_ROS_PYTHON", ros_python)
     proof, there, unused = set_up()
     assert proof.startswith("ROS 2 works: ")
     assert there == f"ROS 2 is already set up in {machine.place}."
     assert unused == f"It is not used yet: IMPROV_ROS_PYTHON takes precedence, with {ros_python}"
+    assert traps.imported == []
 
 
 def test_a_damaged_environment_is_rebuilt(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,15 +125,3 @@ def test_a_damaged_environment_is_rebuilt(machine: Machine, monkeypatch: pytest.
     first, *_, proof = set_up()
     assert first == f"The environment in {machine.place} does not work: making it again."
     assert proof.startswith("ROS 2 works: ")
-
-
-def test_it_is_set_up_on_another_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    there = {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1", "PIP_NO_COMPILE": "1"}
-    said: list[str] = []
-    with a_host(tmp_path, there) as host:
-        monkeypatch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
-        set_up_there("robot", commands_setup.proof(), said.append, str(host.config))
-        assert said[1].startswith(f"into {host.home / 'data' / 'improv' / 'ros'}: about 75 MB")
-        assert said[-1].startswith("ROS 2 works: a Twist was sent and received in ")
-        _, ros_there, _ = map(str, examine_hosts([HostOfRobots("robot")], str(host.config)))
-        assert "from `improv ros setup`" in ros_there

@@ -147,10 +147,6 @@ def test_in_one_subnet(hosts: ExitStack, ros_python: str, ros_env: Mapping[str, 
     env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
     with pair(hosts, True, ros_python, env, tmp_path) as both:
         counting = both.packets()
-        said = both.doctor(HEARD, GUARDED)
-        assert f"{HEARD}\n" in said
-        assert f"{GUARDED}\n" in said
-        assert f"✓ domain {env['ROS_DOMAIN_ID']}, the whole subnet: " in said
         hears_and_is_heard(both)
         assert int(counting.communicate(timeout=LIMIT)[0]) > 0
 

@@ -12,7 +12,7 @@ from typing import Any, get_args
 import pytest
 
 from improv_core.score.faults import FaultRules, Response
-from improv_core.score.motion import Pose
+from improv_core.score.motion import STILL, Pose
 from improv_core.score.movement import Duration
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Deadman, Safety, Score
@@ -25,6 +25,7 @@ from improv_core.stage.acts import (
     Dismiss,
     Drop,
     ForgetEdges,
+    Guide,
     Listen,
     Look,
     LookLater,
@@ -441,6 +442,12 @@ def test_all_ends(is_real: bool) -> None:
     then, done = decide(run("playing"), Due(8.0, Rank.END), at(8.001, real=is_real))
     assert (then.mode, then.transport.origin, then.transport.since) == ("ended", 8, 8.0)
     assert done == [Rest(), *([] if is_real else [Look(DANCE.parts)]), Report()]
+
+
+def test_at_the_end_a_robot_that_drives_back_stands() -> None:
+    before = run("playing", dance=replace(DANCE, safety=Safety(rejoin="return")))
+    _, done = decide(before, Due(8.0, Rank.END), real(8, standing=frozenset({"a"})))
+    assert done == [Rest(), Guide("a", STILL), Report()]
 
 
 def test_a_save_that_waits_for_an_end_unknown_in_advance_takes_over_there() -> None:

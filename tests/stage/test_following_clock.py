@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -63,6 +64,11 @@ def beats_of(stage: Stage) -> list[float]:
     return [at for index, (at, kind) in enumerate(kinds) if not index or kinds[index - 1][1] != kind]
 
 
+def gaps(stage: Stage) -> list[float]:
+    """The seconds between each beat and the next."""
+    return [later - earlier for earlier, later in pairwise(beats_of(stage))]
+
+
 def errors(stage: Stage, phase: Phase, since: float = 4.0) -> list[float]:
     """By how many seconds each beat was off that of the clock."""
     beats = [at for at in beats_of(stage) if at >= since]
@@ -75,7 +81,7 @@ def check(stage: Stage, phase: Phase, least: int, p99: float = 0.015) -> None:
     found = sorted(errors(stage, phase))
     assert len(found) >= least
     assert found[int(0.99 * len(found))] <= p99, found[-5:]
-    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    apart = gaps(stage)
     assert max(apart) < 2 * min(apart), "none is left out or comes twice"
 
 
@@ -106,7 +112,7 @@ def test_beat_0_is_at_the_next_bar_of_a_clock_that_starts_late() -> None:
 
 def test_robots_are_as_fast_as_the_music() -> None:
     stage = stage_following("midi")
-    play(stage, anchors(lambda now: now * 1.5, 20, 1 / 48, jitter=0.0), 20)
+    play(stage, anchors(steady(90), 20, 1 / 48, jitter=0.0), 20)
     assert stage.sink.sent[-1][2].x in (0, pytest.approx(2 * 1.5, rel=0.01))
     assert stage.transports[-1]["tempo"] == pytest.approx(90, rel=0.01)
     assert stage.transports[-1].get("pace") == pytest.approx(0.75, rel=0.01)
@@ -114,15 +120,14 @@ def test_robots_are_as_fast_as_the_music() -> None:
 
 def test_an_error_is_corrected_by_a_twentieth_of_the_tempo_at_most() -> None:
     stage = stage_following("midi")
-    before: Phase = lambda now: now * 2  # noqa: E731
     after: Phase = lambda now: now * 2 + 1  # noqa: E731
-    known = anchors(before, 10, 1 / 48, jitter=0.0)
+    known = anchors(steady(120), 10, 1 / 48, jitter=0.0)
     play(stage, known, 10)
     play(stage, [replace(each, jumps=1) for each in anchors(after, 40, 1 / 48, since=10, jitter=0.0)], 40)
     tempos = [transport["tempo"] for transport in stage.transports if transport["state"] == "playing"]
     assert max(tempos) <= 120 * (1 + MOST_BENT) * 1.001
     assert errors(stage, after, since=25)[-1] < 0.005
-    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    apart = gaps(stage)
     assert min(apart) >= 0.5 / (1 + MOST_BENT) - 0.002, "no jump"
 
 
@@ -136,16 +141,16 @@ def test_a_second_of_silence_changes_nothing() -> None:
 
 def test_a_clock_that_is_lost_leaves_its_tempo_and_a_line() -> None:
     stage = stage_following("midi")
-    play(stage, anchors(lambda now: now * 1.5, 10, 1 / 48, jitter=0.0), 30)
+    play(stage, anchors(steady(90), 10, 1 / 48, jitter=0.0), 30)
     assert lines(stage) == ["nothing is heard of the MIDI clock: the dance goes on at 90.0 beats per minute"]
-    assert errors(stage, lambda now: now * 1.5)[-1] < 0.01
+    assert errors(stage, steady(90))[-1] < 0.01
     stage.player.hear_clock(Anchor(START + 30, 45.0, 1.5, 0.02), stage.now)
     assert lines(stage)[1:] == ["the MIDI clock is heard again"]
 
 
 def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None:
     stage = stage_following("midi")
-    play(stage, anchors(lambda now: now * 2, 10, 1 / 48), 10)
+    play(stage, anchors(steady(120), 10, 1 / 48), 10)
     stands, again = Anchor(START + 10, 20.0, 0.0, 0.02), Anchor(START + 12, 0.0, 2.0, 0.02, 1)
     stage.player.hear_clock(stands, stage.now)
     assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["the MIDI clock"])
@@ -166,7 +171,7 @@ def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None
 
 def test_who_resumes_what_a_person_has_paused_comes_in_at_the_beat_of_the_clock() -> None:
     stage = stage_following("midi")
-    phase: Phase = lambda now: now * 2  # noqa: E731
+    phase = steady(120)
     told = anchors(phase, 20, 1 / 48, jitter=0.0)
     play(stage, [each for each in told if each.at < START + 10], 10)
     stage.player.pause(stage.now)
@@ -185,7 +190,7 @@ def test_who_resumes_what_a_person_has_paused_comes_in_at_the_beat_of_the_clock(
 @pytest.mark.parametrize("asked", ["seek", "a save in a pause"])
 def test_who_seeks_or_saves_in_a_pause_comes_in_at_the_beat_of_the_clock(asked: str) -> None:
     stage = stage_following("midi")
-    phase: Phase = lambda now: now * 2  # noqa: E731
+    phase = steady(120)
     told = anchors(phase, 20, 1 / 48, jitter=0.0)
     play(stage, [each for each in told if each.at < START + 10.3], 10.3)
     if asked == "seek":
@@ -205,7 +210,7 @@ def test_who_seeks_or_saves_in_a_pause_comes_in_at_the_beat_of_the_clock(asked: 
 def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> None:
     stage = stage_following("midi", profile=Profile("cart", step=1, max_linear=2.0))
     assert ceiling(stage.player.score) == ("r", 120)
-    play(stage, anchors(lambda now: now * 1.5, 5, 1 / 48), 5)
+    play(stage, anchors(steady(90), 5, 1 / 48), 5)
     for count, tempo in enumerate([100, 110, 115, 125, 130, 100, 125]):
         stage.player.hear_clock(Anchor(stage.now, count * 4.0, tempo / 60, 0.02), stage.now)
         stage.run(1.5)
@@ -215,12 +220,12 @@ def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> 
 
 def test_the_speed_still_counts() -> None:
     stage = stage_following("midi")
-    phase: Phase = lambda now: now * 2  # noqa: E731
+    phase = steady(120)
     told = anchors(phase, 20, 1 / 48, jitter=0.0)
     play(stage, [each for each in told if each.at < START + 10], 10)
     stage.player.set_speed(0.5, stage.now)
     play(stage, [each for each in told if each.at >= START + 10], 20)
-    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    apart = gaps(stage)
     assert apart[-1] == pytest.approx(1.0, abs=0.01)
 
 
@@ -245,7 +250,7 @@ def test_a_simulator_at_half_speed_plays_at_half_speed_and_its_robots_are_told_t
     stage = stage_following("ros")
     assert stage.states == ["paused"]
     play(stage, clock_of(lambda now: 0.5, 20), 20)
-    apart = [later - earlier for earlier, later in zip(beats_of(stage), beats_of(stage)[1:], strict=False)]
+    apart = gaps(stage)
     assert apart[3:] == pytest.approx([1.0] * len(apart[3:]), abs=0.005)
     assert {round(twist.x, 6) for *_, twist in stage.sink.sent} == {0, 4}
 
@@ -269,14 +274,14 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     assert stage.states[-1] == "stopped"
 
 
+# The simulator beside real robots
+
+
 def test_without_ros_nobody_waits_for_a_simulation() -> None:
     stage = Stage()
     stage.player.load(replace(score(DANCE), clock=OutsideClock("ros")), 1, "restart", stage.now)
     stage.run(1)
     assert stage.states[-1] == "playing"
-
-
-# The simulator beside real robots
 
 
 def test_the_stage_that_does_not_lead_bends_alike() -> None:
@@ -323,7 +328,7 @@ def test_a_clock_of_music_looks_away_once_it_is_lost() -> None:
 def test_joints_move_by_our_time_and_at_the_pace_of_a_simulation() -> None:
     """Where they are is counted by our time: a joint in a simulation at half speed gets half as far in a second."""
     stage = stage_following("ros", "ada is puppet\nbeat 60\nada $ head repeat (left right)")
-    play(stage, anchors(lambda now: now * 0.5, 12, 0.05, jitter=0.0), 12)
+    play(stage, anchors(steady(30), 12, 0.05, jitter=0.0), 12)
     *_, joints = stage.sink.joints[-1]
     assert abs(joints["head_yaw"].velocity) == pytest.approx(math.radians(30) * 0.5, rel=0.01)
     assert stage.sink.paces[-1] == pytest.approx(0.5, rel=0.01)

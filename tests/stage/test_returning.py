@@ -207,34 +207,26 @@ def test_something_in_the_world_is_in_its_way() -> None:
     assert floor.lines.count("r finds no way to where it should be: carry it there") == 1
 
 
+HALTS: dict[str, Callable[[Floor], None]] = {
+    "mute": lambda floor: floor.player.set_silent({"r"}, set(), floor.now),
+    "stop": lambda floor: floor.player.stop(floor.now),
+    "pause": lambda floor: floor.player.pause(floor.now),
+    "lose": lambda floor: floor.sink.deaf.update(GONE),
+}
+
+
 def test_nobody_can_foresee_what_senses_decide() -> None:
     floor = returning("beat 60\nr s $ repeat 3 forward repeat (if near left else right)\n")
     assert "r finds no way to where it should be: carry it there" in floor.lines
     assert floor.stands()
 
 
-def mute(floor: Floor) -> None:
-    floor.player.set_silent({"r"}, set(), floor.now)
-
-
-def stop(floor: Floor) -> None:
-    floor.player.stop(floor.now)
-
-
-def pause(floor: Floor) -> None:
-    floor.player.pause(floor.now)
-
-
-def lose(floor: Floor) -> None:
-    floor.sink.deaf = GONE
-
-
-@pytest.mark.parametrize("halt", [mute, stop, pause, lose])
-def test_what_stops_a_robot_stops_it_on_its_way(halt: Callable[[Floor], None]) -> None:
+@pytest.mark.parametrize("halt", HALTS)
+def test_what_stops_a_robot_stops_it_on_its_way(halt: str) -> None:
     floor = returning()
     floor.heard()
-    halt(floor)
-    floor.move(0.1 if halt is not lose else 1)
+    HALTS[halt](floor)
+    floor.move(1 if halt == "lose" else 0.1)
     assert floor.heard()[-1] == STILL
     assert floor.stands(3)
 
@@ -266,12 +258,3 @@ def test_a_save_meanwhile_does_not_make_it_dance_elsewhere() -> None:
     floor.heard()
     floor.move(1)
     assert all(abs(twist.x) <= SLOW for twist in floor.heard())
-
-
-def test_at_the_end_it_stands() -> None:
-    floor = returning("beat 60\nr s $ repeat 4 forward repeat 4 rest\n", seconds=2)
-    floor.heard()
-    floor.move(10)
-    assert floor.states[-1] == "ended"
-    assert floor.heard()[-1] == STILL
-    assert floor.stands()

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from improv_core.robots.config import read_robots
+from improv_core.score.body import Body
 
 HEAD = '[profiles.a]\nstep = 1\n[profiles.a.body.h]\nleft = { joint = "j", degrees = 30 }\n'
 HOME = HEAD.replace("step = 1", 'step = 1\njoint_states = "/states"\nhome = "move"')
@@ -112,16 +113,17 @@ def test_what_is_wrong_is_reported_once_at_its_place(text: str, marked: str, mes
     assert "\n" not in found.message
 
 
-def test_a_body_is_inherited_and_its_parts_are_replaced() -> None:
-    body = (
-        read_robots(
-            '[profiles.p]\nbase = "puppet"\n[profiles.p.body.head]\nup = { joint = "neck", degrees = 10 }\n'
-            "[profiles.p.joints.left_elbow]\nmax = 90\n"
-        )
-        .profiles["p"]
-        .body
-    )
+def body_of(text: str, profile: str = "a") -> Body:
+    robots = read_robots(text)
+    assert robots.ok, robots.diagnostics
+    body = robots.profiles[profile].body
     assert body
+    return body
+
+
+def test_a_body_is_inherited_and_its_parts_are_replaced() -> None:
+    own = '[profiles.p.body.head]\nup = { joint = "neck", degrees = 10 }\n[profiles.p.joints.left_elbow]\nmax = 90\n'
+    body = body_of(f'[profiles.p]\nbase = "puppet"\n{own}', "p")
     assert [each.name for each in body.parts] == ["left_arm", "right_arm", "head"]
     assert "head_yaw" not in body.joint
     assert body.joint["left_elbow"].max == pytest.approx(math.pi / 2)
@@ -142,28 +144,16 @@ def test_a_puppet_of_your_own_replaces_the_built_in_one() -> None:
 
 
 def test_pose_values_are_in_the_sense_of_their_direction() -> None:
-    body = (
-        read_robots(HEAD.replace("degrees = 30", "degrees = -20") + "[profiles.a.body.h.poses]\naside = { left = 40 }")
-        .profiles["a"]
-        .body
-    )
-    assert body
+    head = HEAD.replace("degrees = 30", "degrees = -20")
+    body = body_of(head + "[profiles.a.body.h.poses]\naside = { left = 40 }")
     (pose,) = body.part["h"].poses
     assert pose.steps == {"yaw": pytest.approx(2)}
 
 
 def test_what_happens_to_joints_that_are_not_at_their_starts() -> None:
     """They are waited for, unless a profile or its base says otherwise."""
-
-    def home(text: str, name: str = "a") -> str:
-        robots = read_robots(text)
-        assert robots.ok, robots.diagnostics
-        body = robots.profiles[name].body
-        assert body
-        return body.home
-
-    assert home(HEAD) == "wait"
-    assert home(HOME + FAST) == "move"
+    assert body_of(HEAD).home == "wait"
+    assert body_of(HOME + FAST).home == "move"
     derived = f'{HOME}{FAST}[profiles.b]\nbase = "a"\n[profiles.b.body.k]\nup = {{ joint = "i", degrees = 3 }}\n'
-    assert home(f"{derived}[profiles.b.joints.i]\nmax_velocity = 9\n", "b") == "move"
-    assert home(HOME.replace('"move"', '"wait"')) == "wait"
+    assert body_of(f"{derived}[profiles.b.joints.i]\nmax_velocity = 9\n", "b").home == "move"
+    assert body_of(HOME.replace('"move"', '"wait"')).home == "wait"

@@ -10,13 +10,12 @@ from improv_core.robots.config import read_robots
 from improv_core.robots.edits import Start, calibrate, place
 
 ANNA = (1.5004, -0.0001, 90.0)
+AT = "start = { x = 1.5, y = 0, heading = 90 }"
+"""As it is written."""
 
 
-def check(
-    before: str, after: str | None, cast: tuple[str, ...] = ("anna", "bert"), starts: dict[str, Start] | None = None
-) -> None:
-    starts = starts or {"anna": ANNA}
-    made = place(before, starts, cast)
+def check(before: str, after: str | None, **starts: Start) -> None:
+    made = place(before, starts, ("anna", "bert"))
     assert made == after
     for name, (x, y, heading) in starts.items() if made else ():
         start = read_robots(made or "").robots[name].start
@@ -25,73 +24,55 @@ def check(
         assert read_robots(made or "").ok
 
 
-def test_no_file_yet() -> None:
-    check("", "[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n\n[robots.bert]\n")
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("", f"[robots.anna]\n{AT}\n\n[robots.bert]\n"),
+        ("# ours\n[robots.carl]\n", f"# ours\n[robots.carl]\n\n[robots.anna]\n{AT}\n"),
+        # It is listed without a start.
+        (
+            '[robots.anna] # she\nprofile = "turtlesim"\n',
+            f'[robots.anna] # she\n{AT}\nprofile = "turtlesim"\n',
+        ),
+        ("[robots.anna]", f"[robots.anna]\n{AT}\n"),
+        # It has a start.
+        (
+            '[robots.anna]\nstart = { x = 3 } # left\nprofile = "turtlesim"\n',
+            f'[robots.anna]\n{AT} # left\nprofile = "turtlesim"\n',
+        ),
+        (
+            "[robots.anna]\nstart = { x = 1, y = 2, heading = 3 }\n\n[robots.bert]\n",
+            f"[robots.anna]\n{AT}\n\n[robots.bert]\n",
+        ),
+        # Lines end as the others do.
+        ("[robots.anna]\r\n[robots.bert]\r\n", f"[robots.anna]\r\n{AT}\r\n[robots.bert]\r\n"),
+        ("[robots.bert]\r\n", f"[robots.bert]\r\n\r\n[robots.anna]\r\n{AT}\r\n"),
+        ("# ours\r\n[robots.anna]", f"# ours\r\n[robots.anna]\r\n{AT}\r\n"),
+    ],
+)
+def test_a_robot_gets_its_start_and_the_rest_stays(before: str, after: str) -> None:
+    check(before, after, anna=ANNA)
 
 
 def test_robots_that_are_not_listed_yet_come_in_the_order_of_the_cast() -> None:
-    check(
-        "# ours",
-        "# ours\n\n[robots.anna]\n\n[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n",
-        starts={"bert": (1, 2, 3)},
-    )
-
-
-def test_other_robots_are_listed() -> None:
-    check(
-        "# ours\n[robots.carl]\n",
-        "# ours\n[robots.carl]\n\n[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n",
-    )
-
-
-def test_listed_without_a_start() -> None:
-    check(
-        '[robots.anna] # she\nprofile = "turtlesim"\n',
-        '[robots.anna] # she\nstart = { x = 1.5, y = 0, heading = 90 }\nprofile = "turtlesim"\n',
-    )
-    check("[robots.anna]", "[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n")
-
-
-def test_with_a_start() -> None:
-    check(
-        '[robots.anna]\nstart = { x = 3 } # left\nprofile = "turtlesim"\n',
-        '[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 } # left\nprofile = "turtlesim"\n',
-    )
+    after = "# ours\n\n[robots.anna]\n\n[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n"
+    check("# ours", after, bert=(1, 2, 3))
 
 
 def test_several_at_once() -> None:
     check(
         "[robots.bert]\nstart = { x = 3 }\n[robots.carl]",
         "[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n[robots.carl]\nstart = { x = 4, y = 5, heading = 6 }\n"
-        "\n[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n",
-        starts={"anna": ANNA, "carl": (4, 5, 6), "bert": (1, 2, 3)},
+        f"\n[robots.anna]\n{AT}\n",
+        anna=ANNA,
+        carl=(4, 5, 6),
+        bert=(1, 2, 3),
     )
-
-
-def test_a_second_time() -> None:
-    once = place("", {"anna": (1, 2, 3)}, ("anna", "bert"))
-    assert once
-    check(once, "[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n\n[robots.bert]\n")
 
 
 def test_numbers_are_exact_to_the_millimeter() -> None:
-    check(
-        "[robots.anna]\n",
-        "[robots.anna]\nstart = { x = 0.125, y = -999.999, heading = -22.5 }\n",
-        starts={"anna": (0.125, -999.9991, -22.5)},
-    )
-
-
-def test_lines_end_as_the_others_do() -> None:
-    check(
-        "[robots.anna]\r\n[robots.bert]\r\n",
-        "[robots.anna]\r\nstart = { x = 1.5, y = 0, heading = 90 }\r\n[robots.bert]\r\n",
-    )
-    check(
-        "[robots.bert]\r\n",
-        "[robots.bert]\r\n\r\n[robots.anna]\r\nstart = { x = 1.5, y = 0, heading = 90 }\r\n",
-    )
-    check("# ours\r\n[robots.anna]", "# ours\r\n[robots.anna]\r\nstart = { x = 1.5, y = 0, heading = 90 }\r\n")
+    after = "[robots.anna]\nstart = { x = 0.125, y = -999.999, heading = -22.5 }\n"
+    check("[robots.anna]\n", after, anna=(0.125, -999.9991, -22.5))
 
 
 @pytest.mark.parametrize(
@@ -111,11 +92,11 @@ def test_lines_end_as_the_others_do() -> None:
     ],
 )
 def test_unusual_files_are_left_alone(text: str) -> None:
-    check(text, None)
+    check(text, None, anna=ANNA)
 
 
 def test_an_impossible_name_is_not_written() -> None:
-    check("", None, starts={"anna]\n[ros": (1, 2, 3)})
+    check("", None, **{"anna]\n[ros": (1, 2, 3)})
 
 
 CALIBRATED = {"commanded_step": 0.2105, "commanded_quarter_turn": 94.7, "left_right": 1.02}

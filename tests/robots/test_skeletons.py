@@ -48,10 +48,15 @@ joints.pan.offset = 3
 """
 
 
+def read(folder: Path, urdf: str = URDF, toml: str = TOML) -> Robots:
+    """What an improv.toml beside a URDF says."""
+    (folder / "r.urdf").write_text(urdf)
+    return robots_from(toml, folder / "improv.toml")
+
+
 def check(folder: Path, urdf: str, message: str, toml: str = TOML) -> None:
     """The URDF is marked where it is named, robots don't play, and nothing is drawn."""
-    (folder / "r.urdf").write_text(urdf)
-    robots = robots_from(toml, folder / "improv.toml")
+    robots = read(folder, urdf, toml)
     (found,) = robots.diagnostics
     assert robots.text[found.span.start : found.span.end] == '"r.urdf"'
     assert found.message == message
@@ -93,15 +98,12 @@ def test_the_urdf_is_beside_improv_toml_wherever_people_are(tmp_path: Path) -> N
 
 
 def test_a_changed_urdf_is_read_again(tmp_path: Path) -> None:
-    (tmp_path / "r.urdf").write_text(URDF)
-    assert robots_from(TOML, tmp_path / "improv.toml").ok
+    assert read(tmp_path).ok
     check(tmp_path, URDF.replace("pan", "yaw"), "`r.urdf` has no joint `pan`, but `yaw`, `lift`, `finger`")
 
 
 def test_a_profile_has_the_urdf_of_its_base(tmp_path: Path) -> None:
-    (tmp_path / "r.urdf").write_text(URDF)
-    derived = f'{TOML}[profiles.s]\nbase = "r"\n[robots.bo]\nprofile = "s"\n'
-    robots = robots_from(derived, tmp_path / "improv.toml")
+    robots = read(tmp_path, toml=f'{TOML}[profiles.s]\nbase = "r"\n[robots.bo]\nprofile = "s"\n')
     assert len(skeleton_of(robots, "bo")) == 6
 
 
@@ -167,8 +169,7 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
 
 
 def test_the_page_is_told_each_skeleton_once(tmp_path: Path) -> None:
-    (tmp_path / "r.urdf").write_text(URDF)
-    robots = robots_from(f'{TOML}[robots.bo]\nprofile = "r"\n', tmp_path / "improv.toml")
+    robots = read(tmp_path, toml=f'{TOML}[robots.bo]\nprofile = "r"\n')
     score = score_of(analyze("ada bo $ head left\ncleo $ forward\n", robots))
     again = from_json(json.loads(json.dumps(to_json(score))))  # as it reaches the stage
     shown = about(again, 1, takes_start_poses=False)["skeletons"]

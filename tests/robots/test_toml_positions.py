@@ -11,14 +11,6 @@ from improv_core.robots.toml_positions import Keys, beginning, find_positions
 ANNA: Keys = ("robots", "anna")
 
 
-def check(marked: str, expects: str, keys: Keys, begun: str = "") -> None:
-    """What comes next at the `|` in a text."""
-    offset = marked.index("|")
-    found = beginning(marked.replace("|", ""), offset)
-    assert found
-    assert (found[0].expects, found[0].keys, found[1]) == (expects, keys, begun)
-
-
 @pytest.mark.parametrize(
     ("marked", "expects", "keys", "begun"),
     [
@@ -38,6 +30,7 @@ def check(marked: str, expects: str, keys: Keys, begun: str = "") -> None:
         ('[profiles.a]\nmotions = ["turn", "fo|', "value", ("profiles", "a", "motions", 1), '"fo'),
         ('[profiles.a]\nmotions = [\n  "turn",\n  |', "value", ("profiles", "a", "motions", 1), ""),
         ("[world]\ncircles = [{ x = 1 }, { |", "key", ("world", "circles", 1), ""),
+        ("[[world.circles]]\nx = 1\n[[world.circles]]\n|", "key", ("world", "circles", 1), ""),
         ("[robots.anna]\nstart |", "name", (*ANNA, "start"), ""),
         ("[robots.anna]\nstart = { x = 1 |", "after", (*ANNA, "start", "x"), ""),
         ("robots.anna.start.|", "key", (*ANNA, "start"), ""),
@@ -45,7 +38,10 @@ def check(marked: str, expects: str, keys: Keys, begun: str = "") -> None:
     ],
 )
 def test_what_comes_next(marked: str, expects: str, keys: Keys, begun: str) -> None:
-    check(marked, expects, keys, begun)
+    """At the `|` in a text."""
+    found = beginning(marked.replace("|", ""), marked.index("|"))
+    assert found
+    assert (found[0].expects, found[0].keys, found[1]) == (expects, keys, begun)
 
 
 @pytest.mark.parametrize("marked", ["# a|", '[ros]\nstop = "#/a" # |'])
@@ -76,7 +72,3 @@ def test_no_text_raises(text: str, offset: int) -> None:
         for span in entry.key, entry.value:
             assert 0 <= span.start <= span.end <= len(text)
     beginning(text, min(offset, len(text)))
-
-
-def test_arrays_of_tables_are_counted() -> None:
-    check("[[world.circles]]\nx = 1\n[[world.circles]]\n|", "key", ("world", "circles", 1))

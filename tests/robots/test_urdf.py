@@ -177,15 +177,17 @@ def test_joints_that_transmissions_and_controllers_name_are_not_read_twice() -> 
     assert read_urdf(DOLL.replace("</robot>", more).encode()) == read_urdf(DOLL.encode())
 
 
+NAME = attrgetter("name")
 LINKS = '<link name="a"/>\n<link name="b"/>\n'
+ENDS = '<parent link="a"/><child link="b"/>'
 
 
-def joint(inside: str = '<parent link="a"/><child link="b"/>', head: str = 'name="j" type="revolute"') -> str:
+def joint(inside: str = ENDS, head: str = 'name="j" type="revolute"') -> str:
     return f"<joint {head}>{inside}</joint>"
 
 
+BACK = joint('<parent link="b"/><child link="a"/>', 'name="k" type="fixed"')
 BOMB = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>\n<robot name="&b;"/>'
-ENDS = '<parent link="a"/><child link="b"/>'
 
 
 @pytest.mark.parametrize(
@@ -200,20 +202,6 @@ ENDS = '<parent link="a"/><child link="b"/>'
         ("<robot/>", 0, "it has no links"),
         (robot("<link/>"), 1, "a link has no name"),
         (robot('<link name="a"/>\n<link name="a"/>'), 2, "there are two links 'a'"),
-        (robot(LINKS, joint(head='type="fixed"')), 3, "a joint has no name"),
-        (robot(LINKS, joint(head='name="j"')), 3, "the joint 'j' has no type"),
-        (
-            robot(LINKS, joint(head='name="j" type="spring"')),
-            3,
-            "the joint 'j' has the unknown type 'spring': "
-            "write revolute, continuous, prismatic, fixed, floating, planar",
-        ),
-        (robot(LINKS, joint('<parent link="a"/>')), 3, "the joint 'j' has no <child link>, or it has no link"),
-        (
-            robot(LINKS, joint('<parent link="a"/><child link="x"/>')),
-            3,
-            "the joint 'j' names the link 'x', which is not there",
-        ),
         (robot(LINKS, joint(), joint()), 3, "there are two joints 'j'"),
         (
             robot(LINKS, joint(), "\n", joint(head='name="k" type="fixed"')),
@@ -222,35 +210,9 @@ ENDS = '<parent link="a"/><child link="b"/>'
         ),
         (robot(LINKS), 2, "no joint connects the links 'a' and 'b': all links must form one tree"),
         (
-            robot(
-                LINKS,
-                '<link name="c"/>',
-                joint('<parent link="a"/><child link="b"/>'),
-                joint('<parent link="b"/><child link="a"/>', 'name="k" type="fixed"'),
-            ),
+            robot(LINKS, '<link name="c"/>', joint(), BACK),
             3,
             "the joint 'j' is in a loop: all links must form one tree",
-        ),
-        (
-            robot(LINKS, joint(f'{ENDS}<limit lower="2" upper="1"/>')),
-            3,
-            "the joint 'j' has its lower limit 2 above its upper limit 1",
-        ),
-        (
-            robot(LINKS, joint(f'{ENDS}<limit lower="nan" upper="1"/>')),
-            3,
-            "the joint 'j' has lower='nan': write one finite number",
-        ),
-        (
-            robot(LINKS, joint(f'{ENDS}<limit velocity="-1"/>')),
-            3,
-            "the joint 'j' has the velocity limit -1: it must not be negative",
-        ),
-        (robot(LINKS, joint(f'{ENDS}<axis xyz="0 0 0"/>')), 3, "the joint 'j' has an axis of length 0"),
-        (
-            robot(LINKS, joint(f'{ENDS}<origin xyz="1 2"/>')),
-            3,
-            "the joint 'j' has xyz='1 2': write 3 finite numbers",
         ),
     ],
 )
@@ -258,6 +220,31 @@ def test_a_urdf_that_can_t_be_used_is_refused_in_one_line(text: str, line: int, 
     with pytest.raises(UrdfError) as refused:
         read_urdf(text.encode())
     assert (refused.value.line, str(refused.value)) == (line, message)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (joint(head='type="fixed"'), "a joint has no name"),
+        (joint(head='name="j"'), "the joint 'j' has no type"),
+        (
+            joint(head='name="j" type="spring"'),
+            "the joint 'j' has the unknown type 'spring': "
+            "write revolute, continuous, prismatic, fixed, floating, planar",
+        ),
+        (joint('<parent link="a"/>'), "the joint 'j' has no <child link>, or it has no link"),
+        (joint('<parent link="a"/><child link="x"/>'), "the joint 'j' names the link 'x', which is not there"),
+        (joint(f'{ENDS}<limit lower="2" upper="1"/>'), "the joint 'j' has its lower limit 2 above its upper limit 1"),
+        (joint(f'{ENDS}<limit lower="nan" upper="1"/>'), "the joint 'j' has lower='nan': write one finite number"),
+        (joint(f'{ENDS}<limit velocity="-1"/>'), "the joint 'j' has the velocity limit -1: it must not be negative"),
+        (joint(f'{ENDS}<axis xyz="0 0 0"/>'), "the joint 'j' has an axis of length 0"),
+        (joint(f'{ENDS}<origin xyz="1 2"/>'), "the joint 'j' has xyz='1 2': write 3 finite numbers"),
+    ],
+)
+def test_a_joint_that_can_t_be_used_is_refused_at_its_line(wrong: str, message: str) -> None:
+    with pytest.raises(UrdfError) as refused:
+        read_urdf(robot(LINKS, wrong).encode())
+    assert (refused.value.line, str(refused.value)) == (3, message)
 
 
 @pytest.mark.parametrize(
@@ -290,19 +277,11 @@ def test_another_parser_finds_the_same_joints() -> None:
     with contextlib.redirect_stderr(io.StringIO()):  # it misses what the file doesn't say
         theirs = URDF.from_xml_string(DOLL)
     assert theirs.get_root() == ours.root
-    for joint, other in zip(
-        sorted(ours.joints, key=lambda each: each.name), sorted(theirs.joints, key=NAME), strict=True
-    ):
-        assert (joint.name, joint.kind, joint.parent, joint.child) == (
-            other.name,
-            other.type,
-            other.parent,
-            other.child,
-        )
+    pairs = zip(sorted(ours.joints, key=NAME), sorted(theirs.joints, key=NAME), strict=True)
+    for joint, other in pairs:
+        found = joint.name, joint.kind, joint.parent, joint.child
+        assert found == (other.name, other.type, other.parent, other.child)
         assert joint.place == tuple(other.origin.xyz)
         if other.limit:
             assert (joint.lower, joint.upper) == (other.limit.lower, other.limit.upper)
             assert (joint.axis, joint.velocity) == (tuple(other.axis), other.limit.velocity)
-
-
-NAME = attrgetter("name")

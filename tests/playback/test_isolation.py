@@ -26,16 +26,19 @@ def test_the_traps_work(traps: Traps) -> None:
     assert set(traps.imported) >= {"venv", "pip", "rclpy", "json"}
 
 
-@pytest.mark.parametrize("pythonpath", PYTHONPATHS)
-def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str) -> None:
-    traps.enter(monkeypatch, pythonpath)
-
+def start_and_stop_a_stage() -> None:
     async def start_and_stop() -> None:
         stage = await start_stage("simulator", Options(), "token", lambda stage, heard, asked: None, Stops())
         assert stage
         await stage.close()
 
     asyncio.run(start_and_stop())
+
+
+@pytest.mark.parametrize("pythonpath", PYTHONPATHS)
+def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str) -> None:
+    traps.enter(monkeypatch, pythonpath)
+    start_and_stop_a_stage()
     assert traps.imported == []
 
 
@@ -43,13 +46,7 @@ def test_a_stage_is_of_the_version_that_started_it(tmp_path: Path, monkeypatch: 
     (tmp_path / "improv_core").mkdir()
     (tmp_path / "improv_core" / "__init__.py").write_text("raise SystemExit('another version')\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-
-    async def start_and_stop() -> None:
-        stage = await start_stage("simulator", Options(), "token", lambda stage, heard, asked: None, Stops())
-        assert stage
-        await stage.close()
-
-    asyncio.run(start_and_stop())
+    start_and_stop_a_stage()
 
 
 @pytest.mark.parametrize(

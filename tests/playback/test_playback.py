@@ -24,7 +24,7 @@ from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import OutsideClock, Safety, Score
-from improv_core.stage.commands import Conduct, Editing
+from improv_core.stage.commands import Editing
 from improv_core.stage.messages import Pressed
 from tests.playback.fakes import LIMIT, Fake, Fakes, performed
 from tests.playback.story import DANCE
@@ -288,16 +288,6 @@ async def test_only_a_parent_that_edits_lets_a_page_edit_and_a_stop_comes_first(
 
 
 @performed
-async def test_what_a_page_requests_reaches_all_stages_for_the_same_time(fakes: Fakes) -> None:
-    leader, twin = await fakes.play()
-    requests: list[Conduct] = [{"type": "pause"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "stop"}]
-    for request in requests:
-        twin.say({"type": "request", "command": request})
-        assert leader.sent[-1] == twin.sent[-1]
-        assert leader.sent[-1] == {**request, "at": leader.sent[-1].get("at")}
-
-
-@performed
 async def test_what_real_robots_are_told_at_once_the_twin_is_told_when_it_is_there(fakes: Fakes) -> None:
     await fakes.playback.play(PlayScore(OPEN, "dance", 0))
     leader, twin = fakes.latest("ros"), fakes.latest("simulator")
@@ -385,20 +375,16 @@ async def test_a_save_sends_each_stage_only_what_it_lacks(fakes: Fakes) -> None:
     assert bert["editions"] not in [twin.loads[0]["score"]["parts"][robot]["editions"] for robot in ("anna", "bert")]
 
 
-@pytest.mark.parametrize("sink", ["ros", "simulator"])
 @performed
-async def test_a_stage_that_lacks_something_is_sent_the_whole_score(fakes: Fakes, sink: SinkName) -> None:
+async def test_a_stage_that_lacks_something_is_sent_the_whole_score(fakes: Fakes) -> None:
     assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
-    leader, stage = fakes.latest("ros"), fakes.latest(sink)
+    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
     leader.tell("playing")
     await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "beat"))
     leader.tell("playing", beat=6.0, begins={"bert": 6.0})
-    before = len(stage.loads)
-    stage.say({"type": "lacks", "generation": 1})  # an old one, which nobody needs anymore
-    assert len(stage.loads) == before
-    stage.say({"type": "lacks", "generation": 2})
-    assert load_of(stage) == (2, True, False)
-    assert stage.loads[-1].get("entry") == stage.loads[-2].get("entry")
+    twin.say({"type": "lacks", "generation": 2})
+    assert load_of(twin) == (2, True, False)
+    assert twin.loads[-1].get("entry") == twin.loads[-2].get("entry")
 
 
 @performed

@@ -15,15 +15,6 @@ def errors(text: str) -> list[str]:
     return [each.code for each in analyze(text).diagnostics if each.severity is Severity.ERROR]
 
 
-def test_right_program_has_no_diagnostics() -> None:
-    check("""
-        beat 60
-        square = repeat 4 (forward left)
-        turtle1 $ square || slow 2 (left right)
-        turtle2 $ retrograde square
-    """)
-
-
 def test_syntax_says_what_to_write() -> None:
     check("""
         x = reflect left

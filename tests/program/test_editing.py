@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -58,17 +59,22 @@ def seen(analysis: Analysis) -> dict[str, Any]:
     }
 
 
+def edited(text: str, several: list[tuple[float, float, list[str]]]) -> Iterator[tuple[int, int, str, str]]:
+    """Each edit: where it begins and ends, what it puts there, and the text after it."""
+    for one, other, pieces in several:
+        start, end = sorted((round(one * len(text)), round(other * len(text))))
+        end = min(end, start + 7)  # most edits of people are small
+        put = "".join(pieces)
+        text = text[:start] + put + text[end:]
+        yield start, end, put, text
+
+
 @given(texts, edits)
 def test_edited_is_as_analyzed(text: str, several: list[tuple[float, float, list[str]]]) -> None:
     analysis = analyze(text)
-    for one, other, pieces in several:
-        start, end = sorted((round(one * len(text)), round(other * len(text))))
-        # Most edits of people are small.
-        end = min(end, start + 7)
-        put = "".join(pieces)
-        text = text[:start] + put + text[end:]
+    for start, end, put, after_it in edited(text, several):
         analysis = analysis.edited(start, end, put)
-        assert seen(analysis) == seen(analyze(text))
+        assert seen(analysis) == seen(analyze(after_it))
 
 
 @given(texts, edits, st.integers(0, 2))
@@ -76,14 +82,11 @@ def test_understood_in_pieces_is_as_analyzed(
     text: str, several: list[tuple[float, float, list[str]]], most: int
 ) -> None:
     analysis = analyze(text)
-    for one, other, pieces in several:
-        start, end = sorted((round(one * len(text)), round(other * len(text))))
-        put = "".join(pieces)
-        text = text[:start] + put + text[end:]
+    for start, end, put, after_it in edited(text, several):
         analysis = analysis.touched(start, end, put).settled(after(most))
-        far = len(text) // 2
+        far = len(after_it) // 2
         assert all(analysis.offsets[index] > far for index in analysis.settled(until=far).waiting)
-    assert seen(analysis.settled()) == seen(analyze(text))
+    assert seen(analysis.settled()) == seen(analyze(analysis.text))
 
 
 @given(texts, st.floats(0, 1), st.floats(0, 1), texts)
@@ -94,11 +97,22 @@ def test_line_index_edited_is_as_made_anew(text: str, one: float, other: float, 
     assert edited.starts == LineIndex(edited.text).starts
 
 
-def test_only_statements_that_depend_on_an_edit_are_read_again() -> None:
-    analysis = analyze("x = forward\ny = x left\nz = left\nr $ y\nr $ z\n")
-    edited = analysis.edited(4, 11, "backward")
-    kept = [one is other for one, other in zip(analysis.meanings, edited.meanings, strict=True)]
-    assert kept == [False, False, True, False, True]
+@pytest.mark.parametrize(
+    ("text", "before", "put", "kept"),
+    [
+        ("x = forward\ny = x left\nz = left\nr $ y\nr $ z\n", "forward", "backward", [2, 4]),
+        # A key in the body of a phrase costs its uses, and one in an argument costs its line.
+        ("p n = repeat n left\nx (m) = p 3 m\nr $ p 5\nr $ left\nr $ x right\n", "left", "right", [3]),
+        ("p n (m) = repeat n m\nr $ p 5 left\nr $ p 5 up\n", "left", "right", [0, 2]),
+    ],
+)
+def test_only_statements_that_depend_on_an_edit_are_read_again(
+    text: str, before: str, put: str, kept: list[int]
+) -> None:
+    analysis, start = analyze(text), text.index(before)
+    edited = analysis.edited(start, start + len(before), put)
+    pairs = enumerate(zip(analysis.meanings, edited.meanings, strict=True))
+    assert [place for place, (one, other) in pairs if one is other] == kept
     longer = edited.edited(0, 0, "a = left\n")
     assert longer.meanings[1:] == edited.meanings
 
@@ -110,20 +124,6 @@ def test_waiting_statements_are_read_in_the_order_of_the_text() -> None:
     assert lengths == [[ENDLESS, ENDLESS, 1, 1, 1], [ENDLESS, ENDLESS, ENDLESS, ENDLESS, 1]]
     assert edited.settled(until=edited.offsets[3]).waiting == [4, 5]
     assert edited.settled().waiting == []
-
-
-def test_a_key_in_the_body_of_a_phrase_costs_its_uses() -> None:
-    analysis = analyze("poly n = repeat n left\nx (m) = poly 3 m\nr $ poly 5\nr $ left\nr $ x right\n")
-    edited = analysis.edited(18, 22, "right")
-    kept = [one is other for one, other in zip(analysis.meanings, edited.meanings, strict=True)]
-    assert kept == [False, False, False, True, False]
-
-
-def test_an_edit_of_an_argument_costs_its_line() -> None:
-    analysis = analyze("poly n (m) = repeat n left\nr $ poly 5 left\nr $ poly 5 left\n")
-    edited = analysis.edited(38, 42, "right")
-    kept = [one is other for one, other in zip(analysis.meanings, edited.meanings, strict=True)]
-    assert kept == [True, False, True]
 
 
 def test_a_line_that_waits_to_be_checked_still_does_after_another_one_has_come() -> None:

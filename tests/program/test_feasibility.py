@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from textwrap import dedent
 
 import pytest
 
@@ -13,9 +12,10 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.score.profiles import BUILT_IN
+from tests.program import drawing
 from tests.program.drawing import drawn
 
-ROBOTS = read_robots("""
+TOML = """
 [robots.burger]
 profile = "turtlebot3_burger"
 [robots.omni]
@@ -32,15 +32,14 @@ motions = ["forward", "turn"]
 turning_radius = 0.6
 [robots.car]
 profile = "ackermann"
-""")
+"""
+ROBOTS = read_robots(TOML)
+assert ROBOTS.ok
 
 
 def check(expected: str) -> None:
     """With these robots, the errors and warnings drawn under the lines must be these."""
-    expected = dedent(expected).strip("\n")
-    source = "\n".join(line for line in expected.split("\n") if "^" not in line)
-    assert ROBOTS.ok
-    assert drawn(analyze(source, ROBOTS), hints=False) == expected
+    drawing.check(expected, robots=TOML)
 
 
 def test_within_the_limits_nothing_is_said() -> None:

@@ -42,7 +42,6 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("syntax", "r $ ramp 1,2 left", "r $ ramp 1 2 left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),
         ("syntax", "r $ 3 forward left", "r $ repeat 3 forward left"),
-        ("unclosed-bracket", "r $ (forward [left\n", "r $ (forward [left)\n"),
         ("unmatched-bracket", "r $ forward)", "r $ forward"),
         ("unmatched-bracket", "r $ [forward)", "r $ [forward]"),
         ("unknown-name", "r $ foward", "r $ forward"),
@@ -84,14 +83,15 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
     ],
 )
 def test_fix(code: str, before: str, after: str) -> None:
-    if code == "unclosed-bracket":
-        analysis = analyze(before)
-        for _ in range(2):  # one bracket after the other
-            (fix,) = analysis.diagnostics[0].fixes
-            analysis = analyze(fixed(analysis, fix))
-        assert analysis.text == "r $ (forward [left])\n"
-        return
     check(code, before, after)
+
+
+def test_brackets_are_closed_one_after_the_other() -> None:
+    analysis = analyze("r $ (forward [left\n")
+    for closed in ("r $ (forward [left)\n", "r $ (forward [left])\n"):
+        (fix,) = analysis.diagnostics[0].fixes
+        analysis = analyze(fixed(analysis, fix))
+        assert analysis.text == closed
 
 
 def test_too_fast_is_slowed_down_as_far_as_needed() -> None:

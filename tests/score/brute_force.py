@@ -31,16 +31,8 @@ TOO_CLOSE_TO_CALL = 0.002
 SAME_BEAT = 0.01
 MOST_BEATS = 24
 _WORDS = (
-    "forward",
-    "forward",
-    "backward",
-    "left",
-    "right",
-    "halfleft",
-    "halfright",
-    "strafeleft",
-    "straferight",
-    "rest",
+    *("forward", "forward", "backward", "left", "right", "halfleft", "halfright"),
+    *("strafeleft", "straferight", "rest"),
 )
 
 

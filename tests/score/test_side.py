@@ -9,15 +9,13 @@ from hypothesis import given
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
-from improv_core.score.profiles import TURTLESIM
-from improv_core.score.score import Part, Score
 from improv_core.score.side import Side, sides
 from improv_core.score.strokes import paths
 from improv_core.score.svg import picture, plot
-from tests.score.test_movement import finite_movements
+from tests.score.test_movement import finite_movements, part_of
+from tests.score.test_movement import score_of as score_with
 
 HELIX = "repeat 8 (forward || left || scale 1/4 up)"
 SIZE = re.compile(r'width="([\d.]+)" height="([\d.]+)"')
@@ -98,9 +96,8 @@ def test_the_picture_grows_by_the_height_at_the_same_scale() -> None:
 
 @given(finite_movements)
 def test_the_side_ends_where_the_robot_does(movement: Movement) -> None:
-    part = Part("r", (movement,), TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
-    drawn = paths(Score(analyze("").tempo, {"r": part}))
-    expected = pose_at(part, 10**6)
+    drawn = paths(score_with(movement))
+    expected = pose_at(part_of(movement), 10**6)
     assert expected is not None
     for side in sides(drawn, 10_000) if drawn[0].whole else []:
         assert side.end == pytest.approx((expected.x, expected.z), abs=1e-6)

@@ -12,15 +12,13 @@ from hypothesis import given
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
-from improv_core.score.profiles import TURTLESIM
-from improv_core.score.score import Part, Score
 from improv_core.score.strokes import Path, paths
 from improv_core.score.svg import picture, plot
 from improv_core.score.world import Box, Circle, Wall, World
-from tests.score.test_movement import finite_movements, movements
+from tests.score.test_movement import finite_movements, movements, part_of
+from tests.score.test_movement import score_of as score_with
 
 LARGEST = 20_000
 SVG = "{http://www.w3.org/2000/svg}"
@@ -69,9 +67,8 @@ def test_endless_paths_are_cut_off_and_dashed_unless_they_close() -> None:
 
 @given(finite_movements)
 def test_a_path_ends_where_the_robot_does(movement: Movement) -> None:
-    part = Part("r", (movement,), TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
-    drawn = paths(Score(analyze("").tempo, {"r": part}))[0]
-    expected = pose_at(part, 10**6)
+    drawn = paths(score_with(movement))[0]
+    expected = pose_at(part_of(movement), 10**6)
     assert expected is not None
     if drawn.whole:
         assert (drawn.end.x, drawn.end.y) == pytest.approx((expected.x, expected.y), abs=1e-6)
@@ -79,8 +76,7 @@ def test_a_path_ends_where_the_robot_does(movement: Movement) -> None:
 
 @given(movements)
 def test_pictures_are_small_and_well_formed(movement: Movement) -> None:
-    part = Part("r", (movement,), TURTLESIM, Pose(), "/r/cmd_vel")
-    small = picture(Score(analyze("").tempo, {"r": part}))
+    small = picture(score_with(movement))
     assert len(small.encode()) < LARGEST
     ElementTree.fromstring(small)
 

@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -37,15 +37,14 @@ def turtle(listen: Listen) -> Listener:
     return listen("/turtle1/cmd_vel")
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_the_end_of_the_server(number: signal.Signals, turtle: Listener, alone: Mapping[str, str]) -> None:
+def test_the_end_of_the_server(turtle: Listener, alone: Mapping[str, str]) -> None:
     """One with two stages, since robots are simulated beside the real ones."""
     with Server(alone, backend="auto") as server:
         dances(server, turtle)
         ours = descendants(server.pid)
         assert len(ours) == 3, "two stages and a standby"
-        os.kill(server.pid, number)
-        server.client.code = -number
+        os.kill(server.pid, signal.SIGKILL)
+        server.client.code = -signal.SIGKILL
         turtle.wait(still)
         wait_until_gone(ours, LIMIT)
 
@@ -81,12 +80,9 @@ def deafen(process: subprocess.Popen[str], server: int) -> None:
     wait_until_full(server, LIMIT)
 
 
-def test_the_end_of_an_editor_that_stops_reading(turtle: Listener, alone: Mapping[str, str]) -> None:
-    with an_editor(alone, turtle) as (process, server):
-        deafen(process, server)
-
-
-def test_an_editor_that_stops_reading_for_a_while_and_then_ends(turtle: Listener, alone: Mapping[str, str]) -> None:
+def test_an_editor_that_stops_reading_for_a_while_and_ends_when_it_does_so_again(
+    turtle: Listener, alone: Mapping[str, str]
+) -> None:
     with an_editor(alone, turtle) as (process, server):
         deafen(process, server)
         turtle.wait(still)
@@ -97,47 +93,31 @@ def test_an_editor_that_stops_reading_for_a_while_and_then_ends(turtle: Listener
         assert process.stdout
         said = [line for line in json.loads(process.stdout.readline()) if " ms late: " not in line]
         assert said == [], "one line is all that is said, besides how busy the machine is"
+        deafen(process, server)
 
 
-@pytest.fixture
-def program(tmp_path: Path) -> Path:
-    return tmp_path / "dance.improv"
-
-
-def test_the_end_of_the_stage_of_a_watched_file(program: Path, turtle: Listener, alone: Mapping[str, str]) -> None:
-    with Terminal("watch", program, alone) as terminal:
+def test_a_watched_file_plays_on_after_its_stage_has_ended_and_robots_stand_while_it_is_halted(
+    turtle: Listener, alone: Mapping[str, str], tmp_path: Path
+) -> None:
+    env = {**alone, **with_limits(stage__limits__SILENCE_LIMIT=3.0)}
+    with Terminal("watch", tmp_path / "dance.improv", env) as terminal:
         survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED)
-        terminal.process.terminate()
-        assert terminal.end() == (130, "")
-        assert in_session(terminal.pid) == []
-
-
-def test_ctrl_z_stops_the_robots(program: Path, turtle: Listener, alone: Mapping[str, str]) -> None:
-    with Terminal("watch", program, {**alone, **with_limits(stage__limits__SILENCE_LIMIT=3.0)}) as terminal:
-        dances(terminal, turtle)
         os.killpg(terminal.pid, signal.SIGSTOP)  # SIGTSTP halts nothing in a session that has no terminal
         turtle.wait(still)
         os.killpg(terminal.pid, signal.SIGCONT)
+        terminal.process.terminate()
+        code, _ = terminal.end()
+        assert code == 130
+        assert in_session(terminal.pid) == []
 
 
-ENDS_OF_PLAY: dict[str, tuple[Callable[[int, int], None], int, str]] = {
-    "Ctrl-C": (lambda pid, stage: os.killpg(pid, signal.SIGINT), 130, ""),
-    "SIGKILL": (lambda pid, stage: os.kill(pid, signal.SIGKILL), -signal.SIGKILL, ""),
-    "the stage's end": (lambda pid, stage: os.kill(stage, signal.SIGKILL), 2, f"improv: {ENDED}\n"),
-}
-
-
-@pytest.mark.parametrize("how", ENDS_OF_PLAY)
-def test_the_end_of_a_process_playing_a_file(
-    how: str, program: Path, turtle: Listener, alone: Mapping[str, str]
-) -> None:
-    end, code, said = ENDS_OF_PLAY[how]
-    with Terminal("play", program, alone) as terminal:
+def test_ctrl_c_ends_what_plays_a_file(turtle: Listener, alone: Mapping[str, str], tmp_path: Path) -> None:
+    with Terminal("play", tmp_path / "dance.improv", alone) as terminal:
         dances(terminal, turtle)
         ours = descendants(terminal.pid)
         assert len(ours) == 2
-        end(terminal.pid, next(iter(ours)))
+        os.killpg(terminal.pid, signal.SIGINT)
         turtle.wait(still)
-        assert terminal.end() == (code, said)
+        assert terminal.end() == (130, "")
         wait_until_gone(ours, LIMIT)
         assert in_session(terminal.pid) == []

@@ -1,6 +1,6 @@
 """`improv place`: what it refuses, and how it has robots driven until they are in their places.
 
-Here robots go where scores take them, or not quite; tests/ros/test_place.py drives simulated bases.
+Here robots go where scores take them, or not quite; tests/ros/test_place.py drives a simulated base.
 """
 
 from __future__ import annotations
@@ -177,14 +177,23 @@ def test_nobody_drives_unless_a_person_says_so(answer: str) -> None:
     assert robots.poses["a"] == Pose(0, 1)
 
 
+AGAIN = "then place robots again"
+
+
 @pytest.mark.parametrize(
-    ("ends", "code", "played"),
-    [("stop", INTERRUPTED, 2), ("stopped", FAILED, 1), ("unseen", FAILED, 1), ("near", FAILED, 1)],
+    ("ends", "code", "played", "said"),
+    [
+        ("stop", INTERRUPTED, 2, ["a drives"]),
+        ("stopped", FAILED, 1, []),
+        ("unseen", FAILED, 1, [f"improv: no pose came for 0.0001 s: start what publishes them, {AGAIN}"]),
+        ("near", FAILED, 1, [f"improv: make room by hand, {AGAIN}"]),
+    ],
 )
-def test_nothing_drives_on_after_it_was_stopped(ends: str, code: int, played: int) -> None:
+def test_nothing_drives_on_after_it_was_stopped(ends: str, code: int, played: int, said: list[str]) -> None:
     robots = Robots([Pose(0, 1), Pose(3)], ends=ends)
     assert drive(robots, score(0, 3), yes=True) == code
     assert len(robots.played) == played
+    assert robots.said[-1:] == said
 
 
 def test_poses_in_different_frames_are_no_use() -> None:

@@ -96,7 +96,6 @@ def main() -> None:
     parser.add_argument("--ahead", type=int, default=0, help="seconds by which its clock is ahead of ours")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--delay", type=float, default=0.0, help="seconds by which its true poses come late")
-    parser.add_argument("--seen", type=float, default=math.inf, help="seconds from its first movement until they end")
     options = parser.parse_args()
 
     import rclpy
@@ -110,12 +109,9 @@ def main() -> None:
     true_pose = node.create_publisher(PoseStamped, f"/{options.name}/true_pose", 10)
 
     late: deque[tuple[float, Any]] = deque()  # true poses that are yet to be published, and when
-    moved: list[float] = []
 
     def hear(message: Any) -> None:
         velocity = message.twist if options.stamped else message
-        if not moved and (velocity.linear.x or velocity.angular.z):
-            moved.append(time.monotonic())
         base.command(velocity.linear.x, velocity.angular.z, time.monotonic())
 
     def publish() -> None:
@@ -133,8 +129,7 @@ def main() -> None:
         late.append((time.monotonic() + options.delay, true))
         while late and late[0][0] <= time.monotonic():
             _, true = late.popleft()
-            if not moved or time.monotonic() < moved[0] + options.seen:
-                true_pose.publish(true)
+            true_pose.publish(true)
 
     node.create_subscription(TwistStamped if options.stamped else Twist, f"/{options.name}/cmd_vel", hear, 10)
     node.create_timer(ODOMETRY_PERIOD, publish)

@@ -30,7 +30,7 @@ def test_a_robot_that_was_placed_wrong_begins_only_if_forced(
 ) -> None:
     script(BASE, "ada", *WRONG)
     (tmp_path / "improv.toml").write_text(ROBOTS)
-    (tmp_path / "dance.improv").write_text("beat 60\nada $ forward repeat 8 rest\n")
+    (tmp_path / "dance.improv").write_text("beat 60\nada $ forward repeat 2 rest\n")
     command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", "dance.improv", "--report", "json"]
 
     def play(*options: str) -> subprocess.CompletedProcess[str]:

@@ -104,6 +104,7 @@ def test_a_dance_is_played_where_the_robots_are_and_stops_with_its_parent(host: 
     with a_parent(host, "--report-sent") as parent:
         assert parent.stage.ready["real"]
         (version,) = host.versions()
+        assert f"{version}/improv_core/stage".encode() in command_of(process_of("--sink ros"))
         parent.load("turtle1 $ repeat forward")
         turtle.wait(lambda heard: heard["x"] == 2)
         playing = parent.wait(says("transport", state="playing"))
@@ -138,17 +139,6 @@ def process_of(*words: str) -> int:
     return pid
 
 
-def test_what_runs_there_is_what_was_sent_and_it_is_sent_once(host: Host) -> None:
-    with a_parent(host):
-        (version,) = host.versions()
-        stage = command_of(process_of("improv_core/stage --sink ros")).decode()
-        assert f"{version}/improv_core/stage" in stage
-    unpacked = (version / "improv_core" / "child.py").stat().st_ctime_ns
-    with a_parent(host):
-        assert host.versions() == [version]
-    assert (version / "improv_core" / "child.py").stat().st_ctime_ns == unpacked
-
-
 def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Host, listen: Listen) -> None:
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host, by=ADA) as first:
@@ -161,8 +151,6 @@ def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Hos
             )
             turtle.wait(lambda heard: heard["x"] == 0)
             plays(again, turtle)
-    with a_parent(host, by=BOB) as other:
-        plays(other, turtle)
 
 
 def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
@@ -178,12 +166,12 @@ def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
         parent.wait(says("gone"))
 
 
-@pytest.mark.parametrize("words", [("remote far",), ("remote near",), ("ssh -T",)], ids=str)
-def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: Listen, words: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("words", ["remote far", "ssh -T"])
+def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: Listen, words: str) -> None:
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
         plays(parent, turtle)
-        os.kill(process_of(*words), signal.SIGKILL)
+        os.kill(process_of(words), signal.SIGKILL)
         turtle.wait(lambda heard: heard["x"] == 0)
         parent.wait(says("gone"))
 

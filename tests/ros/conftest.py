@@ -198,12 +198,12 @@ class Sink:
         self.process.stdin.flush()
         return self._answer()
 
-    def repeat(self, listener: Listener, robot: str, *twist: float) -> None:
-        """Send this again and again, as the player does, until the listener hears anything."""
+    def repeat(self, listener: Listener, method: str, *arguments: Any) -> None:
+        """Call this again and again, as the player does, until the listener hears anything."""
         end = time.monotonic() + LIMIT
         while not listener.heard:
             assert time.monotonic() < end
-            self("send", robot, *twist)
+            self(method, *arguments)
             listener.hear_all()
 
     def close(self) -> None:

@@ -49,13 +49,15 @@ def prepare(
     stop: str | None = None,
     deadman: tuple[str, int] | None = None,
     puppets: Sequence[str] = (),
+    stops: bool = False,
     **part: Any,
 ) -> None:
-    """Robots on these topics; what is given of a part and its profile is alike for all, but some may be puppets."""
+    """Robots on these topics; what is given of a part and its profile is alike for all, but some may be puppets. They
+    perform something, or only have to stop."""
     made = replace(TURTLESIM, **dict(profile))
     part["senses"] = senses.from_json(part.get("senses", {}))
     parts = {
-        robot: Part(robot, (stand(1),), PUPPET if robot in puppets else made, Pose(), topic, **part)
+        robot: Part(robot, () if stops else (stand(1),), PUPPET if robot in puppets else made, Pose(), topic, **part)
         for robot, topic in topics.items()
     }
     safety = Safety(stop=stop, deadman=deadman and Deadman(*deadman))
@@ -275,6 +277,7 @@ methods: dict[str, Callable[..., Any]] = {
     "pose": pose,
     "joints": joints,
     "alarm": alarm,
+    "pay": lambda: sink.owed.pay(time.monotonic()),
     "guard": lambda *topics: sink.guard(topics),
     "until_ready": until_ready,
     "until_missing": until_missing,

@@ -116,7 +116,7 @@ def test_a_best_effort_listener_is_served_silently(sink: Sink, listen: Listen) -
     listener = listen(TOPIC, best_effort=True)
     sink("prepare", TURTLE)
     sink("wait")
-    sink.repeat(listener, "turtle1", 1, 0, 0, 0)
+    sink.repeat(listener, "send", "turtle1", 1, 0, 0, 0)
     assert (sink("missing"), sink("warnings")) == ({}, {})
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Others, Sink, Start, with_limits
-from tests.ros.dance import at_speed
+from tests.ros.dance import at_speed, still
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -86,7 +86,7 @@ def test_a_killed_listener_affects_no_other_and_is_served_when_it_returns(
         for robot in ("turtle2", "turtle1"):
             sink("send", robot, speed, 0, 0, 0)
         here.wait(at_speed(speed))
-    sink.repeat(listen("/turtle2/cmd_vel"), "turtle2", 0, 0, 0, 9)
+    sink.repeat(listen("/turtle2/cmd_vel"), "send", "turtle2", 0, 0, 0, 9)
 
 
 def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Start, fragile: Others) -> None:
@@ -112,7 +112,7 @@ def test_a_best_effort_listener_confirms_nothing_and_counts_after_a_while(sink: 
     listener = listen("/turtle1/cmd_vel", best_effort=True)
     sink("prepare", TURTLE)
     sink("wait")
-    sink.repeat(listener, "turtle1", 0, 0, 0, 9)
+    sink.repeat(listener, "send", "turtle1", 0, 0, 0, 9)
 
 
 def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> None:
@@ -129,6 +129,14 @@ def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> No
     listener.wait(last)
     assert heard(listener) == [(1, 0, 0, 0), (2, 0, 0, 0)]
     assert heard(listener, "/new/cmd_vel") == [(0, 0, 0, 9)]
+
+
+def test_a_robot_that_an_earlier_stage_moved_is_told_to_stop_as_soon_as_it_comes(sink: Sink, listen: Listen) -> None:
+    sink("prepare", TURTLE, stops=True)
+    sink("send", "turtle1", 0, 0, 0, 0)
+    listener = listen("/turtle1/cmd_vel")
+    sink.repeat(listener, "pay")
+    assert all(map(still, listener.heard))
 
 
 def test_a_score_that_takes_over_misses_no_listener(sink: Sink, listen: Listen) -> None:

@@ -18,6 +18,7 @@ import pytest
 from improv_core.playback.clock_process import ClockProcess, HeardClock
 from improv_core.score.score import OutsideClock
 from improv_core.stage import link, midi
+from improv_core.stage.clock_messages import AnchorMessage
 from tests.needs import lacking
 
 LIMIT = 30.0
@@ -31,7 +32,13 @@ class Listening:
     def __init__(self, clock: OutsideClock, tempo: float = 120.0) -> None:
         self.heard: list[HeardClock] = []
         self._changed = asyncio.Event()
-        self.process = ClockProcess(clock, tempo, self._hear)
+        self._process = ClockProcess(clock, tempo, self._hear)
+
+    def __enter__(self) -> Listening:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self._process.close()
 
     def _hear(self, message: HeardClock) -> None:
         self.heard.append(message)
@@ -49,6 +56,17 @@ class Listening:
                 await self._changed.wait()
 
         return await asyncio.wait_for(look(), LIMIT)
+
+    async def anchor(self, fits: Callable[[AnchorMessage], bool]) -> AnchorMessage:
+        """The first of where the clock is that fits."""
+        found = await self.until(lambda message: message["type"] == "anchor" and fits(message))
+        assert found["type"] == "anchor"
+        return found
+
+    async def line(self, kind: str, part: str = "") -> str:
+        """The first line of a kind that has this in it."""
+        found = await self.until(lambda message: message["type"] == kind and part in str(message.get("message")))
+        return str(found.get("message"))
 
 
 def in_a_loop(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
@@ -82,64 +100,48 @@ def send(cable: Path, count: int) -> None:
 
 @in_a_loop
 async def test_ticks_on_a_cable_are_heard_by_the_parent(cable: Path) -> None:
-    listening = Listening(OutsideClock("midi", "cab"))
-    sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
-    anchor = await listening.until(lambda message: message["type"] == "anchor" and message["beat"] > 3)
-    assert anchor["type"] == "anchor"
-    assert anchor["tempo"] == pytest.approx(120, rel=0.05)
-    assert anchor["at"] == pytest.approx(time.monotonic(), abs=5)
-    stands = await listening.until(lambda message: message["type"] == "anchor" and message["tempo"] == 0)
-    assert stands["type"] == "anchor"
-    assert stands["beat"] == 4
-    await sending
-    listening.process.close()
+    with Listening(OutsideClock("midi", "cab")) as listening:
+        sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
+        anchor = await listening.anchor(lambda each: each["beat"] > 3)
+        assert anchor["tempo"] == pytest.approx(120, rel=0.05)
+        assert anchor["at"] == pytest.approx(time.monotonic(), abs=5)
+        stands = await listening.anchor(lambda each: each["tempo"] == 0)
+        assert stands["beat"] == 4
+        await sending
 
 
 @pytest.mark.slow("it is looked for inputs every two seconds")
 @in_a_loop
 async def test_a_cable_that_is_pulled_is_a_line(cable: Path) -> None:
-    listening = Listening(OutsideClock("midi"))
-    await asyncio.to_thread(send, cable, 2)
-    await asyncio.to_thread(cable.unlink)
-    gone = await listening.until(lambda message: message["type"] == "warning")
-    assert gone == {
-        "type": "warning",
-        "message": "the MIDI input cable is gone: it is used again once it is back",
-    }
-    assert await listening.until(
-        lambda message: message["type"] == "warning" and "there is no" in message["message"]
-    ) == {"type": "warning", "message": "there is no MIDI input: connect one"}
-    listening.process.close()
+    with Listening(OutsideClock("midi")) as listening:
+        await asyncio.to_thread(send, cable, 2)
+        await asyncio.to_thread(cable.unlink)
+        gone = "the MIDI input cable is gone: it is used again once it is back"
+        assert await listening.line("warning") == gone
+        assert await listening.line("warning", "there is no") == "there is no MIDI input: connect one"
 
 
 @in_a_loop
 async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: Path) -> None:
-    listening = Listening(OutsideClock("midi", "IAC"))
-    warning = await listening.until(lambda message: message["type"] == "warning")
-    assert warning["type"] == "warning"
-    assert warning["message"] == "there is no MIDI input whose name begins with IAC: there are cable"
-    listening.process.close()
+    with Listening(OutsideClock("midi", "IAC")) as listening:
+        line = "there is no MIDI input whose name begins with IAC: there are cable"
+        assert await listening.line("warning") == line
 
 
 @in_a_loop
 async def test_what_is_not_installed_is_a_line_that_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MIDO_BACKEND", "nobody_has_this")
-    listening = Listening(OutsideClock("midi"))
-    assert await listening.until(lambda message: message["type"] == "clock_gone") == {
-        "type": "clock_gone",
-        "message": "",
-    }
-    assert listening.heard[0] == {"type": "error", "message": midi.LACKS}
+    with Listening(OutsideClock("midi")) as listening:
+        assert await listening.line("clock_gone") == ""
+        assert listening.heard[0] == {"type": "error", "message": midi.LACKS}
 
 
 @in_a_loop
 async def test_a_process_that_ends_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MIDO_BACKEND", "midi_cable")
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))  # it lacks the name of its cable
-    listening = Listening(OutsideClock("midi"))
-    error = await listening.until(lambda message: message["type"] == "error")
-    assert error["type"] == "error"
-    assert error["message"] == "this machine has no MIDI: 'MIDI_CABLE'"
+    with Listening(OutsideClock("midi")) as listening:
+        assert await listening.line("error") == "this machine has no MIDI: 'MIDI_CABLE'"
 
 
 PEER = """
@@ -188,20 +190,17 @@ def own_network() -> Iterator[None]:
 async def test_a_link_session_is_heard_while_others_are_in_it() -> None:
     if not importlib.util.find_spec("aalink"):
         lacking('Ableton Link is under the GPL: pip install "improv-ls[link]"')
-    listening = Listening(OutsideClock("link"), 110)
-    peer = await asyncio.create_subprocess_exec(sys.executable, "-c", PEER, stdin=asyncio.subprocess.PIPE)
-    try:
-        first = await listening.until(lambda each: each["type"] == "anchor" and round(each["tempo"]) == 97)
-        assert first["type"] == "anchor"
-        later = await listening.until(lambda each: each["type"] == "anchor" and each["at"] > first["at"] + 1)
-        assert later["type"] == "anchor"
-        passed = (later["beat"] - first["beat"]) * 60 / (later["at"] - first["at"])
-        assert passed == pytest.approx(97, rel=0.01)
-    finally:
-        assert peer.stdin
-        peer.stdin.close()
-        await peer.wait()
-        listening.process.close()
+    with Listening(OutsideClock("link"), 110) as listening:
+        peer = await asyncio.create_subprocess_exec(sys.executable, "-c", PEER, stdin=asyncio.subprocess.PIPE)
+        try:
+            first = await listening.anchor(lambda each: round(each["tempo"]) == 97)
+            later = await listening.anchor(lambda each: each["at"] > first["at"] + 1)
+            passed = (later["beat"] - first["beat"]) * 60 / (later["at"] - first["at"])
+            assert passed == pytest.approx(97, rel=0.01)
+        finally:
+            assert peer.stdin
+            peer.stdin.close()
+            await peer.wait()
 
 
 @in_a_loop
@@ -210,5 +209,5 @@ async def test_without_aalink_a_line_says_what_it_is_and_under_which_license(
 ) -> None:
     (tmp_path / "aalink.py").write_text("raise ImportError\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    listening = Listening(OutsideClock("link"))
-    assert await listening.until(lambda message: message["type"] == "error") == {"type": "error", "message": link.LACKS}
+    with Listening(OutsideClock("link")) as listening:
+        assert await listening.line("error") == link.LACKS

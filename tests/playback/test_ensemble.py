@@ -57,57 +57,56 @@ class Members:
         return [each["message"] for each in self.heard if each["type"] == "warning"]
 
 
-def run(test: Callable[[Members, Ensemble], Awaitable[None]], unreachable: set[str]) -> None:
-    async def perform() -> None:
-        members = Members(unreachable)
+def performed(*unreachable: str) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+    """Give a test the stage here and one on a host, of which these are unreachable, and close them afterwards."""
+
+    async def perform(test: Callable[..., Awaitable[None]]) -> None:
+        members = Members({*unreachable})
         all_ = await Ensemble.start([HERE, PI], members.start, members.hear)
         await test(members, all_)
         await all_.close()
         assert not any(stage.alive for stage in members.stages.values())
 
-    asyncio.run(perform())
+    return lambda test: lambda: asyncio.run(perform(test))
 
 
-def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is_busy() -> None:
-    async def test(members: Members, all_: Ensemble) -> None:
-        stopping = threading.Thread(target=all_.send, args=({"type": "stop"},))
-        stopping.start()
-        stopping.join()  # the event loop does nothing meanwhile
-        assert [stage.kinds for stage in members.stages.values()] == [["stop"], ["stop"]]
-
-    run(test, set())
-
-
-def test_stages_are_one_stage_of_real_robots() -> None:
-    async def test(members: Members, all_: Ensemble) -> None:
-        assert all_.ready == {"type": "ready", "protocol": 2, "sink": f"ros; ros on {PI}", "real": True}
-
-    run(test, set())
-
-
-def test_a_host_that_cannot_be_reached_is_named_and_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True)
+def _no_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ensemble, "PAUSES", (0.0,))
 
-    async def test(members: Members, all_: Ensemble) -> None:
-        await members.until(lambda: members.failed > 2)
-        members.unreachable.clear()
-        await members.until(lambda: PI in members.stages)
-        assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
 
-    run(test, {PI})
+@performed()
+async def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is_busy(
+    members: Members, all_: Ensemble
+) -> None:
+    stopping = threading.Thread(target=all_.send, args=({"type": "stop"},))
+    stopping.start()
+    stopping.join()  # the event loop does nothing meanwhile
+    assert [stage.kinds for stage in members.stages.values()] == [["stop"], ["stop"]]
+
+
+@performed()
+async def test_stages_are_one_stage_of_real_robots(members: Members, all_: Ensemble) -> None:
+    assert all_.ready == {"type": "ready", "protocol": 2, "sink": f"ros; ros on {PI}", "real": True}
+
+
+@performed(PI)
+async def test_a_host_that_cannot_be_reached_is_named_and_tried_again(members: Members, all_: Ensemble) -> None:
+    await members.until(lambda: members.failed > 2)
+    members.unreachable.clear()
+    await members.until(lambda: PI in members.stages)
+    assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
 
 
 def test_nothing_starts_if_the_stage_here_fails() -> None:
     with pytest.raises(StageError, match=r"ssh can't find $"):
-        run(lambda members, all_: asyncio.sleep(0), {HERE})
+        performed(HERE)(lambda members, all_: asyncio.sleep(0))()
 
 
-def test_what_a_person_asks_for_on_a_robot_is_passed_on_with_the_stops_until_then() -> None:
-    async def test(members: Members, all_: Ensemble) -> None:
-        members.stages[PI].say({"type": "request", "command": {"type": "pause"}})
-        assert members.heard == [{"type": "request", "command": {"type": "pause"}}]
-
-    run(test, set())
+@performed()
+async def test_what_a_person_asks_for_on_a_robot_is_passed_on(members: Members, all_: Ensemble) -> None:
+    members.stages[PI].say({"type": "request", "command": {"type": "pause"}})
+    assert members.heard == [{"type": "request", "command": {"type": "pause"}}]
 
 
 def test_a_score_with_other_hosts_starts_their_stages() -> None:

@@ -31,6 +31,14 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         yield Path(folder, "improv")
 
 
+@pytest.fixture
+def made(runtime: Path) -> Iterator[StopSocket]:
+    """What a process that plays has, where it is found."""
+    made = StopSocket(lambda: "stopped")
+    yield made
+    made.close()
+
+
 def test_all_playing_processes_are_stopped() -> None:
     stopped: list[str] = []
 
@@ -46,23 +54,21 @@ def test_all_playing_processes_are_stopped() -> None:
     assert list(stop_all()) == []
 
 
+@pytest.mark.usefixtures("made")
 def test_a_silent_process_delays_nobody(runtime: Path) -> None:
-    made = StopSocket(lambda: "stopped")
     (path,) = runtime.iterdir()
     with socket.socket(socket.AF_UNIX) as silent, socket.socket(socket.AF_UNIX) as hangs:
         silent.connect(str(path))
         hangs.bind(str(runtime / "0-hangs.sock"))
         hangs.listen()
         assert sorted(stop_all()) == ["process 0 does not answer: end it with `kill`", "stopped"]
-    made.close()
 
 
+@pytest.mark.usefixtures("made")
 def test_nobody_else_can_enter(runtime: Path) -> None:
-    made = StopSocket(lambda: "stopped")
     (path,) = runtime.iterdir()
     assert runtime.stat().st_mode & 0o777 == 0o700
     assert path.stat().st_mode & 0o777 == 0o600
-    made.close()
 
 
 @pytest.mark.parametrize("trap", ["open to all", "a link", "a file"])
@@ -83,11 +89,11 @@ def test_a_folder_that_others_can_use_is_not_used(trap: str, runtime: Path, tmp_
     made.close()
 
 
+@pytest.mark.usefixtures("made")
 @pytest.mark.parametrize("environment", ["unset", "another", "removed", "not a folder"])
 def test_the_socket_is_found_in_any_environment(
     environment: str, runtime: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = StopSocket(lambda: "stopped")
     if environment == "unset":
         monkeypatch.delenv("XDG_RUNTIME_DIR")
     elif environment == "removed":
@@ -95,7 +101,6 @@ def test_the_socket_is_found_in_any_environment(
     else:
         monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path if environment == "another" else "/dev/null"))
     assert list(stop_all()) == ["stopped"]
-    made.close()
 
 
 def test_without_any_folder_it_fails_with_one_line() -> None:
@@ -139,8 +144,7 @@ def test_one_that_was_killed(runtime: Path) -> None:
     assert list(runtime.iterdir()) == []
 
 
-def test_any_other_request_stops_nothing(runtime: Path) -> None:
-    made = StopSocket(lambda: "stopped")
+def test_any_other_request_stops_nothing(runtime: Path, made: StopSocket) -> None:
     (path,) = runtime.iterdir()
     with socket.socket(socket.AF_UNIX) as stranger:
         stranger.connect(str(path))

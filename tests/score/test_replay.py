@@ -34,6 +34,14 @@ def made(program: str) -> Score:
     return score_of(analyze(program))
 
 
+def sensing(program: str, *near: tuple[Exact, bool | None]) -> Replay:
+    """What `r` plays if `near` is so from these beats on."""
+    replayed = Replay(made(program))
+    for beat, value in near:
+        replayed.sense("r", "near", value, beat)
+    return replayed
+
+
 def words(replayed: Replay, start: Exact, program: str, count: int = 4, body_part: str | None = None) -> str:
     """`2 left, 3 left`."""
     found = []
@@ -49,16 +57,12 @@ def words(replayed: Replay, start: Exact, program: str, count: int = 4, body_par
 
 
 def test_what_was_sensed_last_goes_on() -> None:
-    replayed = Replay(made(TURNER))
-    replayed.sense("r", "near", False, 0)
-    replayed.sense("r", "near", True, 2)
+    replayed = sensing(TURNER, (0, False), (2, True))
     assert words(replayed, 0, TURNER) == "0 forward, 1 forward, 2 left, 3 left"
 
 
 def test_a_robot_stands_without_words_while_its_sense_is_silent() -> None:
-    replayed = Replay(made(TURNER))
-    replayed.sense("r", "near", False, 0)
-    replayed.sense("r", "near", None, 2)
+    replayed = sensing(TURNER, (0, False), (2, None))
     assert words(replayed, 1, TURNER, 3) == "1 forward, 2 stands, 3 stands"
     assert not any(any(moment.velocity) for moment, _ in zip(replayed.moments("r", 2), range(3), strict=False))
 
@@ -67,9 +71,7 @@ BODY = "r is puppet\nr $ repeat (head (if near left else right) || forward)\n"
 
 
 def test_a_body_part_plays_what_senses_decide_and_so_does_its_base() -> None:
-    replayed = Replay(made(BODY))
-    replayed.sense("r", "near", False, 0)
-    replayed.sense("r", "near", True, 2)
+    replayed = sensing(BODY, (0, False), (2, True))
     assert words(replayed, 1, BODY, 3, "head") == "1 right, 2 left, 3 left"
     assert words(replayed, 1, BODY, 3, BASE) == "1 forward, 2 forward, 3 forward"
     turning = [moment.velocity.yaw for moment, _ in zip(replayed.moments("r", 1, "head"), range(2), strict=False)]
@@ -78,9 +80,7 @@ def test_a_body_part_plays_what_senses_decide_and_so_does_its_base() -> None:
 
 
 def test_a_body_part_plays_on_when_its_part_does() -> None:
-    before = Replay(made(BODY))
-    before.sense("r", "near", False, 0)
-    before.sense("r", "near", True, 2)
+    before = sensing(BODY, (0, False), (2, True))
     replayed = Replay(made("# more\n" + BODY), 5, before)
     assert words(replayed, 4, "# more\n" + BODY, 2, "head") == "4 left, 5 left"
 
@@ -98,8 +98,7 @@ def test_each_body_part_plays_its_own_words_and_rests_while_others_move() -> Non
 def test_thousands_of_edges_are_remembered() -> None:
     """Whatever was sensed first still counts, though most of what was performed is forgotten."""
     program = "r $ until near (repeat forward)\nr $ repeat (if near left else forward)\n"
-    replayed = Replay(made(program))
-    replayed.sense("r", "near", False, 0)
+    replayed = sensing(program, (0, False))
     for edge in range(2 * replay.MOST_PAST):
         replayed.sense("r", "near", bool(edge % 2 == 0), Fraction(edge + 6, 4))
     last = Fraction(2 * replay.MOST_PAST + 5, 4)
@@ -114,10 +113,7 @@ def test_thousands_of_edges_are_remembered() -> None:
 
 def test_what_was_decided_stays_when_a_part_plays_on() -> None:
     program = "r $ until near (repeat forward) repeat left\ns $ repeat forward\n"
-    before = Replay(made(program))
-    before.sense("r", "near", False, 0)
-    before.sense("r", "near", True, 2)
-    before.sense("r", "near", False, 3)
+    before = sensing(program, (0, False), (2, True), (3, False))
     score = before.score
     later = replace(score, parts={**score.parts, "s": replace(score.parts["s"], begins=5)})
     assert words(Replay(later, 5, before), 5, program, 2) == "5 left, 6 left"
@@ -129,9 +125,7 @@ def test_what_was_decided_stays_when_a_part_plays_on() -> None:
 
 def test_the_words_of_a_part_that_plays_on_are_those_of_the_program_as_it_is_read_again() -> None:
     program = "walk = repeat forward\nr $ until near walk repeat left\ns $ forward\n"
-    before = Replay(made(program))
-    before.sense("r", "near", False, 0)
-    before.sense("r", "near", True, 2)
+    before = sensing(program, (0, False), (2, True))
     again = "# more\n" + program.replace("s $ forward", "s $ left")
     replayed = Replay(made(again), 5, before)
     assert words(replayed, 1, again, 4) == "1 forward, 2 until, 3 left, 4 left"

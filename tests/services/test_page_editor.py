@@ -17,6 +17,12 @@ from improv_core.stage.fields import StartPoseJson
 PAGE, OTHER = 1, 2
 
 
+@pytest.fixture
+def editor() -> PageEditor:
+    """Without an improv.toml."""
+    return PageEditor(read_robots(""))
+
+
 def ask(editor: PageEditor, text: str, number: int = 1, page: int = PAGE) -> Analyzed:
     return editor.analyze(page, {"type": "analyze", "number": number, "text": text})
 
@@ -36,8 +42,8 @@ def test_words_have_the_colors_that_editors_give_them() -> None:
     ]
 
 
-def test_a_problem_has_its_place_its_message_and_its_fixes() -> None:
-    (problem,) = ask(PageEditor(read_robots("")), "r $ left\ns $ forwrd\n")["problems"]
+def test_a_problem_has_its_place_its_message_and_its_fixes(editor: PageEditor) -> None:
+    (problem,) = ask(editor, "r $ left\ns $ forwrd\n")["problems"]
     assert (problem["start"], problem["end"], problem["line"], problem["severity"]) == (13, 19, 2, "error")
     edits = [{"start": 13, "end": 19, "text": "forward"}]
     (fix,) = problem["fixes"]
@@ -51,9 +57,8 @@ def in_room(editor: PageEditor, text: str, number: int = 1) -> Analyzed | None:
     return editor.check_room(PAGE, {"type": "analyze", "number": number, "text": text})
 
 
-def test_whom_robots_meet_is_answered_later_beside_all_other_problems() -> None:
+def test_whom_robots_meet_is_answered_later_beside_all_other_problems(editor: PageEditor) -> None:
     text = f"unused = left\n{HEAD_ON}"
-    editor = PageEditor(read_robots(""))
     at_once = ask(editor, text)
     assert len(at_once["problems"]) == at_once["count"] == 1
     later = in_room(editor, text)
@@ -64,8 +69,7 @@ def test_whom_robots_meet_is_answered_later_beside_all_other_problems() -> None:
     assert "`ada` and `bo` meet" in meeting["message"]
 
 
-def test_nothing_is_added_where_nobody_meets_or_the_text_has_changed() -> None:
-    editor = PageEditor(read_robots(""))
+def test_nothing_is_added_where_nobody_meets_or_the_text_has_changed(editor: PageEditor) -> None:
     apart = HEAD_ON.replace("0 facing", "3 facing")
     ask(editor, apart)
     assert in_room(editor, apart) is None
@@ -74,14 +78,14 @@ def test_nothing_is_added_where_nobody_meets_or_the_text_has_changed() -> None:
     assert in_room(editor, HEAD_ON, number=2) is not None
 
 
-def test_of_many_problems_the_first_are_listed_and_all_are_counted() -> None:
-    answer = ask(PageEditor(read_robots("")), "r $ x\n" * 200)
+def test_of_many_problems_the_first_are_listed_and_all_are_counted(editor: PageEditor) -> None:
+    answer = ask(editor, "r $ x\n" * 200)
     assert (len(answer["problems"]), answer["count"]) == (MOST_PROBLEMS, 200)
 
 
-def test_fixes_that_may_be_made_together_are_of_one_kind() -> None:
+def test_fixes_that_may_be_made_together_are_of_one_kind(editor: PageEditor) -> None:
     program = "unused = left\nidle = left\nr $ forwrd forwrd lef near\n"
-    problems = ask(PageEditor(read_robots("")), program)["problems"]
+    problems = ask(editor, program)["problems"]
     kinds = {fix["title"]: fix["kind"] for each in problems for fix in each["fixes"]}
     assert kinds["Change to forward"] == "unknown-name: Change to forward"
     assert kinds["Change to left"] != kinds["Change to forward"]
@@ -100,8 +104,7 @@ def test_problems_of_the_robots_file_are_listed_until_it_is_right() -> None:
     ]
 
 
-def test_words_are_offered_and_explained_for_the_text_that_the_page_has() -> None:
-    editor = PageEditor(read_robots(""))
+def test_words_are_offered_and_explained_for_the_text_that_the_page_has(editor: PageEditor) -> None:
     ask(editor, "r $ le", number=7)
     ask(editor, "s $ reflect YZ ri", number=1, page=OTHER)
     completed = editor.complete(PAGE, {"type": "complete", "number": 7, "offset": 6})
@@ -120,19 +123,17 @@ def test_words_are_offered_and_explained_for_the_text_that_the_page_has() -> Non
         editor.explain(PAGE, {"type": "explain", "number": 7, "offset": offset})
 
 
-def test_what_improv_new_writes_is_right() -> None:
-    assert ask(PageEditor(read_robots("")), TEMPLATE)["problems"] == []
+def test_what_improv_new_writes_is_right(editor: PageEditor) -> None:
+    assert ask(editor, TEMPLATE)["problems"] == []
 
 
-def test_the_page_is_told_where_robots_start_if_the_program_has_no_errors() -> None:
-    editor = PageEditor(read_robots(""))
+def test_the_page_is_told_where_robots_start_if_the_program_has_no_errors(editor: PageEditor) -> None:
     starts = ask(editor, "bo at 1 2 facing 90\nada $ left\n")["starts"]
     assert starts == {"ada": {"x": 0, "y": 0, "heading": 0}, "bo": {"x": 1, "y": 2, "heading": 90}}
     assert ask(editor, "bo at 1 2\nada $ lft\n")["starts"] == {}
 
 
-def test_robots_are_moved_in_the_text_of_their_page() -> None:
-    editor = PageEditor(read_robots(""))
+def test_robots_are_moved_in_the_text_of_their_page(editor: PageEditor) -> None:
     start: StartPoseJson = {"x": 1, "y": 2, "heading": 0}
     ask(editor, "ada $ left\n", number=3)
     moved = editor.move(PAGE, {"type": "move", "number": 3, "start_poses": {"ada": start}})
@@ -156,8 +157,7 @@ def test_robots_are_moved_in_the_text_of_their_page() -> None:
         {"type": "arrange", "shape": "line", "distance": 2, "facing": "in"},
     ],
 )
-def test_no_start_is_written_from_where_a_rehearsal_begins(what: Any) -> None:
-    editor = PageEditor(read_robots(""))
+def test_no_start_is_written_from_where_a_rehearsal_begins(what: Any, editor: PageEditor) -> None:
     ask(editor, "ada $ left\n", number=3)
     refused = editor.move(PAGE, {**what, "number": 3}, rehearses=True)  # type: ignore[arg-type]
     assert refused
@@ -165,8 +165,7 @@ def test_no_start_is_written_from_where_a_rehearsal_begins(what: Any) -> None:
     assert (refused["edits"], refused["problem"]) == ([], line)
 
 
-def test_a_tempo_is_written_into_the_text_of_its_page() -> None:
-    editor = PageEditor(read_robots(""))
+def test_a_tempo_is_written_into_the_text_of_its_page(editor: PageEditor) -> None:
     ask(editor, "beat 60\nada $ left\n", number=3)
     answer = editor.set_tempo(PAGE, {"type": "tempo", "number": 3, "tempo": 96})
     assert answer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -20,6 +21,7 @@ from improv_core.services.place_plan import Way
 from improv_core.services.place_score import LEG, LOOK, driving, looking, undrivable
 
 WHEELS = replace(TURTLEBOT4, motions=("forward", "turn"))
+POSES = {"a": Pose(), "b": Pose(9)}
 
 
 def dance(profile: Profile = WHEELS) -> Score:
@@ -29,6 +31,11 @@ def dance(profile: Profile = WHEELS) -> Score:
         for robot, part in read.parts.items()
     }
     return replace(read, parts=parts, safety=Safety(stop="/e_stop", deadman=Deadman("/joy", 4)))
+
+
+def drives(points: Sequence[tuple[float, float]], heading: float | None = 0.0, profile: Profile = WHEELS) -> Score:
+    """The score with which `a` drives along these points, while `b` stands 9 m away."""
+    return driving(dance(profile), POSES, {"a": Way(points, heading)})
 
 
 def end(part: Part) -> Pose:
@@ -48,39 +55,34 @@ def end(part: Part) -> Pose:
     ],
 )
 def test_a_robot_ends_in_its_place(points: list[tuple[float, float]], heading: float | None) -> None:
-    part = driving(dance(), {"a": Pose(), "b": Pose(9)}, {"a": Way(points, heading)}).parts["a"]
-    found = end(part)
+    found = end(drives(points, heading).parts["a"])
     assert (found.x, found.y) == pytest.approx(points[-1] if points else (0, 0), abs=1e-4)
     if heading is not None:
         assert abs(math.remainder(found.heading - heading, math.tau)) < 1e-4
 
 
 def test_a_robot_drives_backward_to_a_point_close_behind_it() -> None:
-    part = driving(dance(), {"a": Pose(), "b": Pose(9)}, {"a": Way([(-0.1, 0.0)], 0.0)}).parts["a"]
-    assert [moment.velocity.yaw for moment in walk(part.movement)] == [0]
+    assert [moment.velocity.yaw for moment in walk(drives([(-0.1, 0.0)]).parts["a"].movement)] == [0]
 
 
 @pytest.mark.parametrize(("profile", "linear", "angular"), [(WHEELS, 0.306 / 5, 1.9 / 5), (DEFAULT, SLOW, SLOW_TURN)])
 def test_robots_are_slow(profile: Profile, linear: float, angular: float) -> None:
-    score = driving(dance(profile), {"a": Pose(), "b": Pose(9)}, {"a": Way([(0.2, 0.3)], 0.0)})
+    score = drives([(0.2, 0.3)], profile=profile)
     told = [twist(moment.velocity, profile, score.tempo) for moment in walk(score.parts["a"].movement)]
     assert max(abs(each.x) for each in told) == pytest.approx(linear)
     assert max(abs(each.yaw) for each in told) == pytest.approx(angular)
 
 
 def test_a_robot_that_can_not_follow_its_way_is_measured_again_after_a_leg() -> None:
-    ways = {"a": Way([(0.3, 0.0), (0.3, 4.0)], 1.0)}
-    poses = {"a": Pose(), "b": Pose(9)}
-    assert not driving(dance(DEFAULT), poses, ways).parts["a"].follow
-    assert end(driving(dance(DEFAULT), poses, ways).parts["a"]).y == pytest.approx(LEG - 0.3, abs=1e-4)
-    assert driving(dance(), poses, ways).parts["a"].follow
-    assert end(driving(dance(), poses, ways).parts["a"]).y == pytest.approx(4, abs=1e-3)
+    for profile, follows, far in ((DEFAULT, False, LEG - 0.3), (WHEELS, True, 4)):
+        part = drives([(0.3, 0.0), (0.3, 4.0)], 1.0, profile).parts["a"]
+        assert part.follow is follows
+        assert end(part).y == pytest.approx(far, abs=1e-4)
 
 
 def test_all_robots_are_in_the_score_until_its_end_and_must_be_seen() -> None:
-    poses = {"a": Pose(), "b": Pose(9)}
-    score = driving(dance(), poses, {"a": Way([(1.0, 0.0)], 0.0)})
-    assert {robot: part.start for robot, part in score.parts.items()} == poses
+    score = drives([(1.0, 0.0)])
+    assert {robot: part.start for robot, part in score.parts.items()} == POSES
     assert score.parts["a"].movement.duration == pytest.approx(score.parts["b"].movement.duration, abs=1e-5)
     assert end(score.parts["b"]) == Pose(9)
     assert not any(part.stands or part.reset for part in score.parts.values())
@@ -96,7 +98,7 @@ def test_robots_only_stand_while_it_is_found_out_where_they_are() -> None:
 
 
 def test_a_stage_reads_it() -> None:
-    score = driving(dance(), {"a": Pose(), "b": Pose(9)}, {"a": Way([(1.0, 1 / 3)], 0.1)})
+    score = drives([(1.0, 1 / 3)], 0.1)
     assert from_json(json.loads(json.dumps(to_json(score)))).safety == score.safety
 
 

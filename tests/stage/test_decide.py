@@ -370,6 +370,15 @@ def test_a_score_that_needs_a_deadman_button_waits_for_it_as_it_takes_over() -> 
     assert names(what) == ["Dismiss", "Zero", "Report", "LookLater", "Tell", "LookSoon"]
 
 
+def test_nobody_has_to_be_in_a_place_for_a_save_while_robots_move() -> None:
+    facts = real(3, places={"a": Standing(Pose(), Pose(1.0))})
+    faster = replace(OTHER, tempo=Fraction(120))
+    then, done = decide(run("playing", next=Swap(faster, 2, "beat", 4, 3.0, None)), Due(3.0, Rank.TAKEOVER), facts)
+    last = done[-1]
+    assert isinstance(last, Then)
+    assert decide(then, last.event, facts)[0].mode == "playing"
+
+
 # From the beginning to the end
 
 
@@ -720,6 +729,8 @@ def test_robots_have_to_be_in_their_places_before_it_is_armed_and_when_it_begins
         assert "doesn't begin" in lines(done)[0]
     then, _ = found(armed(AT_5), READY, replace(wall(4, places=wrong), real=True))
     assert then.mode == "waiting", "somebody who walks among them disarms nothing"
+    then, _ = found(run("waiting", dance=NOTHING), READY, replace(wall(4, places=wrong), real=True))
+    assert then.mode == "playing", "who only has to stop needs no place"
 
 
 def test_without_the_deadman_button_nothing_begins_by_itself() -> None:

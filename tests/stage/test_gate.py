@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import pytest
 
-from improv_core.score.motion import Twist
 from improv_core.score.score import Score
 from improv_core.stage.gate import Gate
 from improv_core.stage.listeners import PATIENCE
@@ -119,20 +117,6 @@ def test_the_last_bar_before_a_time_is_counted() -> None:
     assert armed.zero == pytest.approx(20, abs=1e-3)
 
 
-def test_a_stop_ends_a_count_and_a_takeover_has_none() -> None:
-    armed = Armed()
-    armed.load(None, COUNTED)
-    armed.stage.run(2)
-    armed.stage.player.stop(armed.stage.now)
-    armed.stage.run(10)
-    assert (armed.stage.player.state, armed.says) == ("stopped", [True, False])
-    armed.load(None)
-    armed.stage.run(1)
-    armed.stage.player.load(COUNTED, 2, "now", armed.stage.now)
-    armed.stage.run(0.1)
-    assert (armed.stage.player.state, armed.stage.player.generation) == ("playing", 2)
-
-
 @pytest.mark.parametrize(
     ("at", "set_by", "begins"),
     [
@@ -161,40 +145,3 @@ def test_if_the_clock_is_set_past_its_time_it_begins_within_one_look() -> None:
     armed.stage.run(10)
     assert armed.zero == pytest.approx(3, abs=LOOK_WHILE_ARMED)
     assert "late" in armed.stage.lines[0]
-
-
-def test_a_person_begins_it_and_it_looks_for_nobody_again() -> None:
-    armed = Armed()
-    armed.stage.sink.deaf = {"r": "nothing is listening on /r/cmd_vel"}
-    armed.load(Gate())
-    armed.stage.run(1)
-    armed.stage.player.resume(armed.stage.now)
-    assert armed.zero is None, "it was not ready"
-    armed.stage.run(PATIENCE + 30)
-    assert (armed.zero, armed.says, armed.stage.states) == (None, [True], ["waiting", "waiting"])
-    armed.stage.player.resume(armed.stage.now)
-    armed.stage.run(0)
-    assert armed.zero == PATIENCE + 31
-    assert armed.stage.sink.sent[-1][2].x > 0, "at once"
-
-
-@pytest.mark.parametrize("stop", [Player.stop, Player.pause])
-def test_after_a_stop_neither_the_clock_nor_a_person_begins_it(stop: Callable[[Player, float], None]) -> None:
-    armed = Armed()
-    armed.load(Gate(1000.0 + AHEAD + 5))
-    armed.stage.run(3)
-    stop(armed.stage.player, armed.stage.now)
-    armed.stage.run(10)
-    armed.stage.player.resume(armed.stage.now)
-    armed.stage.run(10)
-    assert (armed.stage.player.state, armed.says) == ("stopped", [True, False])
-    assert {twist for _, _, twist in armed.stage.sink.sent} == {Twist()}, "zeros, and nothing else"
-
-
-def test_restart_begins_without_waiting() -> None:
-    armed = Armed()
-    armed.load(Gate())
-    armed.stage.run(3)
-    armed.load(None)
-    armed.stage.run(1)
-    assert (armed.zero, armed.says) == (3, [True, False])

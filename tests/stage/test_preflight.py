@@ -115,12 +115,6 @@ class Lab:
         return any((twist.x, twist.y, twist.z, twist.yaw) != (0, 0, 0, 0) for _, _, twist in self.stage.sink.sent)
 
 
-def test_robots_in_their_places_begin() -> None:
-    lab = Lab()
-    lab.begins(Pose(0.05))
-    assert (lab.state, lab.moved, lab.lines) == ("playing", True, [])
-
-
 def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is() -> None:
     lab = Lab()
     lab.begins(Pose(0.36))
@@ -156,22 +150,6 @@ def test_it_may_begin_anyway() -> None:
     assert (forced.state, forced.moved) == ("playing", True)
 
 
-def test_a_stop_ends_the_wait_for_robots() -> None:
-    lab = Lab()
-    lab.begins(Pose(0.36))
-    lab.stage.player.stop(lab.stage.now)
-    assert (lab.state, lab.shown) == ("stopped", [])
-    lab.resume(anyway=True)
-    assert (lab.state, lab.moved) == ("stopped", False)
-
-
-def test_a_robot_without_a_pose_does_not_begin() -> None:
-    lab = Lab()
-    lab.begins(None)
-    assert (lab.state, lab.moved) == ("paused", False)
-    assert lab.shown == ["nobody knows where ada stands: its poses have to arrive"]
-
-
 @pytest.mark.parametrize(("source", "state"), [(TRACKED, "paused"), (CONTINUOUS, "paused"), (AFTER_MOVING, "playing")])
 def test_an_old_pose_counts_only_if_its_source_is_silent_while_robots_stand(source: str, state: str) -> None:
     lab = Lab(source=source)
@@ -183,12 +161,6 @@ def test_an_old_pose_counts_only_if_its_source_is_silent_while_robots_stand(sour
     lab.stage.sink.resets = False
     lab.stage.run(0.1)
     assert lab.state == state
-
-
-def test_poses_in_a_frame_of_their_own_are_not_compared() -> None:
-    lab = Lab("own")
-    lab.begins(Pose(5, 5))
-    assert lab.state == "playing"
 
 
 def test_robots_that_were_carried_during_a_pause_do_not_continue() -> None:
@@ -212,26 +184,3 @@ def test_a_seek_of_real_robots_needs_them_at_their_places_there() -> None:
     lab.stands(degrees(2, 0, 90))
     lab.resume()
     assert lab.state == "playing"
-
-
-def test_a_save_while_robots_move_compares_nothing() -> None:
-    lab = Lab()
-    lab.begins(Pose())
-    lab.stands(Pose(0.8))
-    lab.play("beat 60\nada $ forward right forward\n", when="now")
-    lab.stage.run(0.1)
-    assert lab.state == "playing"
-
-
-def test_robots_that_only_have_to_stop_need_no_places() -> None:
-    lab = Lab()
-    lab.stage.sink.resets = True
-    read = score(PROGRAM)
-    parts = {
-        name: replace(part, odom="/pose", odom_frame=lab.odom_frame, scenes=()) for name, part in read.parts.items()
-    }
-    lab.stage.player.load(replace(read, parts=parts), 1, "restart", lab.stage.now)
-    lab.stands(Pose(5))
-    lab.stage.sink.resets = False
-    lab.stage.run(0.1)
-    assert lab.state == "ended"

@@ -206,12 +206,6 @@ def test_a_robot_that_had_to_decide_without_knowing_stands_until_it_knows() -> N
     assert stage.moves() == [(0, STANDS), (1.5, GOES), (3, TURNS), (4, STANDS)]
 
 
-def test_a_silent_sense_matters_only_while_it_is_read() -> None:
-    stage = playing(anna=series([repeat(FORWARD, 2), until(LEFT, NEAR)]), near=None)
-    stage.run(5)
-    assert stage.moves() == [(0, GOES), (2, STANDS)]
-
-
 def test_a_scene_ends_when_all_are_done_and_the_next_begins_on_a_whole_beat() -> None:
     stage = playing(anna=(until(repeat(FORWARD), CUE), LEFT), bert=(FORWARD, LEFT))
     stage.act(4.25, "cue", 5)
@@ -223,30 +217,6 @@ def test_a_scene_ends_when_all_are_done_and_the_next_begins_on_a_whole_beat() ->
         {"index": 1, "begins": 5},
         {"anna": 5, "bert": 5},
     )
-
-
-def test_parallel_voices_react_one_by_one() -> None:
-    stage = playing(anna=parallel([until(repeat(FORWARD), NEAR), repeat(LEFT)]))
-    stage.act(1.5, "near", 5)
-    assert stage.moves() == [(0, (2, QUARTER)), (1.5, TURNS), (2, STANDS)]
-
-
-def test_pausing_and_resuming_keeps_earlier_decisions() -> None:
-    stage = playing(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)]))
-    stage.act(1.5, "near", 1.75)
-    stage.player.pause(stage.now)
-    stage.run(10)
-    stage.player.resume(stage.now)
-    stage.run(10)
-    assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3.25, STANDS), (13.25, TURNS), (16, STANDS)]
-
-
-def test_speed_changes_keep_earlier_decisions() -> None:
-    stage = playing(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)]))
-    stage.act(1.5, "near", 1.5)
-    stage.player.set_speed(2, stage.now)
-    stage.run(10)
-    assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3, (0, 2 * QUARTER)), (4.5, STANDS)]
 
 
 def test_seeking_forgets_earlier_decisions() -> None:
@@ -287,14 +257,6 @@ def test_a_save_set_to_wait_for_the_end_waits_until_senses_end_it() -> None:
     stage.player.load(open_score(anna=LEFT), 2, "end", stage.now)
     stage.act(5, "cue", 5)
     assert stage.moves() == [(0, GOES), (6.5, STANDS), (7, TURNS), (8, STANDS)]
-
-
-def test_a_save_does_not_wait_for_the_end_of_an_endless_score() -> None:
-    stage = playing(anna=ROAMER)
-    stage.run(1.5)
-    stage.player.load(open_score(anna=repeat(LEFT)), 2, "end", stage.now)
-    stage.run(5)
-    assert stage.moves() == [(0, GOES), (2, TURNS)]
 
 
 def test_a_stop_is_obeyed_no_matter_what_is_sensed() -> None:

@@ -52,17 +52,6 @@ def test_a_change_to_a_later_scene_affects_nobody_before_it() -> None:
     check_moves(edited, "bert", [(0, LEFT), (4, RIGHT), (6, STANDS)])
 
 
-def test_a_change_to_an_earlier_scene_affects_nobody() -> None:
-    alone, edited = Continuing(), Continuing()
-    for stage in (alone, edited):
-        stage.save(TWO, "restart")
-        stage.run(5.5)
-    edited.save(TWO.replace("repeat 4 forward\nbert", "repeat 9 left\nbert"))
-    for stage in (alone, edited):
-        stage.run(20)
-    assert edited.sink.sent == alone.sink.sent
-
-
 def test_a_changed_part_begins_at_its_own_beat_0_of_the_scene_that_plays() -> None:
     stage = Continuing()
     stage.save(TWO, "restart")
@@ -119,11 +108,3 @@ def test_seeking_reaches_any_scene_even_backward() -> None:
     stage.player.seek(3, stage.now)
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (1, RIGHT), (2.5, FORWARD), (3.5, RIGHT), (7.5, STANDS)])
-
-
-def test_a_scene_lets_those_above_it_play_to_their_ends() -> None:
-    stage = Continuing()
-    stage.save("anna $ forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", "restart")
-    stage.run(20)
-    check_moves(stage, "anna", [(0, FORWARD), (1, STANDS), (3, LEFT), (4, STANDS)])
-    check_moves(stage, "bert", [(0, (0.8, 0)), (2.5, STANDS), (3, LEFT), (4, STANDS)])

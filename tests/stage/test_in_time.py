@@ -40,14 +40,6 @@ def after(count: int, kind: str, **rest: Any) -> Any:
     return {"type": kind, "after": count, **rest}
 
 
-def test_what_comes_early_takes_effect_at_its_time() -> None:
-    check(
-        (1, {"type": "speed", "factor": 2.0, "at": START + 1.5}),
-        (3, {"type": "stop"}),
-        told=[("playing", 1.5, 1.5), ("stopped", 3, 4.5)],
-    )
-
-
 def test_what_comes_early_takes_effect_at_its_time_even_if_a_busy_machine_wakes_the_stage_late() -> None:
     check(
         (1, {"type": "speed", "factor": 2.0, "at": START + 1.5}),
@@ -57,6 +49,10 @@ def test_what_comes_early_takes_effect_at_its_time_even_if_a_busy_machine_wakes_
         told=[("playing", 1.5, 1.5), ("paused", 2.5, 3.5), ("playing", 3.5, 3.5), ("stopped", 5, 6.5)],
         late=0.008,
     )
+
+
+def test_a_stop_counts_from_when_it_comes() -> None:
+    check((1.02, {"type": "stop", "at": START + 1.01}), told=[("stopped", 1.02, 1.02)])
 
 
 def test_what_comes_next_waits_for_what_comes_early() -> None:

@@ -108,21 +108,6 @@ def test_what_changes_at_the_same_time_is_told_to_all_joints_of_a_robot_at_once(
     assert told == [(robot, at, ["yaw", "pitch", "tail"]) for at in (0, 1) for robot in "ab"]
 
 
-def test_a_stop_tells_joints_to_stand_where_they_are() -> None:
-    stage = Bodies("a $ head left")
-    stage.run(0.5)
-    stage.player.stop(stage.now)
-    stage.run(5)
-    assert stage.turns() == [(0, 0, 30), (0.5, 15, 0)]
-
-
-def test_body_parts_that_nothing_moves_are_told_nothing() -> None:
-    stage = Bodies("a $ forward\nb $ head left")
-    stage.run(2)
-    stage.player.stop(stage.now)
-    assert {robot for robot, *_ in stage.sink.joints} == {"b"}
-
-
 def test_a_pause_only_interrupts() -> None:
     stage = Bodies("a $ head (left to aside right)")
     stage.run(1.5)

@@ -8,7 +8,6 @@ import queue
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
 import pytest
 
@@ -136,14 +135,6 @@ def zeros(sink: Memory, robot: str) -> list[float]:
     return [round(at, 9) for name, at, twist in sink.sent if name == robot and twist == STILL]
 
 
-def test_a_stage_that_ends_while_waiting_for_listeners_never_begins() -> None:
-    sink = Memory()
-    sink.deaf = {"r": "nothing is listening"}
-    told = perform(sink, (0, load("r $ forward\n")), (0.1, End()))
-    assert told[-1]["type"] == "stopped"
-    assert {twist for _, _, twist in sink.sent} == {STILL}
-
-
 class Later(Slow):
     """A robot whose listener is found only after a while."""
 
@@ -206,12 +197,6 @@ def test_where_robots_elsewhere_are_counts_at_once_also_behind_what_waits_for_it
     assert states["paused"] == START + 0.3
 
 
-def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:
-    sink = Memory()
-    perform(sink, (0, load("r s $ repeat forward\n")), (0.51, End()))
-    assert zeros(sink, "r") == zeros(sink, "s") == [0.51, 0.56, 0.61]
-
-
 @pytest.mark.parametrize("broken", ["a", "r", "z"])
 def test_all_others_get_their_last_zeros_if_one_robot_cannot_be_reached(broken: str) -> None:
     sink = Memory()
@@ -220,15 +205,6 @@ def test_all_others_get_their_last_zeros_if_one_robot_cannot_be_reached(broken: 
     for robot in ("a", "r", "z"):
         assert len(zeros(sink, robot)) == (0 if robot == broken else 3)
     assert told[-1] == {"type": "stopped", "message": f"{broken} has no publisher any more"}
-
-
-def test_real_robots_stop_when_the_parent_no_longer_pings() -> None:
-    sink = Memory()
-    told = perform(sink, (0, PING), (0, load("r $ repeat forward\n")), (9, End()))
-    assert errors(told) == [
-        f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
-    ]
-    assert zeros(sink, "r") == [0.5, 0.55, 0.6]
 
 
 def test_a_parent_that_has_never_pinged_may_stay_silent() -> None:
@@ -292,13 +268,6 @@ def test_real_robots_stand_after_the_machine_has_slept() -> None:
     assert max(at for _, at, twist in sink.sent if twist != STILL) < 2.01
 
 
-def test_robots_that_wait_for_a_button_do_not_move_after_the_machine_has_slept() -> None:
-    sink = Memory()
-    told = perform(sink, (0, guarded("r $ repeat forward\n")), (5, HELD), (9, End()), sleeps_at=2)
-    assert errors(told) == [SLEPT]
-    assert all(twist == STILL for *_, twist in sink.sent)
-
-
 def test_a_score_from_before_the_machine_slept_is_refused_and_one_from_after_it_plays() -> None:
     def asked(asleep: float) -> Play:
         play = load("r $ repeat forward\n")
@@ -329,35 +298,7 @@ def test_a_ping_is_answered_with_its_number() -> None:
     assert {"type": "pong", "number": 7} in told
 
 
-def test_everything_but_a_stop_takes_effect_at_its_requested_time() -> None:
-    sink = Memory()
-    told = perform(
-        sink,
-        (0, load("beat 60\nr $ repeat forward\n")),
-        (1.02, {"type": "pause", "at": START + 1.01}),
-        (2.0, {"type": "resume"}),
-        (3.02, {"type": "stop", "at": START + 3.01}),
-        (9, End()),
-    )
-    moments = [round(each["monotonic"] - START, 9) for each in told if each["type"] == "transport"]
-    assert moments == [0, 1.01, 2, 3.02]
-
-
 TOO_LONG = [["hold", [1, 0, 0, 0], 1, None], *(["repeat", place, 10**9] for place in range(35))]
-
-
-@pytest.mark.parametrize("movements", [[["dance"]], [], TOO_LONG], ids=["unknown", "missing", "too long"])
-def test_a_score_that_cannot_be_played_is_one_error_and_stops_the_robots(movements: list[Any]) -> None:
-    sink = Memory()
-    data = to_json(score("r $ forward\n"))
-    data["movements"], data["parts"]["r"]["scenes"] = movements, [len(movements) - 1]
-    message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
-    told = perform(
-        sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), RowsRead())), (9, End())
-    )
-    (line,) = errors(told)
-    assert line.startswith("this program can't be played: ")
-    assert zeros(sink, "r") == [0.51, 0.56, 0.61]
 
 
 @pytest.mark.parametrize("when", ["restart", "now"])
@@ -478,8 +419,3 @@ def test_pages_are_shown_the_scene_to_which_playback_goes_back() -> None:
     opened = Opened(sink, lambda told: None, lambda score, generation: scenes.append(score.scene))
     run(opened, turned, turned, turned.parent)
     assert scenes == [0, 1, 0]
-
-
-def test_hundreds_of_empty_scenes_end_at_once() -> None:
-    told = perform(Memory(), (0, load("---\n" * 480 + "r $ fast 10 forward\n")), (1, End()))
-    assert "ended" in [message["state"] for message in told if message["type"] == "transport"]

@@ -17,7 +17,6 @@ from improv_core.stage.guard import QUIET, from_elsewhere
 from improv_core.stage.messages import RobotsSeen
 from improv_core.stage.nearness import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
 from improv_core.stage.odometry import CONTINUOUS
-from improv_core.stage.player import Player
 from improv_core.stage.sinks import RawPose
 from tests.stage.test_player import Stage, score
 
@@ -61,10 +60,6 @@ def check(*steps: tuple[float, float], expected: Sequence[float], playing: bool 
 )
 def test_who_comes_too_near(steps: list[tuple[float, float]], expected: list[float]) -> None:
     check(*steps, expected=expected)
-
-
-def test_robots_that_do_not_play_are_too_near_to_nobody() -> None:
-    check((0, 0.1), (0.1, 0.1), expected=[], playing=False)
 
 
 def test_a_pose_that_is_old_shows_nothing() -> None:
@@ -247,19 +242,6 @@ def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
     return [message for message in stage.told if message["type"] == "seen"]
 
 
-def test_a_robot_of_another_stage_that_comes_too_near_pauses_at_once() -> None:
-    stage = beside()
-    see_there(stage, 0.31)
-    assert stage.states[-1] == "playing"
-    see_there(stage, 0.2)
-    assert stage.states[-1] == "paused"
-    assert stage.lines[-1] == "paused: a and b are 0.20 m apart, and `keep_apart` is 0.3 m: make room, then resume"
-    see_there(stage, 0.2)
-    stage.player.resume(stage.now, anyway=True)
-    see_there(stage, 0.25)
-    assert stage.states[-1] == "playing", "both may move apart"
-
-
 def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_than_now() -> None:
     stage = beside()
     see_there(stage, 0.2, ago=0.21)
@@ -345,20 +327,11 @@ def watched(*, real: bool = True) -> Stage:
     stage.sink.real = real
     read = score("beat 60\na b $ repeat 8 forward")
     parts = {robot: replace(part, odom=f"/{robot}/pose", odom_frame="world") for robot, part in read.parts.items()}
-    stage.player = Player(stage.sink, stage.told.append, lambda: 0.0)
     stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
     stage.player.load(replace(read, parts=parts, safety=Safety(sight=True)), 1, "restart", stage.now, anyway=True)
     stage.run(0.1)
     stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
     return stage
-
-
-def test_robots_play_while_they_are_seen() -> None:
-    stage = watched()
-    for _ in range(40):
-        stage.run(0.15)
-        stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
-    assert stage.states[-1] == "playing"
 
 
 def test_all_stand_while_one_of_them_is_not_seen() -> None:
@@ -391,16 +364,6 @@ def test_poses_that_are_late_again_and_again_are_told_once() -> None:
     assert stage.lines.count("paused: a pose of a didn't come for 0.2 s") == 2
 
 
-def test_a_person_that_stops_robots_that_are_not_seen_stops_them_for_good() -> None:
-    stage = watched()
-    stage.run(0.3)
-    assert paused(stage)
-    stage.player.stop(stage.now)
-    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
-    stage.run(1)
-    assert stage.states[-1] == "stopped"
-
-
 def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
     stage = watched()
     for _ in range(40):
@@ -408,9 +371,3 @@ def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
         late = [raw._replace(stamp=raw.at - 0.17) for raw in seen(stage.now, a=0, b=3)]
         stage.player.measure(late, stage.now)
     assert "paused" in stage.states
-
-
-def test_simulated_robots_need_not_be_seen() -> None:
-    stage = watched(real=False)
-    stage.run(5)
-    assert stage.states[-1] == "playing"

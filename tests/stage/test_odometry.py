@@ -571,14 +571,6 @@ def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
     assert robot.stage.states[-1] == "paused"
 
 
-def test_nothing_is_looked_for_once_everything_was_stopped() -> None:
-    robot = Robot(frame=Pose())
-    on_faults(robot, "tell", 0)
-    robot.player.stop(robot.stage.now)
-    robot.run(5)
-    assert (robot.lines, robot.player.deadline(robot.stage.now)) == ([], None)
-
-
 @pytest.mark.parametrize("end", ["stop", "pause"])
 def test_a_robot_that_is_told_to_stop_out_of_reach_is_named_at_once(end: str) -> None:
     robot = Robot(frame=Pose())

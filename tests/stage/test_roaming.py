@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import cmath
-import json
 import math
 import random
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -20,7 +18,6 @@ from improv_core.score.score import Score
 from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.stage.reports import Told
 from improv_core.stage.sinks.simulator import Simulator
-from tests.commands.command_line import run
 
 ROAMER = "anna $ repeat (until near (repeat forward) [left left])\n"
 RADIUS = 0.3
@@ -88,15 +85,3 @@ def test_only_changes_are_reported() -> None:
     values = [each["value"] for each in told if each["type"] == "sensed"]
     assert values == [turn % 2 == 1 for turn in range(len(values))]
     assert len(values) > 2
-
-
-@pytest.mark.slow("performs for a long time")
-def test_the_report_of_a_fast_performance_is_the_same_every_time(tmp_path: Path) -> None:
-    (tmp_path / "roam.improv").write_text(ROAMER + "bert $ repeat (until near (repeat forward) left)\n")
-    (tmp_path / "improv.toml").write_text("[world]\nsize = [9, 7]\n")
-    reports = [
-        json.loads(run("play", str(tmp_path / "roam.improv"), "--fast", "--for", "15", "--report", "json").stdout)
-        for _ in range(2)
-    ]
-    assert reports[0] == reports[1]
-    assert reports[0]["robots"]["anna"]["x"] < 4.5

@@ -115,13 +115,6 @@ def test_frames_change_nothing() -> None:
     assert all(edge.at * STEPS_PER_SECOND == pytest.approx(round(edge.at * STEPS_PER_SECOND)) for edge in found)
 
 
-def test_robots_that_meet_sense_each_other() -> None:
-    simulator = stage(World(), a=Pose(), b=Pose(4.0, heading=math.pi))
-    edges = perform(simulator, [(0.0, "a", FORWARD), (0.0, "b", FORWARD)], ["a near", "b near"], 1.5)
-    meet = (4.0 - 2 * RADIUS - NEAR) / 2
-    check(edges, ("a near", False, 0), ("b near", False, 0), ("a near", True, meet), ("b near", True, meet))
-
-
 @pytest.mark.parametrize(("z", "near"), [(0.5, True), (0.7, False)])
 def test_a_robot_flying_above_another_is_not_near(z: float, near: bool) -> None:
     simulator = stage(World(), a=Pose(), b=Pose(1.0, z=z))
@@ -135,15 +128,6 @@ def test_a_bump_lasts_until_the_robot_moves_otherwise() -> None:
     edges = perform(simulator, orders, ["a bump"], 6.0)
     check(edges, ("a bump", False, 0), ("a bump", True, AT_WALL), ("a bump", False, 4.0))
     assert simulator.poses()["a"].x == pytest.approx(AT_WALL - 1, abs=0.01)
-
-
-def test_a_robot_that_is_bumped_into_senses_it() -> None:
-    simulator = stage(World(), a=Pose(), b=Pose(2.0))
-    orders = [(0.0, "a", FORWARD), (1.5, "a", BACKWARD)]
-    edges = perform(simulator, orders, ["a bump", "b bump"], 2.0)
-    hit = 2.0 - 2 * RADIUS
-    none = [("a bump", False, 0.0), ("b bump", False, 0.0)]
-    check(edges, *none, ("a bump", True, hit), ("b bump", True, hit), ("a bump", False, 1.5), ("b bump", False, 1.5))
 
 
 @pytest.mark.parametrize(

@@ -55,27 +55,11 @@ def gap(simulator: Simulator, one: str, other: str) -> float:
     return math.hypot(poses[one].x - poses[other].x, poses[one].y - poses[other].y) - 2 * RADIUS
 
 
-def test_a_square_returns_home() -> None:
-    square = [(float(beat), (FORWARD, LEFT)[beat % 2]) for beat in range(8)]
-    assert near(perform(stage(part("r")), "r", square, 8.0), Pose(heading=2 * math.pi))
-
-
-@pytest.mark.parametrize("beats_per_minute", [61, 97, 333])
-def test_a_square_returns_home_at_tempos_that_do_not_fit_the_steps(beats_per_minute: int) -> None:
+@pytest.mark.parametrize("beats_per_minute", [60, 61, 97, 333])
+def test_a_square_returns_home_also_at_tempos_that_do_not_fit_the_steps(beats_per_minute: int) -> None:
     beat = 60 / beats_per_minute
     twists = [(index * beat, (Twist(x=2.0 / beat), Twist(yaw=math.pi / 2 / beat))[index % 2]) for index in range(8)]
     assert near(perform(stage(part("r")), "r", twists, 8 * beat), Pose(heading=2 * math.pi))
-
-
-def test_forward_and_left_together_is_a_circle() -> None:
-    simulator, twist = stage(part("r")), Twist(x=2.0, yaw=math.pi / 2)
-    radius = twist.x / twist.yaw
-    simulator.send("r", twist, 0.0)
-    for frame in range(4 * 60 + 1):
-        simulator.advance(frame / 60)
-        pose = simulator.poses()["r"]
-        assert math.hypot(pose.x, pose.y - radius) == pytest.approx(radius, abs=1e-9)
-    assert near(pose, Pose(heading=2 * math.pi))
 
 
 def test_a_twist_changes_in_the_middle_of_a_step() -> None:
@@ -88,26 +72,11 @@ def test_a_twist_changes_in_the_middle_of_a_step() -> None:
     assert near(simulator.poses()["r"], expected.after(Twist(y=1.0), 0.0974), within=1e-12)
 
 
-def test_poses_are_those_of_exactly_the_time_asked_for() -> None:
-    simulator = stage(part("r"))
-    simulator.send("r", FORWARD, 0.0)
-    for time in (0.001, 0.0023, 19.2017):
-        simulator.advance(time)
-        assert simulator.snapshot().at == time
-        assert simulator.poses()["r"].x == pytest.approx(2.0 * time, abs=1e-12)
-
-
 def test_the_ground_holds_a_robot_that_goes_down() -> None:
     twists = [(0.0, Twist(z=1)), (1.0, Twist(x=1, z=-1)), (3.0, Twist(z=1))]
     for end, expected in ((1.75, Pose(0.75, 0, 0.25)), (2.5, Pose(1.5)), (4.0, Pose(2, 0, 1))):
         simulator = stage(part("a"))
         assert near(perform(simulator, "a", [each for each in twists if each[0] <= end], end), expected)
-
-
-def test_heights_are_followed_too() -> None:
-    twists = [(0.0, Twist(z=1.5)), (1.003, Twist(z=-0.5, x=1.0))]
-    pose = perform(stage(part("r")), "r", twists, 2.0)
-    assert near(pose, Pose(0.997, 0.0, 1.5 * 1.003 - 0.5 * 0.997))
 
 
 @pytest.mark.parametrize(
@@ -195,7 +164,3 @@ def test_a_robot_may_change_its_size_while_it_moves() -> None:
     simulator.advance(1.0)
     assert near(simulator.poses()["a"], Pose(2.0))
     assert simulator.snapshot().radii == {"a": 0.1}
-
-
-def test_nobody_is_ever_missing() -> None:
-    assert stage(part("a")).missing() == {}

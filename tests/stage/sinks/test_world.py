@@ -66,14 +66,6 @@ def test_a_bump_says_when_and_where() -> None:
     assert simulator.warnings({"b"}) == {}
 
 
-def test_a_robot_sliding_along_a_wall_bumps_once() -> None:
-    simulator = stage(World(walls=(Wall(-9, 1, 9, 1),)), a=Pose(heading=math.pi / 4))
-    pose = drive(simulator, 3.0, a=FORWARD)["a"]
-    assert pose.y == pytest.approx(1 - RADIUS, abs=0.002)
-    assert pose.x == pytest.approx(6 / math.sqrt(2), abs=0.01)
-    assert len(simulator.snapshot().bumps) == 1
-
-
 def test_robots_that_meet_twice_bump_twice_but_are_warned_about_once() -> None:
     simulator = stage(World(), a=Pose(), b=Pose(2.0, heading=math.pi))
     for at, twist in [(0.0, FORWARD), (1.0, Twist(x=-2.0)), (2.0, FORWARD)]:
@@ -82,12 +74,6 @@ def test_robots_that_meet_twice_bump_twice_but_are_warned_about_once() -> None:
     simulator.advance(4.0)
     assert [bump.robots for bump in simulator.snapshot().bumps] == [("a", "b"), ("a", "b")]
     assert simulator.warnings() == {"a": "a bumped into b: start them farther apart or change their paths"}
-
-
-def test_robots_that_only_stand_close_do_not_bump() -> None:
-    simulator = stage(World(), a=Pose(), b=Pose(2 * RADIUS))
-    drive(simulator, 1.0)
-    assert simulator.snapshot().bumps == ()
 
 
 @pytest.mark.parametrize(("height", "passes"), [(0.0, False), (0.5, False), (0.7, True)])

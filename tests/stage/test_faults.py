@@ -69,16 +69,16 @@ def rests(at: float) -> Pose:
     return Pose(SPEED * (at if at < 2 else max(at - 2, 2)))
 
 
-def turning(by: float, seconds: float, rate: float = math.pi / 2, late: float = 0.08) -> Iterable[RobotFacts]:
+def turning(by: float, seconds: float) -> Iterable[RobotFacts]:
     """A robot whose heading is off by an angle and that turns on the spot in every other second; its poses are late."""
 
     def heading(at: float) -> float:
-        return rate * sum(min(max(at - begin, 0.0), 1.0) for begin in range(0, round(seconds), 2))
+        return math.pi / 2 * sum(min(max(at - begin, 0.0), 1.0) for begin in range(0, round(seconds), 2))
 
     for count in range(round(seconds / LOOK) + 1):
         now = count * LOOK
         recent = tuple(Pose(heading=heading(now - lag)) for lag in (0.08, 0.16, 0.25))
-        pose = measured(now, Pose(heading=heading(now - late) + by), Pose(heading=heading(now)), recent=recent)
+        pose = measured(now, Pose(heading=heading(now - 0.08) + by), Pose(heading=heading(now)), recent=recent)
         yield RobotFacts(now, [pose], now, 0.0)
 
 

@@ -29,15 +29,14 @@ def seen(at: float, **places: float) -> list[RawPose]:
     return [RawPose(robot, CONTINUOUS, Pose(x), at) for robot, x in places.items()]
 
 
-def check(*steps: tuple[float, float], expected: Sequence[float], playing: bool = True) -> None:
+def check(*steps: tuple[float, float], expected: Sequence[float]) -> None:
     """Two robots of which the gaps between their edges are seen at these times, as `(time, gap)`; the times at which
     they are too near."""
     nearness, found = Proximity(), []
     for now, gap in steps:
         nearness = nearness.heard(seen(now, a=0, b=gap + 2 * RADIUS))
-        nearness, near = nearness.looked(playing, dict.fromkeys("ab", RADIUS), KEEP_APART, now)
+        nearness, near = nearness.looked(True, dict.fromkeys("ab", RADIUS), KEEP_APART, now)
         found += [now for _ in near]
-        playing = True
     assert found == list(expected)
 
 
@@ -60,6 +59,14 @@ def check(*steps: tuple[float, float], expected: Sequence[float], playing: bool 
 )
 def test_who_comes_too_near(steps: list[tuple[float, float]], expected: list[float]) -> None:
     check(*steps, expected=expected)
+
+
+def test_robots_may_be_brought_together_while_they_do_not_play() -> None:
+    radii = dict.fromkeys("ab", RADIUS)
+    nearness, _ = Proximity().heard(seen(0, a=0, b=1)).looked(True, radii, KEEP_APART, 0)
+    nearness, near = nearness.heard(seen(1, a=0, b=0.3)).looked(False, radii, KEEP_APART, 1)
+    assert near == []
+    assert nearness.heard(seen(2, a=0, b=0.3)).looked(True, radii, KEEP_APART, 2).found == []
 
 
 def test_a_pose_that_is_old_shows_nothing() -> None:
@@ -321,16 +328,16 @@ def test_otherwise_nobody_is_told(stage: Stage) -> None:
 # Robots that must be seen
 
 
-def watched(*, real: bool = True) -> Stage:
+def watched() -> Stage:
     """Two robots that have been seen 0.1 s after they began, and stand while one of them isn't seen."""
     stage = Stage()
-    stage.sink.real = real
+    stage.sink.real = True
     read = score("beat 60\na b $ repeat 8 forward")
     parts = {robot: replace(part, odom=f"/{robot}/pose", odom_frame="world") for robot, part in read.parts.items()}
-    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    see(stage, 3)
     stage.player.load(replace(read, parts=parts, safety=Safety(sight=True)), 1, "restart", stage.now, anyway=True)
     stage.run(0.1)
-    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    see(stage, 3)
     return stage
 
 
@@ -338,7 +345,7 @@ def test_all_stand_while_one_of_them_is_not_seen() -> None:
     stage = watched()
     for _ in range(4):
         stage.run(0.0499)
-        stage.player.measure(seen(stage.now, a=0), stage.now)
+        see_here(stage)
     assert stage.states[-1] == "playing"
     stage.run(0.001)
     assert paused(stage)
@@ -346,7 +353,7 @@ def test_all_stand_while_one_of_them_is_not_seen() -> None:
     assert stage.transports[-1].get("waits_for") == ["a pose of b"]
     stage.run(1)
     assert paused(stage)
-    stage.player.measure(seen(stage.now, a=0, b=3), stage.now)
+    see(stage, 3)
     assert stage.states[-1] == "playing"
 
 

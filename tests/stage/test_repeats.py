@@ -14,11 +14,11 @@ PERIOD = 1 / RATE
 SLOT = PERIOD / SLOTS
 
 
-def crowd(count: int, rate: float = RATE, at: float = 0.0) -> Repeats:
+def crowd(count: int) -> Repeats:
     """This many robots that were sent a velocity at the same time."""
     repeats = Repeats()
     for number in range(count):
-        repeats.hold(Mover(f"r{number}"), rate, at)
+        repeats.hold(Mover(f"r{number}"), RATE, 0.0)
     return repeats
 
 

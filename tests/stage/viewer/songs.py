@@ -63,11 +63,11 @@ def ramp(seconds: float) -> bytes:
     return wav(samples.tobytes(), kind=3, width=4)
 
 
-def clicks(seconds: float, tempo: float, first: float = 0.0) -> bytes:
-    """A WAV file with a short tone at each beat, the first one `first` seconds after its beginning."""
+def clicks(seconds: float, tempo: float) -> bytes:
+    """A WAV file with a short tone at each beat, the first one at its beginning."""
     rate = 8_000
     samples = array("h", bytes(2 * round(seconds * rate)))
-    beat = first
+    beat = 0.0
     while beat < seconds - 0.05:
         start = round(beat * rate)
         for place in range(rate // 25):

@@ -51,7 +51,8 @@ def wait_until_gone(processes: dict[int, int], limit: float) -> None:
     for pid, descriptor in processes.items():
         poll = select.poll()
         poll.register(descriptor, select.POLLIN)
-        assert poll.poll(max(end - time.monotonic(), 0) * 1000), f"process {pid} still runs after {limit} s"
+        ended = poll.poll(max(end - time.monotonic(), 0) * 1000)
+        assert ended, f"process {pid} still runs after {limit} s: {command_of(pid)!r}"
 
 
 def in_session(leader: int) -> list[int]:

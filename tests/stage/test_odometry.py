@@ -76,6 +76,16 @@ class Robot:
         self.player.measure([raw], self.stage.now)
         return self.measured[-1]["robots"]["r"] if len(self.measured) > before else None
 
+    def drive(self, seconds: float, age: float | None = None) -> None:
+        """Drive along the x axis at 2 m/s, as far from where it began as it should be by now; poses are stamped so
+        many seconds before they come."""
+        for _ in range(round(seconds / 0.05)):
+            at = self.stage.now
+            place = self.frame.then(Pose(2 * (at - 1000)))
+            stamp = None if age is None else at - age
+            self.player.measure([RawPose("r", self.source, place, at, stamp=stamp)], at)
+            self.run(0.05)
+
     def off(self, world: Pose, ago: float = 0.0) -> tuple[float, float]:
         """How far off it is in meters and degrees, as reported about a pose."""
         told = self.pose(world, ago)
@@ -397,9 +407,7 @@ def test_any_frame_is_laid_on_the_world(x: float, y: float, heading: float, step
 def on_faults(robot: Robot, response: Response, seconds: float) -> list[str]:
     """Play, with poses for a second, then without; the lines that are told."""
     robot.play("beat 60\nr $ repeat forward\n", rules=FaultRules(dict.fromkeys(get_args(Fault), response)))
-    for _ in range(20):
-        robot.pose(Pose(2 * (robot.stage.now - 1000)))
-        robot.run(0.05)
+    robot.drive(1)
     robot.run(seconds)
     return robot.lines
 
@@ -479,12 +487,10 @@ def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, 
 
 def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in_time() -> None:
     """Which are old by their stamps. As long as there are none, that is silence."""
-    robot = Robot(frame=Pose(), odom_frame="world")
+    robot = Robot(LOCALIZATION, Pose(), "world")
     robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True)
-    for step in range(80):
-        at, age = robot.stage.now, 0.08 if step < 20 or step >= 60 else 0.5
-        robot.player.measure([RawPose("r", LOCALIZATION, Pose(2 * (at - 1000)), at, "map", at - age)], at)
-        robot.run(0.05)
+    for seconds, age in ((1, 0.08), (2, 0.5), (1, 0.08)):
+        robot.drive(seconds, age)
     late, again = [line for line in robot.lines if line.startswith("poses of r")]
     assert late == (
         "poses of r come 0.5 s after they were measured: those older than 0.2 s correct no path and keep nobody apart; "
@@ -504,12 +510,9 @@ def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in
 )
 def test_a_clock_that_does_not_agree_is_named_once(ahead: float, use_sim_time: bool, says: str | None) -> None:
     """Then the age of its poses is not known."""
-    robot = Robot(frame=Pose(), odom_frame="world")
+    robot = Robot(LOCALIZATION, Pose(), "world")
     robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True, use_sim_time=use_sim_time)
-    for _ in range(60):
-        at = robot.stage.now
-        robot.player.measure([RawPose("r", LOCALIZATION, Pose(2 * (at - 1000)), at, "map", at - 0.08 + ahead)], at)
-        robot.run(0.05)
+    robot.drive(3, age=0.08 - ahead)
     expected = (
         f"the clock that stamps poses of r is {says} this machine's, so nobody knows how old they are: they count from "
         "when they come; synchronize the clocks, such as with chrony"
@@ -520,10 +523,7 @@ def test_a_clock_that_does_not_agree_is_named_once(ahead: float, use_sim_time: b
 def test_nobody_minds_poses_that_come_late_if_nothing_depends_on_them() -> None:
     robot = Robot(frame=Pose())
     robot.play("beat 60\nr $ repeat forward\n")
-    for _ in range(40):
-        at = robot.stage.now
-        robot.player.measure([RawPose("r", ODOMETRY, Pose(2 * (at - 1000)), at, "odom", at - 0.5)], at)
-        robot.run(0.05)
+    robot.drive(2, age=0.5)
     assert robot.lines == []
 
 
@@ -553,9 +553,7 @@ def test_two_robots_that_are_swapped_are_told_in_one_line(others: Callable[[floa
 def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
     robot = Robot(frame=Pose())
     robot.play("beat 60\nr $ repeat forward\n")
-    for _ in range(10):
-        robot.pose(Pose(2 * (robot.stage.now - 1000)))
-        robot.run(0.05)
+    robot.drive(0.5)
     robot.player.pause(robot.stage.now)
     for step in range(20):
         robot.pose(Pose(1, step / 40))

@@ -146,9 +146,16 @@ def telling(port: int, *, time_tags: bool) -> ToOsc:
 @pytest.fixture
 def port() -> int:
     """A UDP port that nobody uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
+    with bound(0) as free:
         return int(free.getsockname()[1])
+
+
+def bound(port: int) -> socket.socket:
+    """A socket that hears what comes to a port of this machine."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    made.bind(("127.0.0.1", port))
+    made.settimeout(LIMIT)
+    return made
 
 
 def test_a_real_datagram_is_a_request(port: int) -> None:
@@ -161,9 +168,7 @@ def test_a_real_datagram_is_a_request(port: int) -> None:
 
 
 def test_beats_are_heard_as_they_are_due(port: int) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(("127.0.0.1", port))
-        other.settimeout(LIMIT)
+    with bound(port) as other:
         play: ToOsc = {"type": "plays", "generation": 1, "score": to_json(score("r $ repeat forward"), RowsWritten())}
         now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=600.0)
         heard: list[tuple[OscMessage, int]] = []
@@ -180,17 +185,13 @@ def test_beats_are_heard_as_they_are_due(port: int) -> None:
 
 
 def test_programs_that_read_no_bundles_hear_messages(port: int) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(("127.0.0.1", port))
-        other.settimeout(LIMIT)
-        with running(telling(port, time_tags=False), at("paused", 1)):
-            assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
+    with bound(port) as other, running(telling(port, time_tags=False), at("paused", 1)):
+        assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
 
 def test_a_port_that_is_taken_for_a_moment_is_tried_again(port: int) -> None:
     turned = Turned()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(("127.0.0.1", port))
+    with bound(port):
         turned.desk.take(exchange(port))
         turned.turn(1.0)
     turned.turn(0.5)
@@ -198,10 +199,8 @@ def test_a_port_that_is_taken_for_a_moment_is_tried_again(port: int) -> None:
 
 
 def test_a_port_that_is_taken_is_said(port: int) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(("127.0.0.1", port))
-        with running(exchange(port)) as child:
-            alive, said = said_by(child, 2)
+    with bound(port), running(exchange(port)) as child:
+        alive, said = said_by(child, 2)
     assert alive == {"type": "alive"}
     why = "Address already in use; change `listen` under [osc] in improv.toml, then save"
     assert said == {"type": "warning", "message": f"OSC can't be heard on 127.0.0.1:{port}: {why}"}

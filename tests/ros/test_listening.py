@@ -22,12 +22,11 @@ HELD, LOOSE = {"buttons": [0, 0, 0, 0, 1]}, {"buttons": [0, 0, 0, 0, 0]}
 BUTTON = "button 4 on /joy"
 
 
-@pytest.mark.parametrize("best_effort", [True])
 def test_from_an_emergency_stop_to_robots_that_stand(
-    best_effort: bool, publish: Publish, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+    publish: Publish, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
     """Of the kind that is hardest to hear: best effort."""
-    turtle, stop = listen("/turtle1/cmd_vel"), publish("/e_stop", STOP, best_effort=best_effort)
+    turtle, stop = listen("/turtle1/cmd_vel"), publish("/e_stop", STOP, best_effort=True)
     (tmp_path / "improv.toml").write_text('[ros]\nstop = "/e_stop"\n')
     with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as conductor:
         dances(conductor, turtle)

@@ -99,40 +99,31 @@ def test_before_anything_is_played(ask: Ask, sink: Sink) -> None:
     assert ask(f"call {sink('node')}/pause") == [False, "nothing plays"]
 
 
-def test_ros_arguments(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
-    """A name, remapping, which holds for the standby too, QoS, and the file of parameters that `ros2 launch` passes."""
+def test_an_armed_dance_with_ros_arguments_begins_when_somebody_asks_for_it(
+    ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    """A name, remapping, which holds for the standby too, QoS, and the file of parameters that `ros2 launch` passes.
+    Before, a robot hears zeros and nothing else."""
     robot = listen("/base/cmd_vel", best_effort=True)
     reliable = listen("/base/cmd_vel", name="reliable")
     best_effort = "qos_overrides./base/cmd_vel.publisher.reliability:=best_effort"
     parameters = tmp_path / "launch_params"
     parameters.write_text("/**:\n  ros__parameters:\n    speed: 0.5\n")
     words = ["-r", "__node:=dancer", "-r", "/turtle1/cmd_vel:=/base/cmd_vel", "-p", best_effort]
-    with play(ros_env, tmp_path, PROGRAM, "--ros-args", *words, "--params-file", str(parameters)):
-        robot.wait(at_speed(SPEED / 2))
+    with play(ros_env, tmp_path, PROGRAM, "--armed", "--ros-args", *words, "--params-file", str(parameters)) as playing:
+        assert playing.stdout
+        lines = iter(playing.stdout.readline, "")
+        assert any("armed: all is ready, and begins with the service ~/play" in line for line in lines)
+        robot.wait(still)
+        assert ask("call /dancer/play")[0]
+        begun = robot.wait(at_speed(SPEED / 2))
+        assert all(map(still, robot.heard[: robot.heard.index(begun)]))
         robot.wait_for_publishers(lambda count: count == 2)
         assert ask("get /dancer speed") == 0.5
         assert all(still(message) or message["x"] == SPEED / 2 for message in robot.heard)
         assert ask("call /dancer/stop") == [True, "all robots are being stopped"]
         robot.wait(still)
         assert reliable.heard == []
-
-
-def test_an_armed_dance_begins_when_somebody_asks_for_it(
-    ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
-) -> None:
-    """Until then, a robot hears zeros and nothing else."""
-    robot = listen("/turtle1/cmd_vel")
-    (tmp_path / "improv.toml").write_text('[ros]\nnode = "conductor"\n')
-    with play(ros_env, tmp_path, PROGRAM, "--armed") as playing:
-        assert playing.stdout
-        lines = iter(playing.stdout.readline, "")
-        assert any("armed: all is ready, and begins with the service ~/play" in line for line in lines)
-        robot.wait(still)
-        assert ask("call /conductor/play")[0]
-        begun = robot.wait(at_speed(SPEED))
-        assert all(map(still, robot.heard[: robot.heard.index(begun)]))
-        assert ask("call /conductor/stop") == [True, "all robots are being stopped"]
-        robot.wait(still)
 
 
 def test_arguments_that_ros_refuses(ros_env: Mapping[str, str], tmp_path: Path) -> None:

@@ -1,20 +1,20 @@
 """A stage that can no longer stop its robots: its standby does, and another one takes the place of one that is lost.
 
-test_relief.py and test_standby.py in tests/stage ask when; here only the standby of a sink could stop anything.
+test_relief.py, test_standby.py, and sinks/test_ros_standby.py in tests/stage ask when; here only the standby of a sink
+could stop anything.
 """
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from improv_core.stage.hearing import ZEROS
 from tests.processes import descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Listen, Listener, Sink, Start, with_code, with_limits
+from tests.ros.conftest import LIMIT, Listen, Listener, Sink, Start
 from tests.ros.dance import still
 
 pytestmark = pytest.mark.slow("starts processes to end them")
@@ -47,20 +47,11 @@ def moves(turtles: Listener, sink: Sink, speed: float = 1.0) -> None:
     turtles.wait(lambda message: message["x"] == speed)
 
 
-FAULTS: dict[str, Callable[[int], None]] = {
-    "killed": lambda pid: os.kill(pid, signal.SIGKILL),
-    "halted": lambda pid: os.kill(pid, signal.SIGSTOP),
-    "hung": lambda pid: None,
-}
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_stage_that_fails(fault: str, listen: Listen, start: Start) -> None:
-    limit = 3.0 if fault == "hung" else LIMIT
-    sink = start("standby", **with_limits(stage__limits__HANG_LIMIT=limit))
+def test_a_stage_that_is_halted_is_killed(listen: Listen, sink: Sink) -> None:
+    """As soon as it is: it has not yet been silent for long."""
     turtles = moving(listen, sink)
     standby = descendants(sink.process.pid)
-    FAULTS[fault](sink.process.pid)
+    os.kill(sink.process.pid, signal.SIGSTOP)
     turtles.wait(still)
     wait_until_gone(standby, LIMIT)
     assert sink.process.wait(LIMIT) == -signal.SIGKILL
@@ -104,18 +95,12 @@ def test_a_stage_that_ends_while_a_robot_moves(listen: Listen, sink: Sink) -> No
     assert sink.process.returncode == 0
 
 
-@pytest.mark.parametrize(
-    ("number", "what"), [(signal.SIGKILL, "has ended"), (signal.SIGSTOP, "does not answer")], ids=["killed", "halted"]
-)
-def test_a_standby_that_is_lost_is_replaced_while_robots_move(
-    number: int, what: str, listen: Listen, start: Start
-) -> None:
-    """The dance goes on, the lost one is gone, and the new one stops the robots when the stage is killed."""
-    sink = start("standby", **with_limits(stage__relief__ANSWER_LIMIT=2.0))
+def test_a_standby_that_is_lost_is_replaced_while_robots_move(listen: Listen, sink: Sink) -> None:
+    """The dance goes on, and the new one stops the robots when the stage is killed."""
     turtles = moving(listen, sink)
     (standby,) = before = descendants(sink.process.pid)
-    os.kill(standby, number)
-    line = f"the standby process {what}: another one starts"
+    os.kill(standby, signal.SIGKILL)
+    line = "the standby process has ended: another one starts"
     assert sink("find", "warnings", line, line) == line
     wait_until_gone(before, LIMIT)
     sink("until_ready")
@@ -126,35 +111,6 @@ def test_a_standby_that_is_lost_is_replaced_while_robots_move(
     sink.process.kill()
     turtles.wait(still)
     wait_until_gone(now, LIMIT)
-
-
-NO_STANDBY = """\
-import subprocess
-begin = subprocess.Popen.__init__
-started = []
-
-def begin_once(self, command, *arguments, **named):
-    if "standby" in command:
-        started.append(command)
-        if len(started) > 1:
-            raise OSError("no more processes")
-    begin(self, command, *arguments, **named)
-
-subprocess.Popen.__init__ = begin_once
-"""
-
-
-def test_robots_that_move_without_a_standby_for_too_long_are_stopped(listen: Listen, start: Start) -> None:
-    """The sink says so; in tests/stage, test_loop.py asks what the stage makes of that."""
-    sink = start("standby", **{**with_limits(stage__relief__READY_LIMIT=1.0), **with_code(NO_STANDBY)})
-    turtles = moving(listen, sink)
-    (standby,) = descendants(sink.process.pid)
-    os.kill(standby, signal.SIGKILL)
-    assert sink("alarm") == (
-        "no standby process was ready to stop the robots for 1 s, so all were stopped: "
-        "save to play again, or turn off `ros.standby`"
-    )
-    assert not any(map(still, turtles.heard))
 
 
 def test_two_stages_on_one_robot_name_each_other(listen: Listen, start: Start) -> None:

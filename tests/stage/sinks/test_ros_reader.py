@@ -77,6 +77,17 @@ def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> N
         assert reader.problem is None
 
 
+def test_a_process_that_stays_frozen_is_given_up_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ros_reader, "ALIVE_LIMIT", 0.5)
+    monkeypatch.setattr(ros_reader, "AGAIN", LIMIT)  # so that what is said of it stays
+    with reading(monkeypatch, FROZEN) as (reader, _):
+        end = time.monotonic() + LIMIT
+        while not reader.problem:  # nothing tells of it
+            assert time.monotonic() < end
+            time.sleep(0.001)
+        assert reader.problem == "the process that reads sensors was silent for 0.5 s: another one starts"
+
+
 AWAKE = f"""\
 import os, sys, time
 ALIVE = '{{"type": "alive"}}\\n'

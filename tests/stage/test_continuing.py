@@ -98,17 +98,6 @@ def test_saves_to_one_robot_leave_the_other_alone(when: When) -> None:
     check_untouched("anna", ANNA + BERT, disturb)
 
 
-@pytest.mark.slow("saves hundreds of times")
-def test_fifty_saves_a_second_for_ten_seconds() -> None:
-    def disturb(stage: Continuing) -> None:
-        for turn in range(500):
-            stage.run(0.02)
-            stage.save(ANNA + (BERT, EDITED, "")[turn % 3], ("now", "beat")[turn // 7 % 2])
-        assert stage.transport["begins"].keys() <= {"bert"}
-
-    check_untouched("anna", ANNA + BERT, disturb, 15)
-
-
 def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting() -> None:
     stage = Continuing()
     stage.save(ANNA + BERT, "restart")

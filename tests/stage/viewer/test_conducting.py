@@ -140,8 +140,9 @@ def stands_where_it_should(stage: Page, beat: int) -> None:
     )
 
 
-def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Show, Page]) -> None:
+def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Show, Page], stage: Page) -> None:
     show, page = shared
+    expect(page.locator("#scenes")).to_be_hidden()  # there is nothing to choose
     scenes = "beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ right\n"
     play_anew(page, show, scenes)
     wait(page, "improv.transport.state === 'playing'")
@@ -156,10 +157,6 @@ def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Sh
     page.keyboard.press("R")
     wait(page, "improv.beat < 20")
     expect(scene).to_have_value("walk")
-
-
-def test_without_scenes_there_is_nothing_to_choose(stage: Page) -> None:
-    expect(stage.locator("#scenes")).to_be_hidden()
 
 
 def test_speed_and_silence_are_changed_and_shown(stage: Page) -> None:

@@ -81,6 +81,12 @@ def page(shared: tuple[Show, Page]) -> Iterator[Page]:
         page.get_by_role("dialog", name="Robots").get_by_role("button", name="Close").click()
 
 
+def tell_faults(show: Show, count: int) -> None:
+    """Some of so many robots are in trouble."""
+    for message in faults(count):
+        tell(show, message)
+
+
 def see(page: Page, show: Show, count: int, tempo: int = 60, posed: float = 1.0) -> None:
     """So many robots begin, of which all are well and each was seen last at this second."""
     play_anew(page, show, program(count).replace("beat 60", f"beat {tempo}"))
@@ -100,8 +106,7 @@ def test_one_line_says_that_all_is_well_and_later_who_is_in_trouble(page: Page, 
     see(page, show, 12)
     line = page.locator("#show-wall")
     expect(line).to_have_text("12 robots, all well")
-    for message in faults(12):
-        tell(show, message)
+    tell_faults(show, 12)
     expect(line).to_have_text("3 of 12 robots in trouble: tb11 gone; tb3 silent; tb6 stuck, off its path")
     expect(page.locator("#news")).to_have_text("beat 3: tb11 is in trouble")
     tell(show, {**next(faults(12)), "over": True})
@@ -112,8 +117,7 @@ def test_one_line_says_that_all_is_well_and_later_who_is_in_trouble(page: Page, 
 
 def test_the_wall_opens_by_a_key_and_its_first_robots_are_in_trouble(page: Page, show: Show) -> None:
     see(page, show, 30)
-    for message in faults(30):
-        tell(show, message)
+    tell_faults(show, 30)
     expect(page.locator("#show-wall")).to_be_visible()
     page.locator("#stage").focus()
     page.keyboard.press("w")
@@ -153,8 +157,7 @@ def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Sho
     see(page, show, 12, tempo=240, posed=-2.0)
     wait(page, "window.improv.beat > 1.2")
     where = "JSON.stringify([improv.drawn.tb3, improv.drawn.tb11])"
-    for message in faults(12):
-        tell(show, message)
+    tell_faults(show, 12)
     off = page.locator("li[data-robot=tb3] .off")
     expect(off).to_have_text(re.compile(r"^silent, last pose \d+ s ago$"))
     expect(page.locator("li[data-robot=tb11] .off")).to_have_text(re.compile(r"^gone, last pose \d+ s ago$"))
@@ -187,8 +190,7 @@ def test_the_page_says_why_robots_stand(page: Page, show: Show, width: int) -> N
 def test_on_a_phone_the_stage_keeps_the_larger_half_and_no_robot_is_under_the_line(page: Page, show: Show) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     see(page, show, 12)
-    for message in faults(12):
-        tell(show, message)
+    tell_faults(show, 12)
     line = page.locator("#show-wall.trouble")
     expect(line).to_be_visible()
     wait(page, f"improv.toScreen(0, Math.max(...Object.values(improv.drawn).map(({{ y }}) => y))).y > {bottom(line)}")
@@ -209,8 +211,7 @@ def bottom(line: Locator) -> float:
 @pytest.mark.slow("axe looks at the page in three sizes and two colors")
 def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, keep: Keep) -> None:
     see(page, show, 30)
-    for message in faults(30):
-        tell(show, message)
+    tell_faults(show, 30)
     page.locator("#show-wall").click()
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})

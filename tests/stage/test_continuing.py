@@ -70,6 +70,14 @@ class Continuing(Stage):
         return [each for each in self.sink.sent if each[0] == robot]
 
 
+def played(program: str | Score, seconds: float) -> Continuing:
+    """A stage that has played a program for so long."""
+    stage = Continuing()
+    stage.save(program, "restart")
+    stage.run(seconds)
+    return stage
+
+
 def check_untouched(robot: str, program: str, disturb: Callable[[Continuing], None], seconds: float = 20.0) -> None:
     """No matter what happens to the others, a robot gets the same commands at the same times as if nothing happened."""
     alone, disturbed = Continuing(), Continuing()
@@ -99,9 +107,7 @@ def test_saves_to_one_robot_leave_the_other_alone(when: When) -> None:
 
 
 def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting() -> None:
-    stage = Continuing()
-    stage.save(ANNA + BERT, "restart")
-    stage.run(5.5)
+    stage = played(ANNA + BERT, 5.5)
     stage.save(ANNA + "bert $ right forward left\n")
     stage.run(10)
     assert changes(stage, "bert", 5.5) == [(6, 0, -QUARTER), (7, 2, 0), (8, 0, QUARTER), (9, 0, 0)]
@@ -123,9 +129,7 @@ def test_a_bar_has_as_many_beats_as_the_program_that_plays_says_or_else_as_was_a
 
 
 def test_a_new_tempo_keeps_everyones_beat() -> None:
-    stage = Continuing()
-    stage.save("beat 60\nanna $ repeat (forward left)\n", "restart")
-    stage.run(2.5)
+    stage = played("beat 60\nanna $ repeat (forward left)\n", 2.5)
     stage.save("beat 120\nanna $ repeat (forward left)\n")
     stage.run(2)
     # Beat 3 at 3 s: from there on, twice as fast. It plays the rest of its path, not its beginning.
@@ -155,17 +159,13 @@ OLD_AND_NEW = ("/bert/cmd_vel", "/other/cmd_vel")
 
 
 def test_a_restart_stops_a_robot_on_its_old_topic_too() -> None:
-    stage = Continuing()
-    stage.save(BERT, "restart")
-    stage.run(2.5)
+    stage = played(BERT, 2.5)
     stage.save(with_part(BERT, "bert", topic="/other/cmd_vel"), "restart")
     assert [twist for topic, twist in stage.sink.by_topic if topic == OLD_AND_NEW[0]][-3:] == [STILL] * 3
 
 
 def test_another_profile_begins_the_part_again() -> None:
-    stage = Continuing()
-    stage.save(ANNA + BERT, "restart")
-    stage.run(2.5)
+    stage = played(ANNA + BERT, 2.5)
     profile = replace(score(BERT).parts["bert"].profile, step=0.5)
     stage.save(with_part(ANNA + BERT, "bert", profile=profile))
     stage.run(1.5)
@@ -183,9 +183,7 @@ def test_a_robot_removed_and_restored_within_a_beat_was_never_away() -> None:
 
 
 def test_a_robot_that_returns_while_it_is_being_stopped_moves_again() -> None:
-    stage = Continuing()
-    stage.save(ANNA + BERT, "restart")
-    stage.run(2.5)
+    stage = played(ANNA + BERT, 2.5)
     stage.save(ANNA, "now")
     stage.run(0.06)
     stage.save(ANNA + BERT, "now")
@@ -194,9 +192,7 @@ def test_a_robot_that_returns_while_it_is_being_stopped_moves_again() -> None:
 
 
 def test_a_save_that_waits_follows_the_speed() -> None:
-    stage = Continuing()
-    stage.save(ANNA + BERT, "restart")
-    stage.run(5.5)
+    stage = played(ANNA + BERT, 5.5)
     stage.save(ANNA + EDITED)
     stage.player.set_speed(0.5, stage.now)
     stage.run(3)
@@ -215,9 +211,7 @@ def test_a_part_that_has_ended_is_left_alone_while_others_play() -> None:
 
 
 def test_a_muted_robot_that_plays_on_is_unaffected_by_a_save() -> None:
-    stage = Continuing()
-    stage.save(ANNA + BERT, "restart")
-    stage.run(2.25)
+    stage = played(ANNA + BERT, 2.25)
     stage.player.set_silent({"anna"}, (), stage.now)
     stage.run(3)
     before = len(stage.sent_to("anna"))
@@ -230,9 +224,7 @@ def test_a_muted_robot_that_plays_on_is_unaffected_by_a_save() -> None:
 
 
 def test_a_seek_counts_each_part_from_its_own_beginning() -> None:
-    stage = Continuing()
-    stage.save("anna $ repeat (forward left)\nbert $ repeat forward\n", "restart")
-    stage.run(2.5)
+    stage = played("anna $ repeat (forward left)\nbert $ repeat forward\n", 2.5)
     stage.save("anna $ repeat (forward left)\nbert $ repeat (left forward)\n")
     stage.run(1)
     stage.player.seek(8.0, stage.now)  # 5 beats of bert's part, which began at beat 3
@@ -245,9 +237,7 @@ def test_a_seek_counts_each_part_from_its_own_beginning() -> None:
 
 
 def test_a_simulated_robot_is_placed_on_its_whole_path() -> None:
-    stage = Continuing()
-    stage.save("bert $ repeat forward\n", "restart")
-    stage.run(2.5)
+    stage = played("bert $ repeat forward\n", 2.5)
     stage.save("bert $ left repeat forward\n")
     stage.run(1)
     stage.player.seek(5.0, stage.now)  # three beats forward, a quarter turn, one beat forward
@@ -335,9 +325,7 @@ def test_a_renamed_robot_is_not_stopped_in_between(when: When) -> None:
         made = score(program)
         return replace(made, parts={name: replace(part, topic="/cmd_vel") for name, part in made.parts.items()})
 
-    stage = Continuing()
-    stage.save(on_one_topic(ANNA), "restart")
-    stage.run(2.5)
+    stage = played(on_one_topic(ANNA), 2.5)
     before = len(stage.sink.by_topic)
     stage.save(on_one_topic(ANNA.replace("anna", "carl")), when)
     stage.run(0.9)
@@ -349,9 +337,7 @@ def test_a_renamed_robot_is_not_stopped_in_between(when: When) -> None:
 
 def test_robots_that_enter_later_are_met_at_once() -> None:
     """Their listeners are found before their first command, and nobody waits for that at the beat."""
-    stage = Continuing()
-    stage.save(ANNA, "restart")
-    stage.run(2.5)
+    stage = played(ANNA, 2.5)
     stage.save(ANNA + BERT, "bar")
     assert stage.sink.met == {"anna", "bert"}
     assert stage.sink.prepared == [True]
@@ -360,9 +346,7 @@ def test_robots_that_enter_later_are_met_at_once() -> None:
 
 
 def test_a_robot_that_left_gets_all_its_zeros_even_if_the_dance_restarts_at_once() -> None:
-    stage = Continuing()
-    stage.save(ANNA + BERT, "restart")
-    stage.run(2.5)
+    stage = played(ANNA + BERT, 2.5)
     stage.save(ANNA, "now")
     stage.save(ANNA, "restart")
     stage.run(1)

@@ -160,18 +160,22 @@ def score(program: str) -> Score:
     return score_of(analysis)
 
 
-def test_every_change_is_sent_at_its_time_and_zero_at_the_end() -> None:
+def played(program: str, seconds: float) -> Stage:
+    """A stage that has played a program for so long."""
     stage = Stage()
-    stage.load("beat 60\nr $ forward [left left] forward")
-    stage.run(10)
+    stage.load(program)
+    stage.run(seconds)
+    return stage
+
+
+def test_every_change_is_sent_at_its_time_and_zero_at_the_end() -> None:
+    stage = played("beat 60\nr $ forward [left left] forward", 10)
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 2 * QUARTER), (2, 2, 0), (3, 0, 0)]
     assert stage.states == ["playing", "ended"]
 
 
 def test_commands_are_repeated_at_20_hz_and_silent_after_three_zeros() -> None:
-    stage = Stage()
-    stage.load("r $ forward")
-    stage.run(60)
+    stage = played("r $ forward", 60)
     times = [at for _, at, _ in stage.sink.sent]
     assert times == pytest.approx([step / 20 for step in range(23)])
     assert [twist for _, _, twist in stage.sink.sent[-3:]] == [Twist(), Twist(), Twist()]
@@ -179,9 +183,7 @@ def test_commands_are_repeated_at_20_hz_and_silent_after_three_zeros() -> None:
 
 
 def test_a_change_is_sent_before_the_repeats_that_are_due_too() -> None:
-    stage = Stage()
-    stage.load("a b $ forward left\nz $ repeat forward forward")
-    stage.run(0.96)
+    stage = played("a b $ forward left\nz $ repeat forward forward", 0.96)
     stage.sink.sent.clear()
     stage.now = 1001.03  # the machine was busy
     stage.player.advance(stage.now)
@@ -244,9 +246,7 @@ def test_a_slow_machine_keeps_playing_and_says_once_how_often_it_repeats() -> No
 
 
 def test_times_do_not_drift() -> None:
-    stage = Stage()
-    stage.load("beat 92.5\nr $ repeat (forward [left right left])")
-    stage.run(600)
+    stage = played("beat 92.5\nr $ repeat (forward [left right left])", 600)
     changes = [at for at, *_ in stage.sink.changes("r")]
     beat = 60 / 92.5
     assert len(changes) > 1_800
@@ -256,9 +256,7 @@ def test_times_do_not_drift() -> None:
 
 
 def test_a_stop_sends_zeros_at_once() -> None:
-    stage = Stage()
-    stage.load("r $ repeat forward")
-    stage.run(1.23)
+    stage = played("r $ repeat forward", 1.23)
     stage.player.stop(stage.now)
     assert stage.sink.sent[-1] == ("r", stage.now - 1000, Twist())
     stage.run(10)
@@ -287,17 +285,13 @@ def test_the_first_beat_waits_for_listeners_but_not_forever() -> None:
 
 
 def test_many_tiny_items_cannot_overload_a_robot() -> None:
-    stage = Stage()
-    stage.load("r $ fast 1000000 repeat 1000000 (forward left)")
-    stage.run(5)
+    stage = played("r $ fast 1000000 repeat 1000000 (forward left)", 5)
     assert len(stage.sink.sent) <= 2004
     assert stage.sink.changes("r")[-1] == (2, 0, 0)
 
 
 def test_robots_stand_while_waiting_for_listeners() -> None:
-    stage = Stage()
-    stage.load("r $ repeat forward")
-    stage.run(1)
+    stage = played("r $ repeat forward", 1)
     stage.sink.deaf = {"new": "nothing is listening on /new/cmd_vel"}
     stage.load("r new $ repeat forward")
     assert stage.sink.sent[-1] == ("r", 0.0, Twist())
@@ -305,9 +299,7 @@ def test_robots_stand_while_waiting_for_listeners() -> None:
 
 
 def test_pause_stops_and_resume_continues_from_there() -> None:
-    stage = Stage()
-    stage.load("r $ forward left forward")
-    stage.run(0.75)
+    stage = played("r $ forward left forward", 0.75)
     stage.player.pause(stage.now)
     stage.run(10)
     stage.player.resume(stage.now)
@@ -325,9 +317,7 @@ def test_pause_stops_and_resume_continues_from_there() -> None:
 
 
 def test_seek_plays_from_another_beat() -> None:
-    stage = Stage()
-    stage.load("r $ forward left forward\nshort $ forward")
-    stage.run(0.5)
+    stage = played("r $ forward left forward\nshort $ forward", 0.5)
     stage.player.seek(1.5, stage.now)
     stage.run(10)
     assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 0, QUARTER), (1, 2, 0), (2, 0, 0)]
@@ -337,9 +327,7 @@ def test_seek_plays_from_another_beat() -> None:
 
 
 def test_speed_scales_velocities_and_times_alike() -> None:
-    stage = Stage()
-    stage.load("r $ forward left")
-    stage.run(0.5)
+    stage = played("r $ forward left", 0.5)
     stage.player.set_speed(2, stage.now)
     stage.run(10)
     assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 4, 0), (0.75, 0, 2 * QUARTER), (1.25, 0, 0)]
@@ -351,9 +339,7 @@ def test_speed_scales_velocities_and_times_alike() -> None:
 
 
 def test_due_changes_are_sent_before_the_speed_changes() -> None:
-    stage = Stage()
-    stage.load("r $ forward left")
-    stage.run(0.99)
+    stage = played("r $ forward left", 0.99)
     stage.now += 0.02  # the machine was busy
     stage.player.set_speed(2, stage.now)
     stage.run(10)
@@ -362,18 +348,14 @@ def test_due_changes_are_sent_before_the_speed_changes() -> None:
 
 
 def test_due_changes_are_sent_before_a_pause() -> None:
-    stage = Stage()
-    stage.load("r $ forward left")
-    stage.run(0.99)
+    stage = played("r $ forward left", 0.99)
     stage.now += 0.02
     stage.player.pause(stage.now)
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, QUARTER), (1.01, 0, 0)]
 
 
 def test_a_takeover_is_reported_with_its_own_time() -> None:
-    stage = Stage()
-    stage.load("beat 60\nr $ forward forward")
-    stage.run(0.5)
+    stage = played("beat 60\nr $ forward forward", 0.5)
     stage.load("r $ left left", when="beat")
     stage.now += 0.75  # the machine was busy
     stage.player.advance(stage.now)
@@ -392,9 +374,7 @@ def test_speed_keeps_the_rate_of_commands() -> None:
 
 
 def test_a_muted_robot_stands_while_its_part_goes_on() -> None:
-    stage = Stage()
-    stage.load("r s $ repeat (forward left)")
-    stage.run(0.5)
+    stage = played("r s $ repeat (forward left)", 0.5)
     stage.player.set_silent({"r"}, (), stage.now)
     stage.run(1.0)
     stage.player.set_silent((), (), stage.now)
@@ -406,9 +386,7 @@ def test_a_muted_robot_stands_while_its_part_goes_on() -> None:
 
 
 def test_solo_makes_all_others_stand_and_lasts_for_the_next_score() -> None:
-    stage = Stage()
-    stage.load("r s $ repeat forward")
-    stage.run(0.5)
+    stage = played("r s $ repeat forward", 0.5)
     stage.player.set_silent({"s"}, {"s"}, stage.now)
     stage.run(0.5)
     stage.load("r s t $ forward")

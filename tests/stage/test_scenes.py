@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from improv_core.stage.messages import When
-from tests.stage.test_continuing import Continuing, changes
+from tests.stage.test_continuing import Continuing, changes, played
 from tests.stage.test_player import QUARTER
 
 LEFT, RIGHT = (0, QUARTER), (0, -QUARTER)
@@ -19,18 +19,14 @@ def check_moves(stage: Continuing, robot: str, moves: list[tuple[float, tuple[fl
 
 
 def test_a_scene_begins_on_the_first_whole_beat_on_which_all_before_is_over() -> None:
-    stage = Continuing()
-    stage.save("anna $ scale 5/2 forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", "restart")
-    stage.run(20)
+    stage = played("anna $ scale 5/2 forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", 20)
     assert changes(stage, "anna")[-2:] == [(3, *LEFT), (4, *STANDS)]
     assert changes(stage, "bert")[-2:] == [(3, *LEFT), (4, *STANDS)]
     assert (stage.states, stage.transport["beat"]) == (["playing", "ended"], 4)
 
 
 def test_a_save_edits_the_scene_that_plays_and_the_next_one_shifts() -> None:
-    stage = Continuing()
-    stage.save(TWO, "restart")
-    stage.run(1.5)
+    stage = played(TWO, 1.5)
     stage.save(TWO.replace("bert $ repeat 4 left", "bert $ repeat 4 right"))
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (4, STANDS), (6, RIGHT), (10, STANDS)])
@@ -38,10 +34,7 @@ def test_a_save_edits_the_scene_that_plays_and_the_next_one_shifts() -> None:
 
 
 def test_a_change_to_a_later_scene_affects_nobody_before_it() -> None:
-    alone, edited = Continuing(), Continuing()
-    for stage in (alone, edited):
-        stage.save(TWO, "restart")
-        stage.run(1.5)
+    alone, edited = played(TWO, 1.5), played(TWO, 1.5)
     edited.save(TWO.replace("bert $ repeat 4 forward", "bert $ repeat 2 right"))
     for stage in (alone, edited):
         stage.run(2.49)
@@ -53,9 +46,7 @@ def test_a_change_to_a_later_scene_affects_nobody_before_it() -> None:
 
 
 def test_a_changed_part_begins_at_its_own_beat_0_of_the_scene_that_plays() -> None:
-    stage = Continuing()
-    stage.save(TWO, "restart")
-    stage.run(5.5)
+    stage = played(TWO, 5.5)
     stage.save(TWO.replace("bert $ repeat 4 forward", "bert $ left repeat 2 right"))
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (8, STANDS)])
@@ -66,9 +57,7 @@ def test_a_changed_part_begins_at_its_own_beat_0_of_the_scene_that_plays() -> No
 
 def test_dice_of_a_scene_that_begin_at_another_throw_are_a_change() -> None:
     dance = "anna $ {}\n---\nanna $ repeat 4 choose (forward left right)\nbert $ repeat 9 left\n"
-    stage = Continuing()
-    stage.save(dance.format("forward"), "restart")
-    stage.run(2.5)
+    stage = played(dance.format("forward"), 2.5)
     same = stage.save(dance.format("left"))
     stage.run(1)
     assert stage.transport["begins"] == {"anna": 1, "bert": 1}
@@ -80,9 +69,7 @@ def test_dice_of_a_scene_that_begin_at_another_throw_are_a_change() -> None:
 
 @pytest.mark.parametrize(("when", "beat"), [("now", 5.5), ("beat", 6), ("bar", 8), ("end", 8)])
 def test_changes_take_effect_when_they_should(when: When, beat: float) -> None:
-    stage = Continuing()
-    stage.save(TWO, "restart")
-    stage.run(5.5)
+    stage = played(TWO, 5.5)
     stage.save(TWO.replace("anna $ repeat 4 right", "anna $ repeat 4 left"), when)
     stage.run(beat - 5.5 + 0.1)
     # At the end, all of it begins again.
@@ -91,18 +78,14 @@ def test_changes_take_effect_when_they_should(when: When, beat: float) -> None:
 
 
 def test_a_scene_that_is_deleted_while_it_plays_gives_way_to_the_one_above() -> None:
-    stage = Continuing()
-    stage.save(TWO, "restart")
-    stage.run(5.5)
+    stage = played(TWO, 5.5)
     stage.save("anna $ repeat 4 forward\nbert $ repeat 4 left\n")
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (6, FORWARD), (10, STANDS)])
 
 
 def test_seeking_reaches_any_scene_even_backward() -> None:
-    stage = Continuing()
-    stage.save(TWO, "restart")
-    stage.run(1)
+    stage = played(TWO, 1)
     stage.player.seek(5, stage.now)
     stage.run(1.5)
     stage.player.seek(3, stage.now)

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from random import Random
-from typing import TYPE_CHECKING
 
+from playwright.sync_api import Page
+
+from tests.benchmarks.chromium import chromium
 from tests.benchmarks.documents import IMPROV, edits, improv
 from tests.benchmarks.servers import OURS, Server
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
 
 TYPED_LINES = 1_000
 KEYS_A_SECOND = 20
 PLAYER = replace(OURS, options={"backend": "sim", "page": {"open": True}})
 """A server that plays in the simulator, and asks its editor to show the page."""
-_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
 _DANCE = "r1 r2 r3 $ repeat (forward left)\n"
 
 
@@ -55,17 +52,13 @@ def playing(server: Server) -> Iterator[None]:
 @contextmanager
 def page_of(server: Server) -> Iterator[Page]:
     """Save the document, and open the page that shows it play in a browser."""
-    from playwright.sync_api import sync_playwright
-
     server.save()
     while not server.page:
         server.ask("foldingRange")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(_BROWSER))
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(server.page)
         yield page
-        browser.close()
 
 
 def _type(server: Server, ended: threading.Event) -> None:

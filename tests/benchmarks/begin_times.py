@@ -16,7 +16,7 @@ from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import print_head, print_row
 
 AHEAD = 3.0
 PROGRAM = "beat 600\na b c d $ forward left\n"
@@ -52,6 +52,5 @@ async def measure(backend: str, starts: int) -> list[float]:
 def run(quick: bool) -> None:
     """Print how far the first velocity is from the asked time."""
     late = asyncio.run(measure("sim", 5 if quick else 20))
-    print_row("starts", "median", "worst", "earliest")
-    print_row("---", "---", "---", "---")
+    print_head("starts", "median", "worst", "earliest")
     print_row(str(len(late)), *(f"{each:.2f} ms" for each in (median(late), max(late, key=abs), min(late))))

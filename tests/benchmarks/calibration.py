@@ -6,7 +6,6 @@ import math
 import os
 import re
 import subprocess
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -23,7 +22,8 @@ from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.stage.sinks.simulator import Simulator
 from tests.benchmarks.robots import ENV, LIMIT, PYTHON
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import machine, print_head, print_row
+from tests.commands.command_line import IMPROV
 from tests.ros.conftest import BASE, Listener, Others
 
 FOLDER = Path(__file__).parents[2] / "examples" / "robots"
@@ -38,19 +38,17 @@ DRIFT = ("--wheel-error", "0.96", "0.94", "--noise", "0.01", "--loss", "0.05")
 ROBOT = "first"
 REST = 1.0
 """Seconds after a program until its bases surely stand."""
-IMPROV = [sys.executable, "-m", "improv_core"]
 
 Ends = Mapping[str, Pose]
 
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the square only."""
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     robots = (FOLDER / "improv.toml").read_text()
     corrected = _calibrated(robots)
     print("How far off the worst robot ends: wheels 4% and 6% short, 1% noise, 5% of commands lost\n")
-    print_row("program", "time", "ideal", "simulator beside it", "measured", "calibrated", "followed", "both")
-    print_row("---", *["---:"] * 7)
+    print_head("program", "time", "ideal", "simulator beside it", "measured", "calibrated", "followed", "both")
     for name in ("square",) if quick else ("square", "canon", "groove"):
         program = (FOLDER / f"{name}.improv").read_text()
         if name == "groove":

@@ -27,7 +27,7 @@ from improv_core.commands.terminal import performance
 from improv_core.playback.acts import News
 from improv_core.playback.start import Options
 from improv_core.site.website import build
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import p99, print_head, print_row
 from tests.needs import need
 from tests.stage.viewer.conftest import FLAGS
 
@@ -106,8 +106,7 @@ async def _measure(files: Mapping[str, File], seconds: float) -> None:
     busy = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / lasted
     print(f"{PAGES} pages in Chromium and {CHILDREN} replayed ones for {lasted:.0f} s:")
     print(f"{sent['typed']} and {sent['sent']} dances sent, {len(took)} stops\n")
-    print_row("what", "value", "goal")
-    print_row("---", "---:", "---:")
+    print_head("what", "value", "goal")
     print_row("stop to the last zero, median", f"{median(took):.1f} ms", "")
     print_row("stop to the last zero, p99", f"{p99(took):.1f} ms", f"{GOAL:.0f} ms")
     print_row("stop to the last zero, worst", f"{max(took):.1f} ms", "")

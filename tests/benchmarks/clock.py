@@ -31,7 +31,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import OutsideClock
 from tests.benchmarks.robots import ENV, PYTHON, Heard, Listener
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 
 ROBOTS = ["ada", "bert", "cleo"]
 PROGRAM = f"beat 120\nbar 4\n{' '.join(ROBOTS)} $ repeat (forward left)\n"
@@ -91,7 +91,7 @@ def play_on(path: str, seconds: float) -> None:
 def run(quick: bool) -> None:
     """Measure and print; `quick` takes one minute instead of five."""
     music = Music(60.0 if quick else 300.0)
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}; {music.seconds:g} s\n")
+    print(f"{machine()}; {music.seconds:g} s\n")
     os.environ.update(ENV)
     with tempfile.TemporaryDirectory() as folder, Listener("spin", [f"/{robot}/cmd_vel" for robot in ROBOTS]) as robots:
         cable = Path(folder, "cable")
@@ -103,8 +103,7 @@ def run(quick: bool) -> None:
     print(
         "How far changes are from the beats of the clock, in ms, and how much longer or shorter a beat is than there\n"
     )
-    print_row("robot", "beats", "median", "p99", "worst", "step", "tempo set")
-    print_row("---", "---:", "---:", "---:", "---:", "---:", "---:")
+    print_head("robot", "beats", "median", "p99", "worst", "step", "tempo set")
     for topic, messages in heard.items():
         changes = [at - zero for at in _changes(messages)]
         off_by = [(at, (music.beat(at) - round(music.beat(at))) / music.rate(at) * 1000) for at in changes]

@@ -23,7 +23,7 @@ from improv_core.stage.arrivals import Play
 from improv_core.stage.pipes import arrival
 from tests.benchmarks.documents import improv
 from tests.benchmarks.robots import ENV, PYTHON, Listener
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import machine, print_head, print_row
 from tests.edited_dance import ANNA, BERT, play, record_undisturbed
 from tests.recordings import Velocity, read
 
@@ -38,7 +38,7 @@ Commands = Sequence[tuple[float, Velocity]]
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` has fewer saves."""
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     _print_costs(20 if quick else 100)
     _print_rhythm(20 if quick else 100)
 
@@ -55,8 +55,7 @@ class _Cost:
 def _print_costs(saves: int) -> None:
     whole, lacking = _costs(saves, whole=True), _costs(saves, whole=False)
     print(f"A save of {LINES:,} lines for nine robots, one of them edited: processor time of a save, medians\n")
-    print_row("what is sent", "kB", "parent, ms", "stage reads, ms", "together, ms", "goal", "")
-    print_row("---", *["---:"] * 4, "---", "---")
+    print_head("what is sent", "kB", "parent, ms", "stage reads, ms", "together, ms", "goal", "")
     for what, costs, goal in (("the whole score", whole, None), ("what the stage lacks", lacking, SAVE)):
         size, parent, stage = (median(values) for values in zip(*map(_figures, costs), strict=True))
         verdict = ("", "") if goal is None else (f"≤ {goal:g}", "met" if parent + stage <= goal else "not met")
@@ -114,8 +113,7 @@ def _print_rhythm(saves: int) -> None:
         due = _recorded(ideal)
         print(f"\nOne robot's commands while another one's line is saved {saves} times, beside the same dance without")
         print("saves: by how much each change of velocity comes at another time, milliseconds\n")
-        print_row("where", "commands", "not in the dance", "changes", "p50", "max", "goal", "")
-        print_row("---", *["---:"] * 5, "---", "---")
+        print_head("where", "commands", "not in the dance", "changes", "p50", "max", "goal", "")
         _print_difference("at a subscriber", undisturbed, disturbed, due)
         _print_difference("in the recording", _recorded(alone), _recorded(edited), due)
         _print_difference("undisturbed, beside the ideal", due, undisturbed, due)

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from shutil import which
 from statistics import median
 from subprocess import PIPE, Popen
 from tempfile import TemporaryDirectory
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
+from tests.benchmarks.chromium import chromium
 from tests.benchmarks.page import GAPS, ROBOTS, SETTLE, SIZE, dance
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.commands.command_line import IMPROV
-from tests.stage.viewer.conftest import FLAGS, wait
+from tests.stage.viewer.conftest import wait
 
 START_GOAL, MOTION_GOAL = 2000.0, 300.0
 """Milliseconds."""
@@ -53,16 +52,11 @@ _TYPE = """() => {
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` takes fewer rounds."""
-    chromium = which("chromium")
-    if not chromium:
-        raise RuntimeError("chromium is not installed")
     rounds = 5 if quick else 20
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}")
+    print(machine())
     print(f"\nWriting on the page in headless Chromium, {rounds} rounds (median, p99, max)\n")
-    print_row("what", "ms", "goal, ms", "")
-    print_row("---", "---:", "---:", "---")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+    print_head("what", "ms", "goal, ms", "")
+    with chromium() as browser:
         _print("from `improv edit` to a page that takes keys", [_start(browser) for _ in range(rounds)], START_GOAL)
         with _editing(browser, SOLO) as page:
             _print("from Ctrl+Enter to motion", [_play(page) for _ in range(rounds)], MOTION_GOAL)
@@ -76,7 +70,6 @@ def run(quick: bool) -> None:
             print_row(
                 f"frames a second, {ROBOTS} robots", f"{frames:.1f}", "60", "met" if frames >= 59.5 else "not met"
             )
-        browser.close()
 
 
 def _print(what: str, took: list[float], goal: float | None) -> None:
@@ -129,7 +122,3 @@ def _editing(browser: Browser, program: str) -> Iterator[Page]:
             yield page
             page.close()
             process.terminate()
-
-
-if __name__ == "__main__":
-    run(quick=False)

@@ -20,7 +20,7 @@ from urllib.parse import urlsplit
 import aiohttp
 
 from tests.benchmarks.robots import ENV, PYTHON
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import print_head, print_row
 from tests.page import live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener, Others
@@ -40,8 +40,7 @@ def run(quick: bool) -> None:
     """Measure and print; `quick` tries each fault twice."""
     rounds = 2 if quick else 5
     print(f"Milliseconds from a fault to the first zero at a subscriber, {rounds} times each\n")
-    print_row("fault", "median", "worst", "goal", "")
-    print_row("---", "---:", "---:", "---:", "---")
+    print_head("fault", "median", "worst", "goal", "")
     for name, (goal, fault) in FAULTS.items():
         others = Others(PYTHON, ENV)
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.benchmarks.robots import ENV, LIMIT, Heard, Listener
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV
 
 ROBOTS = [f"r{number}" for number in range(12)]
@@ -23,10 +22,9 @@ MOST = 20.0
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` begins twice instead of ten times."""
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     print(f"Milliseconds by which the first movement of {len(ROBOTS)} robots was short, as they heard it\n")
-    print_row("run", "median", "worst", "missed", "over 20 ms")
-    print_row("---", "---:", "---:", "---:", "---:")
+    print_head("run", "median", "worst", "missed", "over 20 ms")
     found: list[float | None] = []
     for number in range(2 if quick else 10):
         shorter = _begin()

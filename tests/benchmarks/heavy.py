@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
 
 from improv_core.text import LineIndex, difference
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import p99, print_head, print_row
 from tests.heavy import HEAVY, LIMITED
 from tests.ls.client import Client
 
@@ -23,8 +23,7 @@ def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same with fewer keys."""
     keys = 10 if quick else 50
     print(f"Milliseconds from what is written to its answer, {keys} of each, while the heavy program is edited\n")
-    print_row("heavy program", "what", "p50", "p99", "max", f"goal ≤ {GOAL}")
-    print_row("---", "---", "---:", "---:", "---:", "---")
+    print_head("heavy program", "what", "p50", "p99", "max", f"goal ≤ {GOAL}")
     for name, text in HEAVY.items():
         for what, times in _measured(text, keys).items():
             ordered = sorted(times)

@@ -26,7 +26,7 @@ from typing import Any
 
 from tests.benchmarks.air import BASE, entering, machines, on_air
 from tests.benchmarks.robots import ENV, LIMIT, Heard, Listener
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 
 AIR = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
 """2 to 100 ms each way, and 2 % of all packets lost."""
@@ -51,10 +51,9 @@ class Found:
 def run(quick: bool) -> None:
     """Measure and print; `quick` dances for 40 s instead of five minutes."""
     robots, seconds = int(os.environ.get("IMPROV_ROBOTS", "6")), 40.0 if quick else 300.0
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     print(f"{robots} robots for {seconds:g} s: how far from its time each change was received, in ms\n")
-    print_row("stages", "link", "changes", "median", "p99", "worst", "turns: p99 off 90°", "worst")
-    print_row("---", "---", "---:", "---:", "---:", "---:", "---:", "---:")
+    print_head("stages", "link", "changes", "median", "p99", "worst", "turns: p99 off 90°", "worst")
     rows: list[tuple[str, str, Sequence[str], bool, float]] = [
         ("one for all", "2–100 ms, 2 % lost", AIR, False, 0.5),
         ("one on each", "2–100 ms, 2 % lost", AIR, True, 3.0),
@@ -70,8 +69,7 @@ def run(quick: bool) -> None:
         said += [f"{stages}, {about}: {line}" for line in found.lines]
     print("\n" + "\n".join(dict.fromkeys(said)))
     print("\nSeconds from the moment the link was cut to the first zero that the robot's own machine received\n")
-    print_row("link_patience", "zeros after", "more than that, in ms")
-    print_row("---:", "---:", "---:")
+    print_head("link_patience", "zeros after", "more than that, in ms")
     for patience in (0.5, 3.0):
         after = _cut(patience)
         print_row(f"{patience:g} s", f"{after:.3f} s", f"{1000 * (after - patience):.0f}")
@@ -85,8 +83,7 @@ def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patien
             stack.enter_context(Listener("drain", [topic], each.by, on_air(ENV)))
             for topic, each in zip(topics, made, strict=True)
         ]
-        arguments = [str(robots), str(seconds), "hosts" if hosts else "here", str(patience)]
-        command = [*entering(BASE), sys.executable, "-m", "tests.benchmarks.hosts_parent", *arguments]
+        command = _parent(robots, seconds, hosts, patience)
         playing = subprocess.run(
             command, env=on_air(env), stdout=subprocess.PIPE, text=True, timeout=seconds + 3 * LIMIT, check=True
         )
@@ -102,17 +99,7 @@ def _cut(patience: float) -> float:
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
         (machine,), env = stack.enter_context(machines(1, Path(folder), ("--delay", "0.002")))
         listener = stack.enter_context(Listener("drain", ["/r0/cmd_vel"], machine.by, on_air(ENV)))
-        command = [
-            *entering(BASE),
-            sys.executable,
-            "-m",
-            "tests.benchmarks.hosts_parent",
-            "1",
-            "60",
-            "hosts",
-            str(patience),
-        ]
-        playing = subprocess.Popen(command, env=on_air(env), stdout=subprocess.PIPE, text=True)
+        playing = subprocess.Popen(_parent(1, 60.0, True, patience), env=on_air(env), stdout=subprocess.PIPE, text=True)
         assert playing.stdout
         try:
             for line in playing.stdout:
@@ -128,6 +115,12 @@ def _cut(patience: float) -> float:
             playing.communicate()
     print(f"one robot's host: {used}; a node with nothing but a publisher: {bare}")
     return next(each.received for each in heard if each.still and each.received > cut) - cut
+
+
+def _parent(robots: int, seconds: float, hosts: bool, patience: float) -> list[str]:
+    """What plays a dance."""
+    arguments = [str(robots), str(seconds), "hosts" if hosts else "here", str(patience)]
+    return [*entering(BASE), sys.executable, "-m", "tests.benchmarks.hosts_parent", *arguments]
 
 
 def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard]]) -> Found:

@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 
 from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.commands.command_line import IMPROV
 from tests.processes import players
 from tests.ros.hosts import Host, on_one_link, set_link
@@ -47,11 +47,10 @@ NO_NETWORK = "network gone"
 def run(quick: bool) -> None:
     """Measure and print; `quick` does it once, and for a few seconds."""
     rounds, seconds = (1, 6) if quick else (5, 20)
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     print("Milliseconds from a fault until joints are at rest (50 messages a second say so), worst of each\n")
     interfaces = [each for each in JOINTS if each]
-    print_row("fault", "times", *interfaces)
-    print_row("---", "---:", *["---:"] * len(interfaces))
+    print_head("fault", "times", *interfaces)
     for fault in (*FAULTS, NO_NETWORK):
         found = [_rest_after(fault) for _ in range(rounds)]
         worst = (max(each[which] for each in found) for which in interfaces)
@@ -60,8 +59,7 @@ def run(quick: bool) -> None:
         f"\n{ROBOTS} robots with {COUNT} joints at {RATE} Hz, all alike, another velocity each second: how late changes"
     )
     print("are received, beside the earliest of all, in milliseconds\n")
-    print_row("who", "changes", "p50", "p99")
-    print_row("---", "---:", "---:", "---:")
+    print_head("who", "changes", "p50", "p99")
     for who, late in (("Improv", _punctual(True, seconds)), ("a plain loop with rclpy", _punctual(False, seconds))):
         print_row(who, f"{len(late)}", f"{1000 * median(late):.1f}", f"{1000 * p99(late):.1f}")
 

@@ -3,68 +3,34 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import tempfile
-from pathlib import Path
+from collections.abc import Sequence
 from statistics import median
 
 from tests.benchmarks.air import LINK
 from tests.benchmarks.hosts import AIR
 from tests.benchmarks.keep_apart_hosts import delays
-from tests.benchmarks.robots import ENV, HERE, PYTHON
-from tests.benchmarks.tables import print_row
-from tests.commands.command_line import IMPROV
+from tests.benchmarks.tables import machine, print_head, print_row
 
-TOML = """
-[ros]
-node = "improv"
-odom_frame = "world"
-[preflight]
-distance = 100
-degrees = 180
-[world]
-keep_apart = 0.3
-[robots.a]
-odom = "pose"
-[robots.b]
-odom = "pose"
-start = { x = 5, y = 0, heading = 0 }
-"""
+LINKS: dict[str, Sequence[str]] = {
+    "none: one stage for both": (),
+    "2 ms": ("--delay", "0.002"),
+    "2–100 ms, 2 % lost": AIR,
+}
+"""Links to hosts, which need the rights of root."""
 
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` does it 10 times instead of 100."""
     rounds = 10 if quick else 100
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "dance.improv").write_text("a b $ repeat scale 1/100 (forward backward)\n")
-        Path(folder, "improv.toml").write_text(TOML)
-        command = [*IMPROV, "play", "--backend", "ros", "--no-browser", "dance.improv"]
-        with subprocess.Popen(
-            command, cwd=folder, env=ENV, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        ) as playing:
-            script = [PYTHON, str(HERE / "ros_near.py"), str(rounds), "/improv/play"]
-            told = subprocess.run(script, env=ENV, capture_output=True, text=True, check=False)
-            playing.terminate()
-    times = sorted(1000 * float(line) for line in told.stdout.split())
-    if len(times) < rounds:
-        raise SystemExit(f"only {len(times)} times: {told.stderr.strip()}")
-    print(f"Milliseconds until both robots have zeros, {len(times)} times\n")
-    print_row("median", "p90", "worst")
-    print_row("---:", "---:", "---:")
-    print_row(f"{median(times):.1f}", f"{times[len(times) * 9 // 10]:.1f}", f"{times[-1]:.1f}")
-    if os.geteuid() == 0 and LINK.exists():
-        _on_hosts(rounds)
-
-
-def _on_hosts(rounds: int) -> None:
-    print("\nThe same with two robots on hosts of their own\n")
-    print_row("link", "zeros of", "times", "median", "p90", "worst")
-    print_row("---", "---", "---:", "---:", "---:", "---:")
+    print(f"{machine()}\n\nMilliseconds from the pose to the zeros\n")
+    print_head("link to each host", "zeros of", "times", "median", "p90", "worst")
     said = []
-    for about, link in (("2 ms", ("--delay", "0.002")), ("2–100 ms, 2 % lost", AIR)):
+    for about, link in LINKS.items():
+        if link and (os.geteuid() != 0 or not LINK.exists()):
+            continue
         found = delays(rounds, link)
-        for who, seconds in (("the one that is seen", found.shown), ("the other one", found.other)):
+        both = [*map(max, found.shown, found.other)]
+        for who, seconds in (("the one that is seen", found.shown), ("the other one", found.other), ("both", both)):
             times = sorted(1000 * each for each in seconds)
             figures = f"{median(times):.1f}", f"{times[len(times) * 9 // 10]:.1f}", f"{times[-1]:.1f}"
             print_row(about, who, str(len(times)), *figures)

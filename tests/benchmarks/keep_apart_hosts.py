@@ -1,6 +1,7 @@
-"""Two robots on hosts of their own that come too near to each other: for the benchmark `keep_apart`.
+"""Two robots that come too near to each other, with a stage for both or on hosts of their own: for the benchmark
+`keep_apart`.
 
-Run as a module, it is the parent that plays: a line on its standard input resumes.
+Run as a module, it is the parent that plays: its argument says where, and a line on its standard input resumes.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ keep_apart = 0.3
 ROBOT = """
 [robots.r{0}]
 odom = "pose"
-host = "host{0}"
+{2}
 start = {{ x = {1}, y = 0, heading = 0 }}
 """
 PLACES = (0.0, 5.0)
@@ -105,15 +106,19 @@ def running(command: Sequence[str], env: Mapping[str, str]) -> Iterator[Process]
 
 
 def delays(rounds: int, link: Sequence[str]) -> Delays:
-    """How late both robots stand in each round, if their hosts are on such links."""
+    """How late both robots stand in each round, if their hosts are on such links, or if they have none."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
-        made, env = stack.enter_context(machines(len(PLACES), Path(folder), link))
+        there, here, env, parents_env = [list[str]()] * len(PLACES), list[str](), ENV, ENV
+        if link:
+            made, reaching = stack.enter_context(machines(len(PLACES), Path(folder), link))
+            there, here = [each.by for each in made], entering(BASE)
+            env, parents_env = on_air(ENV), on_air(reaching)
         robots = [
-            stack.enter_context(running([*each.by, PYTHON, str(HERE / "ros_beside.py"), name, str(x)], on_air(ENV)))
-            for each, name, x in zip(made, ("r0", "r1"), PLACES, strict=True)
+            stack.enter_context(running([*by, PYTHON, str(HERE / "ros_beside.py"), name, str(x)], env))
+            for by, name, x in zip(there, ("r0", "r1"), PLACES, strict=True)
         ]
-        command = [*entering(BASE), sys.executable, "-m", "tests.benchmarks.keep_apart_hosts"]
-        parent = stack.enter_context(running(command, on_air(env)))
+        command = [*here, sys.executable, "-m", "tests.benchmarks.keep_apart_hosts", "hosts" if link else "here"]
+        parent = stack.enter_context(running(command, parents_env))
         found = Delays([], [], parent.said)
         for number in range(rounds):
             if number:
@@ -135,7 +140,7 @@ def delays(rounds: int, link: Sequence[str]) -> Delays:
     return found
 
 
-async def perform() -> None:
+async def perform(hosts: bool) -> None:
     """Play, and say when all are paused, and what people are told."""
 
     def hear(message: News, leads: bool) -> None:
@@ -144,7 +149,8 @@ async def perform() -> None:
         elif message["type"] in ("warning", "error", "gone", "unreached"):
             print(json.dumps(message), flush=True)
 
-    toml = TOML + "".join(ROBOT.format(number, x) for number, x in enumerate(PLACES))
+    lines = [f'host = "host{number}"' if hosts else "" for number in range(len(PLACES))]
+    toml = TOML + "".join(ROBOT.format(number, x, lines[number]) for number, x in enumerate(PLACES))
     score = score_of(analyze("r0 r1 $ repeat scale 1/100 (forward backward)\n", read_robots(toml)))
     stops = Stops()
     playback = Playback(Options("ros"), hear, stops)
@@ -157,4 +163,4 @@ async def perform() -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(perform())
+    asyncio.run(perform(sys.argv[1] == "hosts"))

@@ -14,8 +14,8 @@ from statistics import median
 from time import sleep
 
 from tests.benchmarks.documents import SHARED_LINE, Uses, edits
-from tests.benchmarks.servers import ALL, BARE, OURS, RUFF, Kind, Seen, Server
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.servers import ALL, BARE, OURS, RUFF, Kind, Seen, Server, memory, processor_time
+from tests.benchmarks.tables import p99, print_head, print_row
 
 Samples = dict[Kind, list[float]]
 """What was measured of each server: milliseconds, or MB."""
@@ -58,8 +58,7 @@ def run(quick: bool) -> None:
     shared = f"{LONG:,}, a third use the name that is edited"
     _print_keystrokes(shared, _keystrokes(LONG, "name", rounds), Goal(50, unit="ms"))
     print(f"\nOther medians; memory is the resident set with {LONG:,} lines open and after 50 edits\n")
-    print_row("what", *(kind.name for kind in ALL), "goal", "")
-    print_row("---", *["---:"] * 3, "---", "---")
+    print_head("what", *(kind.name for kind in ALL), "goal", "")
     _print_other(
         "all lines up to date after that name is edited, ms", {OURS: _all_settled(rounds)}, Goal(200, unit="ms")
     )
@@ -129,9 +128,9 @@ def _idle(kind: Kind) -> float:
     with Server(kind) as server:
         server.open(kind.language.write(LONG, ""))
         sleep(1)  # what follows the first diagnostics
-        before = server.processor_time()
+        before = processor_time(server.pid)
         sleep(IDLE)
-        return (server.processor_time() - before) / IDLE * 100
+        return (processor_time(server.pid) - before) / IDLE * 100
 
 
 def _start(kind: Kind) -> float:
@@ -143,7 +142,7 @@ def _memory(kind: Kind, uses: Uses) -> tuple[float, float]:
     with Server(kind) as server:
         for _ in islice(_opened(server, kind, LONG, uses), 50):
             pass
-        return server.memory()
+        return memory(server.pid)
 
 
 def _print_keystrokes(what: str, samples: Samples, goal: Goal) -> None:

@@ -20,7 +20,7 @@ from improv_core.child import Child
 from improv_core.remote.asking import Asking, asked, estimated, lag, period, told
 from improv_core.remote.connecting import connect
 from improv_core.remote.frames import LONGEST_UP, UP, Incoming, time_in
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import print_head, print_row
 from tests.remote.sshd import NAME, SLOW, Host, a_host
 from tests.ros.conftest import with_code
 
@@ -80,8 +80,7 @@ def measure(folder: Path, marks: tuple[float, ...], drift: float, links: int) ->
 def run(quick: bool) -> None:
     """Print how far off the clock is after some time, and how far off it says it may be."""
     marks = MARKS[:3] if quick else MARKS
-    print_row("drift", "links", *(f"{mark:g} s: median, worst (says)" for mark in marks), "a message arrives within")
-    print_row(*["---"] * (len(marks) + 3))
+    print_head("drift", "links", *(f"{mark:g} s: median, worst (says)" for mark in marks), "a message arrives within")
     for drift in (0.0,) if quick else (0.0, 50e-6, -100e-6):
         with tempfile.TemporaryDirectory() as folder:
             links = measure(Path(folder), marks, drift, 4 if quick else 10)

@@ -19,9 +19,20 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from tests.benchmarks.documents import Edit, improv
-from tests.benchmarks.robots import ENV, NOTHING, PYTHON, Due, Heard, Lateness, Listener, Plain, lateness, start_anew
-from tests.benchmarks.servers import OURS, Server, memory, processor_time
-from tests.processes import descendants
+from tests.benchmarks.robots import (
+    ENV,
+    NOTHING,
+    PYTHON,
+    Due,
+    Heard,
+    Lateness,
+    Listener,
+    Plain,
+    beat_0,
+    lateness,
+    start_anew,
+)
+from tests.benchmarks.servers import OURS, Server, memory, processor_time, stage_of
 from tests.stage.test_player import Memory
 
 PATIENCE = 180.0
@@ -141,7 +152,7 @@ def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
         server.open(program)
         for _ in range(rounds):
             server.save()
-            turns.append((OURS_IN_WORDS, _zero(tap.wait("playing")), ours))
+            turns.append((OURS_IN_WORDS, beat_0(tap.wait("playing")), ours))
             tap.wait("ended")
             time.sleep(0.5)
             for way, topics in plain.items():
@@ -173,8 +184,8 @@ def crowd(count: int, seconds: int) -> Crowd:
     with Listener("drain", [*map(_topic, robots)]) as listener, _server() as (server, tap):
         server.open(_program(robots, seconds, 60))
         saved = server.save()
-        zero = _zero(tap.wait("playing"))
-        both = _stage(server), listener.pid
+        zero = beat_0(tap.wait("playing"))
+        both = stage_of(server.pid), listener.pid
         before = [processor_time(pid) for pid in both]
         begin = time.monotonic()
         tap.wait("ended")
@@ -261,18 +272,5 @@ def _program(robots: Sequence[str], seconds: int, beat: int) -> str:
     return f"beat {beat}\n{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
 
 
-def _zero(transport: Mapping[str, Any]) -> float:
-    """When beat 0 was, by the monotonic clock."""
-    return float(transport["monotonic"] - transport["beat"] * 60 / transport["tempo"])
-
-
 def _topic(robot: str) -> str:
     return f"/{robot}/cmd_vel"
-
-
-def _stage(server: Server) -> int:
-    """The process of the server's stage."""
-    for pid in descendants(server.pid):
-        if b"--sink" in Path(f"/proc/{pid}/cmdline").read_bytes():
-            return pid
-    raise RuntimeError("no stage runs")

@@ -12,7 +12,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.meetings import check_room
 from improv_core.score.score import Score
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import print_head, print_row
 
 _WORDS = ("forward", "forward", "backward", "left", "right", "halfleft", "strafeleft", "straferight", "rest")
 
@@ -20,8 +20,7 @@ _WORDS = ("forward", "forward", "backward", "left", "right", "halfleft", "strafe
 def run(quick: bool) -> None:
     rounds = 1 if quick else 5
     print("Robots 3 m apart, each with a random round of its own of 20 to 50 beats, for 1,000 beats. Processor time.\n")
-    print_row("robots", "first check", "after an edit of one robot", "pairs that meet", "meetings")
-    print_row("---:", "---:", "---:", "---:", "---:")
+    print_head("robots", "first check", "after an edit of one robot", "pairs that meet", "meetings")
     for robots in (3, 10, 30) if quick else (3, 10, 30, 60, 100):
         text = program(robots)
         score, edited = score_of(analyze(text)), score_of(analyze(text.replace("r1 $ ", "r1 $ left ", 1)))

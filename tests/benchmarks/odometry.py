@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import os
 import subprocess
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
-from pathlib import Path
 from statistics import median
+from typing import Any
 
 from improv_core.score.score import Score
-from improv_core.score.score_json import to_json
-from improv_core.stage.limits import FOLDER
 from tests.benchmarks.live import rehearsed
-from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, Lateness, Listener, lateness
+from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, Lateness, Listener, lateness, play
 from tests.benchmarks.servers import processor_time
-from tests.benchmarks.tables import p99, print_row
-from tests.processes import descendants
+from tests.benchmarks.tables import machine, p99, print_head, print_row
+from tests.processes import command_of, descendants
 from tests.stage.test_player import score
 
 ROBOTS = [f"r{number}" for number in range(20)]
@@ -29,11 +26,10 @@ MOST = 1.2
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same for a few seconds."""
     seconds, rounds = (4, 1) if quick else (20, 3)
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     print(f"Lateness of changes of velocity to {len(ROBOTS)} robots, {rounds} × {seconds} s in turn, milliseconds;")
     print("their odometry is published 50 times a second each\n")
-    print_row("what", "changes", "received p50", "p99", "p50, times", "poses a second", "reader's core", "stage's core")
-    print_row("---", *["---:"] * 7)
+    print_head("way", "changes", "received p50", "p99", "p50, times", "poses a second", "reader's core", "stage's core")
     late: dict[str, list[float]] = {"no odometry": [], "odometry, not read": [], "odometry that is read": []}
     cost = {way: _Cost() for way in late}
     for _ in range(rounds):
@@ -54,6 +50,21 @@ class _Cost:
 
     def __init__(self) -> None:
         self.poses = self.reader = self.stage = 0.0
+        self._began = 0.0, (0.0, 0.0)
+        self._poses = 0
+
+    def hear(self, stage: int, message: Mapping[str, Any]) -> None:
+        """Add what is known of a round at its end."""
+        if message["type"] == "measured":
+            self._poses += len(message["robots"])
+        elif message.get("state") == "playing":
+            self._began, self._poses = (time.monotonic(), _used(stage)), 0
+        elif message.get("state") == "ended":
+            at, before = self._began
+            passed, used = time.monotonic() - at, _used(stage)
+            self.poses += self._poses / passed
+            self.stage += (used[0] - before[0]) / passed
+            self.reader += (used[1] - before[1]) / passed
 
 
 def _play(seconds: int, published: bool, read: bool, cost: _Cost) -> Lateness:
@@ -63,42 +74,14 @@ def _play(seconds: int, published: bool, read: bool, cost: _Cost) -> Lateness:
         if published:
             stack.enter_context(_Script("publish"))
         listener = stack.enter_context(Listener("drain", [f"/{robot}/cmd_vel" for robot in ROBOTS]))
-        zero = _perform(_measured(program) if read else program, cost)
+        zero = play(_measured(program) if read else program, cost.hear)
         heard = listener.end()
     return lateness(heard, zero, rehearsed(text))
 
 
-def _perform(program: Score, cost: _Cost) -> float:
-    """Play a score on a stage of its own until it ends; when beat 0 was."""
-    command, pipe = [PYTHON, str(FOLDER), "--sink", "ros"], subprocess.PIPE
-    load = {"type": "load", "generation": 1, "score": to_json(program), "when": "restart", "backend": "ROS 2"}
-    with subprocess.Popen(command, env=ENV, stdin=pipe, stdout=pipe, text=True) as stage:
-        assert stage.stdin
-        assert stage.stdout
-        print(json.dumps(load), file=stage.stdin, flush=True)
-        zero, began, poses = 0.0, (0.0, 0.0), 0
-        for line in stage.stdout:
-            message = json.loads(line)
-            if message["type"] == "error":
-                raise RuntimeError(message["message"])
-            if message["type"] == "measured":
-                poses += len(message["robots"])
-            elif message.get("state") == "playing":
-                zero, began = message["monotonic"] - message["beat"] * 60 / message["tempo"], _used(stage.pid)
-            elif message.get("state") == "ended":
-                break
-        passed, used = time.monotonic() - zero, _used(stage.pid)
-        cost.poses += poses / passed
-        cost.stage += (used[0] - began[0]) / passed
-        cost.reader += (used[1] - began[1]) / passed
-        time.sleep(0.5)  # for the last zeros
-        stage.communicate(timeout=LIMIT)
-    return zero
-
-
 def _used(stage: int) -> tuple[float, float]:
     """The seconds of processor time that a stage and its reader have used."""
-    reader = [pid for pid in descendants(stage) if b"\0reader\0" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    reader = [pid for pid in descendants(stage) if b"\0reader\0" in command_of(pid)]
     return processor_time(stage), sum(map(processor_time, reader))
 
 

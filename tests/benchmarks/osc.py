@@ -29,7 +29,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.osc import Osc, Peer
 from improv_core.stage.messages import TransportMessage
 from improv_core.stage.osc_wire import written
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import p99, print_head, print_row
 
 ROBOTS = [f"r{number}" for number in range(10)]
 PROGRAM = f"beat 240\nbar 4\n{' '.join(ROBOTS)} $ repeat (forward left)\n"
@@ -142,8 +142,7 @@ async def measure(seconds: float, flooded: bool) -> Measured:
 def run(quick: bool) -> None:
     """Print how late changes and beats are, and how long stops take, with and without a flood."""
     rounds, seconds = (2, 8.0) if quick else (10, 30.0)
-    print_row("", "changes: p50", "p99", "worst", "beats heard: p50", "p99", "worst", "stops", "p50", "worst")
-    print_row(*["---"] * 10)
+    print_head("", "changes: p50", "p99", "worst", "beats heard: p50", "p99", "worst", "stops", "p50", "worst")
     for flooded in (False, True):
         measured = [asyncio.run(measure(seconds, flooded)) for _ in range(rounds)]
         changes = [late for each in measured for late in each.changes]

@@ -6,17 +6,13 @@ import os
 import socket
 import time
 from dataclasses import dataclass
-from pathlib import Path
-from shutil import which
 from urllib.parse import urlsplit
 
-from playwright.sync_api import sync_playwright
-
-from tests.benchmarks.servers import processor_time
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.chromium import chromium
+from tests.benchmarks.servers import processor_time, stage_of
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.page import live_behind
-from tests.processes import descendants
-from tests.stage.viewer.conftest import FLAGS, Show, watch
+from tests.stage.viewer.conftest import Show, watch
 
 ROBOTS = 50
 SIZE = (1920, 1080)
@@ -62,7 +58,7 @@ class Seen:
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures for a few seconds."""
     seconds = 5 if quick else 30
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}")
+    print(machine())
     print_page(measure(seconds), seconds)
 
 
@@ -70,8 +66,7 @@ def print_page(seen: Seen, seconds: int) -> None:
     """The table of what was measured for so many seconds."""
     width, height = SIZE
     print(f"\nThe page with {ROBOTS} robots that all move, {width}×{height}, headless Chromium, {seconds} s\n")
-    print_row("what", "", "goal", "")
-    print_row("---", "---:", "---", "---")
+    print_head("what", "", "goal", "")
     verdict = "met" if seen.frames_per_second >= GOAL - 0.5 else "not met"
     print_row("frames a second", f"{seen.frames_per_second:.1f}", str(GOAL), verdict)
     print_row(f"frames dropped (over {LATE:g} ms)", f"{seen.dropped} of {len(seen.gaps)}", "", "")
@@ -83,24 +78,19 @@ def print_page(seen: Seen, seconds: int) -> None:
 
 def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) -> Seen:
     """Play a program of so many robots, first unwatched, then to a page, then to a socket that counts."""
-    chromium = which("chromium")
-    if not chromium:
-        raise RuntimeError("chromium is not installed")
     show = Show()
     try:
         show.play(program or dance(robots))
-        stage = _stage()
+        stage = stage_of(os.getpid())
         time.sleep(1)
         alone = _busy(stage, seconds)
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        with chromium() as browser:
             page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
             watch(page, show)
             time.sleep(SETTLE)
             before, began = processor_time(stage), time.monotonic()
             gaps: list[float] = page.evaluate(GAPS, seconds)
             watched = (processor_time(stage) - before) / (time.monotonic() - began)
-            browser.close()
         return Seen(gaps, _bytes_per_second(show.url, seconds), alone, watched)
     finally:
         show.close()
@@ -128,14 +118,6 @@ def _bytes_per_second(url: str, seconds: float) -> float:
             received = len(page.recv(65536))
             count += received if now >= first else 0
     return count / seconds
-
-
-def _stage() -> int:
-    """The process of the stage."""
-    for pid in descendants(os.getpid()):
-        if b"--sink" in Path(f"/proc/{pid}/cmdline").read_bytes():
-            return pid
-    raise RuntimeError("no stage runs")
 
 
 def _busy(pid: int, seconds: float) -> float:

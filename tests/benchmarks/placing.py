@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import random
 import subprocess
 import tempfile
@@ -12,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.benchmarks.robots import ENV, PYTHON
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV
 
 BASE = Path(__file__).parents[1] / "ros" / "base.py"
@@ -51,9 +50,8 @@ def run(quick: bool) -> None:
         took = time.monotonic() - began
         ends = {name: _end(base) for name, base in zip(robots, bases, strict=True)}
     print(placed.stdout + placed.stderr)
-    print(f"{len(os.sched_getaffinity(0))} cores, {took:.0f} s, exit code {placed.returncode}\n")
-    print_row("robot", "m before", "° before", "m after", "° after")
-    print_row("---", "---:", "---:", "---:", "---:")
+    print(f"{machine()}, {took:.0f} s, exit code {placed.returncode}\n")
+    print_head("robot", "m before", "° before", "m after", "° after")
     for name in robots:
         (far, turned), (near, left) = _off(starts[name], places[name]), _off(ends[name], places[name])
         print_row(name, f"{far:.2f}", f"{turned:.0f}", f"{near:.3f}", f"{left:.1f}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 from contextlib import ExitStack
 from dataclasses import replace
@@ -10,9 +9,8 @@ from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
 
 from tests.benchmarks.live import rehearsed
-from tests.benchmarks.robots import ENV, HERE, LIMIT, NOTHING, PYTHON, Lateness, Listener, lateness
-from tests.benchmarks.senses import play
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.robots import ENV, HERE, LIMIT, NOTHING, PYTHON, Lateness, Listener, lateness, play
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.stage.test_player import score
 
 CROWD = 20
@@ -24,10 +22,9 @@ WAYS = {"not published": (False, False), "published": (True, False), "published 
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same for a few seconds each."""
     seconds, rounds = (6, 3) if quick else (20, 5)
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     print(f"Changes of velocity of {CROWD} robots, {rounds} × {seconds} s in turn: lateness when received, in ms\n")
-    print_row("what", "changes", "missing repeats", "p50", "p99", "p50, times", "p99, times", "share of a core")
-    print_row("---", *["---:"] * 7)
+    print_head("what", "changes", "missing repeats", "p50", "p99", "p50, times", "p99, times", "share of a core")
     found: dict[str, tuple[Lateness, float]] = dict.fromkeys(WAYS, (NOTHING, 0.0))
     for _ in range(rounds):
         for way, (published, watched) in WAYS.items():

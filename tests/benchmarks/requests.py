@@ -3,7 +3,6 @@ and from a keystroke to its diagnostics while a dance plays with its page open, 
 
 from __future__ import annotations
 
-import os
 import platform
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -20,7 +19,7 @@ from improv_ls.server import FEATURES
 from tests.benchmarks.background import KEYS_A_SECOND, PLAYER, page_of
 from tests.benchmarks.documents import IMPROV, SHARED, SHARED_LINE, Edit, Uses, edits, improv
 from tests.benchmarks.servers import BARE, OURS, Kind, Server
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 
 LINES = 1_000
 AT_ONCE = 20
@@ -60,25 +59,24 @@ class Request:
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same with fewer rounds."""
     rounds, opens, blocks = (2, 3, 2) if quick else (10, 20, 8)
-    print(f"{_load()}, {platform.system()}, Python {platform.python_version()}\n")
+    print(f"{machine()}, {platform.system()}, Python {platform.python_version()}\n")
     asked = f"{LINES:,} lines, {rounds * AT_ONCE} times, each after an edit"
     print(f"Request written → answer read, milliseconds, {asked}\n")
     _print_head("what", "bare pygls")
     for what, times in _requests(rounds).items():
         times.print(what, 3, 5)
     tokens, checks = _first_tokens(opens), _first_checks(opens)
-    print(f"\nThe first time, milliseconds, {opens} times; {_load()}\n")
-    print_row("what", "p50", "p99", "goal", "")
-    print_row("---", "---:", "---:", "---", "---")
+    print(f"\nThe first time, milliseconds, {opens} times; {machine()}\n")
+    print_head("what", "p50", "p99", "goal", "")
     verdict = "met" if median(tokens) <= 15 else "not met"
     print_row("semantic tokens, full", f"{median(tokens):.1f}", f"{p99(tokens):.1f}", "p50 ≤ 15", verdict)
     print_row(f"workspace diagnostics, {CLASS} programs", f"{median(checks):.1f}", f"{p99(checks):.1f}", "", "")
     typed = f"{LINES:,} lines, {blocks * AT_ONCE} keys, {KEYS_A_SECOND} a second, in turns with nothing else"
-    print(f"\nKeystroke written → diagnostics read, milliseconds, {typed}; {_load()}\n")
+    print(f"\nKeystroke written → diagnostics read, milliseconds, {typed}; {machine()}\n")
     _print_head("while", "nothing else")
     _beside_a_dance(blocks).print("a dance plays, its page open", 1.5, 2)
     _beside_checks(blocks).print(f"{MANY} programs in the folder are checked", 1.5, 2)
-    print(f"\n{_load()} at the end")
+    print(f"\n{machine()} at the end")
 
 
 def _requests(rounds: int) -> Mapping[str, Times]:
@@ -304,9 +302,4 @@ def _write_programs(server: Server, count: int, seed: int = 0) -> None:
 
 
 def _print_head(what: str, other: str) -> None:
-    print_row(what, *(cell for p in ("p50", "p99") for cell in (p, f"{p}, {other}", "ratio")), "goal", "")
-    print_row("---", *["---:"] * 6, "---", "---")
-
-
-def _load() -> str:
-    return f"{len(os.sched_getaffinity(0))} cores, load {os.getloadavg()[0]:.1f}"
+    print_head(what, *(cell for p in ("p50", "p99") for cell in (p, f"{p}, {other}", "ratio")), "goal", "")

@@ -5,13 +5,19 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from struct import Struct
-from time import monotonic
-from typing import NamedTuple
+from time import monotonic, sleep
+from typing import Any, NamedTuple
+
+from improv_core.score.score import Score
+from improv_core.score.score_json import to_json
+from improv_core.stage.limits import FOLDER
+from improv_core.stage.zeros import LINGER
 
 HERE = Path(__file__).parent
 PYTHON = os.environ.get("IMPROV_ROS_PYTHON") or str(HERE.parents[1] / ".cache" / "ros" / "bin" / "python")
@@ -125,7 +131,8 @@ def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str
     """
     found = NOTHING
     for topic, commands in due.items():
-        messages = [each for each in heard[topic] if zero - 0.01 < each.published < zero + commands[-1].at + 0.4]
+        end = commands[-1].at + LINGER - 0.05  # then come zeros for who may not have heard these
+        messages = [each for each in heard[topic] if -0.01 < each.published - zero < end]
         missing = len(commands) - len(messages)
         if missing < 0:
             raise RuntimeError(f"{topic} got {len(messages)} commands instead of {len(commands)}")
@@ -142,6 +149,40 @@ def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str
             missing,
         )
     return found
+
+
+@contextmanager
+def stage_with(score: Score) -> Iterator[subprocess.Popen[str]]:
+    """A stage of its own, which is sent a score."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen([PYTHON, str(FOLDER), "--sink", "ros"], env=ENV, stdin=pipe, stdout=pipe, text=True) as stage:
+        load = {"type": "load", "generation": 1, "score": to_json(score), "when": "restart", "backend": "ROS 2"}
+        print(json.dumps(load), file=stage.stdin, flush=True)
+        yield stage
+
+
+def play(score: Score, hear: Callable[[int, Mapping[str, Any]], None] = lambda stage, message: None) -> float:
+    """Play a score on a stage of its own until it ends; when beat 0 was. `hear` is given the stage's process and what
+    it says."""
+    zero = 0.0
+    with stage_with(score) as stage:
+        for line in stage.stdout or ():
+            message = json.loads(line)
+            hear(stage.pid, message)
+            if message["type"] == "error":
+                raise RuntimeError(message["message"])
+            if message.get("state") == "playing":
+                zero = beat_0(message)
+            elif message.get("state") == "ended":
+                break
+        sleep(0.5)  # for the last zeros
+        stage.communicate(timeout=LIMIT)
+    return zero
+
+
+def beat_0(transport: Mapping[str, Any]) -> float:
+    """When beat 0 was, by the monotonic clock."""
+    return float(transport["monotonic"] - transport["beat"] * 60 / transport["tempo"])
 
 
 def start_anew(topic: str) -> float:

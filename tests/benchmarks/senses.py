@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import time
 from collections.abc import Sequence
@@ -12,12 +11,10 @@ from statistics import median
 from typing import Any
 
 from improv_core.score.score import Score
-from improv_core.score.score_json import to_json
 from improv_core.score.senses import Topic
-from improv_core.stage.limits import FOLDER
 from tests.benchmarks.live import rehearsed
-from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, RATE, Lateness, Listener, lateness
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, RATE, Lateness, Listener, lateness, play, stage_with
+from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.stage.test_player import score
 
 CROWD = 100
@@ -34,7 +31,7 @@ MOST = 1.2
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same for a few seconds each."""
     seconds, rounds = (4, 1) if quick else (20, 3)
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     _print_reactions(seconds)
     _print_edges(seconds)
     _print_commands(seconds, rounds)
@@ -42,8 +39,7 @@ def run(quick: bool) -> None:
 
 def _print_reactions(seconds: int) -> None:
     print(f"From a scan published, {RATE} a second, to the changed Twist at a subscriber, milliseconds\n")
-    print_row("reactions", "missing", "p50", "p99", "max", "goal", "")
-    print_row("---:", *["---:"] * 4, "---", "---")
+    print_head("reactions", "missing", "p50", "p99", "max", "goal", "")
     changes, late = _reactions(seconds)
     met = median(late) <= P50 and p99(late) <= P99
     figures = (f"{value:.2f}" for value in (median(late), p99(late), max(late)))
@@ -55,8 +51,7 @@ def _print_reactions(seconds: int) -> None:
 def _reactions(seconds: int) -> tuple[int, list[float]]:
     """How many scans changed something, and how long it took until the robot heard that it has to stand, in ms."""
     text = "beat 1200\nr0 $ repeat (until near (repeat forward) until not near (repeat left))\n"
-    with Listener("spin", ["/r0/cmd_vel"]) as listener, _stage() as stage:
-        _load(stage, _with_senses(score(text)))
+    with Listener("spin", ["/r0/cmd_vel"]) as listener, stage_with(_with_senses(score(text))) as stage:
         published = _told(_python("ros_scanner.py", f"{seconds}", f"{REACTION}", "r0"))
         stage.communicate(timeout=LIMIT)
         heard = listener.end()["/r0/cmd_vel"]
@@ -68,7 +63,7 @@ def _reactions(seconds: int) -> tuple[int, list[float]]:
 
 def _print_edges(seconds: int) -> None:
     print(f"From a scan published, {RATE} a second from each scanner, to its edge in the stage's inbox, milliseconds\n")
-    print_row(
+    print_head(
         "scanners",
         "edges a second",
         "edges",
@@ -81,7 +76,6 @@ def _print_edges(seconds: int) -> None:
         "goal",
         "",
     )
-    print_row("---", *["---:"] * 8, "---", "---")
     for count, every in ((1, 1), (10, 1), (CROWD, SELDOM), (CROWD, 1)):
         changes, read, came = _edges(count, seconds, every)
         met = median(came) <= P50 and p99(came) <= P99
@@ -112,8 +106,7 @@ def _edges(count: int, seconds: int, every: int) -> tuple[int, list[float], list
 
 def _print_commands(seconds: int, rounds: int) -> None:
     print(f"\nLateness of commands at {RATE} Hz to {CROWD} robots, {rounds} × {seconds} s in turn, milliseconds\n")
-    print_row("what", "commands", "missing", "published p50", "p99", "received p50", "p99", "received p50, times", "")
-    print_row("---", *["---:"] * 7, "---")
+    print_head("what", "commands", "missing", "published p50", "p99", "received p50", "p99", "received p50, times", "")
     ways = {"no scanners": (False, False), "scanners, not read": (True, False), "scanners that are read": (True, True)}
     found: dict[str, list[Lateness]] = {way: [] for way in ways}
     for _ in range(rounds):
@@ -165,36 +158,6 @@ def _with_senses(program: Score) -> Score:
     return replace(
         program, parts={name: replace(part, senses={"near": near(name)}) for name, part in program.parts.items()}
     )
-
-
-def play(program: Score) -> float:
-    """Play a score on a stage of its own until it ends; when beat 0 was."""
-    with _stage() as stage:
-        _load(stage, program)
-        assert stage.stdout
-        zero = 0.0
-        for line in stage.stdout:
-            message = json.loads(line)
-            if message["type"] == "error":
-                raise RuntimeError(message["message"])
-            if message.get("state") == "playing":
-                zero = message["monotonic"] - message["beat"] * 60 / message["tempo"]
-            elif message.get("state") == "ended":
-                break
-        time.sleep(0.5)  # for the last zeros
-        stage.communicate(timeout=LIMIT)
-    return zero
-
-
-def _stage() -> subprocess.Popen[str]:
-    command = [PYTHON, str(FOLDER), "--sink", "ros"]
-    return subprocess.Popen(command, env=ENV, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-
-def _load(stage: subprocess.Popen[str], program: Score) -> None:
-    assert stage.stdin
-    load = {"type": "load", "generation": 1, "score": to_json(program), "when": "restart", "backend": "ROS 2"}
-    print(json.dumps(load), file=stage.stdin, flush=True)
 
 
 def _python(script: str, *arguments: str) -> subprocess.Popen[str]:

@@ -17,6 +17,7 @@ from time import perf_counter
 from typing import Any
 
 from tests.benchmarks.documents import IMPROV, PYTHON, Edit, Language
+from tests.processes import command_of, descendants
 
 Message = dict[str, Any]
 LIMIT = 60.0
@@ -83,6 +84,14 @@ class Seen:
 
     seconds: float
     mistakes: int
+
+
+def stage_of(pid: int) -> int:
+    """The process of the stage below this one (Linux)."""
+    for child in descendants(pid):
+        if b"--sink" in command_of(child):
+            return child
+    raise RuntimeError("no stage runs")
 
 
 def processor_time(pid: int) -> float:
@@ -175,10 +184,6 @@ class Server:
         does once everything that depends on the change is up to date."""
         return self._published(self._changed).seconds
 
-    def processor_time(self) -> float:
-        """Seconds of processor time that it has used (Linux)."""
-        return processor_time(self.pid)
-
     def ask(self, method: str, **params: Any) -> tuple[float, Any]:
         """How many seconds it takes until a request about the document is answered, and the answer."""
         return self.request(f"textDocument/{method}", {"textDocument": {"uri": self.uri}, **params})
@@ -193,10 +198,6 @@ class Server:
     def is_waiting_for(self, number: int) -> bool:
         """Whether the answer to what was begun is not among the messages that were read so far."""
         return number in self._begun
-
-    def memory(self) -> tuple[float, float]:
-        """What it has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
-        return memory(self.pid)
 
     def _change(self, change: Message) -> Seen:
         self._version += 1

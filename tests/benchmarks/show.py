@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 import subprocess
 import sys
@@ -24,7 +23,7 @@ from improv_core.program.files import analyze_file
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
 from tests.benchmarks.robots import ENV, LIMIT
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV
 
 ROBOTS = [f"r{number}" for number in range(12)]
@@ -95,10 +94,10 @@ class Seen:
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` tries three cases."""
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    print(f"{machine()}\n")
     print(f"{len(ROBOTS)} robots; what is wrong is so from {BEGINS:g} s to {ENDS:g} s after the first movement.")
     print("Lines about commands that leave late, which are about this machine, are only counted.\n")
-    print_row(
+    print_head(
         "what is wrong",
         "seconds after that",
         "since it is over",
@@ -107,7 +106,6 @@ def run(quick: bool) -> None:
         "others at most",
         "late",
     )
-    print_row("---", "---:", "---:", "---", "---:", "---:", "---:")
     for case in CASES[:3] if quick else CASES:
         seen = _try(case)
         late = [line for _, _, line in seen.lines if LATE in line]

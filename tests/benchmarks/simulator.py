@@ -23,7 +23,7 @@ from improv_core.score.world import World
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
 from improv_core.stage.sinks.simulator import Simulator
 from tests.benchmarks import page
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import print_head, print_row
 
 GOALS = {1: 500, 100: 30, 1_000: 3}
 """Times real time, for so many robots that never meet."""
@@ -36,8 +36,7 @@ def run(quick: bool) -> None:
     rounds = 3 if quick else 7
     print(f"{len(os.sched_getaffinity(0))} cores, {platform.system()}, Python {platform.python_version()}\n")
     print(f"Times real time, without a page, median (least, most) of {rounds} rounds, side by side\n")
-    print_row("robots", "ours, with player", "bare pymunk", "ratio", "goal", "")
-    print_row("---", "---:", "---:", "---:", "---:", "---")
+    print_head("robots", "ours, with player", "bare pymunk", "ratio", "goal", "")
     for robots, goal in GOALS.items():
         seconds = 600 / robots**0.6
         score = _squares(robots)

@@ -8,21 +8,18 @@ own that keeps time and reports a latency; what a real device adds beyond what i
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
-from shutil import which
 from statistics import median
 from typing import Any
 
-from playwright.sync_api import sync_playwright
-
-from tests.benchmarks.tables import p99, print_row
-from tests.stage.viewer.conftest import FLAGS, Show, wait
+from tests.benchmarks.chromium import chromium
+from tests.benchmarks.tables import machine, p99, print_head, print_row
+from tests.stage.viewer.conftest import Show, wait
 from tests.stage.viewer.songs import EAR, improv_toml, ramp
 
 GOAL = 20.0
@@ -58,16 +55,12 @@ class Found:
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures for half a minute instead of five."""
-    chromium = which("chromium")
-    if not chromium:
-        raise RuntimeError("chromium is not installed")
     seconds, seeks = (30, 6) if quick else (300, 40)
     show = Show()
     try:
-        with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        with tempfile.TemporaryDirectory() as name, chromium() as browser:
             folder = Path(name)
             robots = improv_toml(folder, ramp(LENGTH), first_beat=FIRST)
-            browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
             page = browser.new_context(bypass_csp=True).new_page()
             page.add_init_script(EAR)
             show.play(DANCE, robots, folder=folder)
@@ -78,15 +71,13 @@ def run(quick: bool) -> None:
             _perform(show, folder, robots, seconds, seeks)
             noted: dict[str, Any] = page.evaluate("({ heard, hearings, changes })")
             latency: float = page.evaluate("1000 * contexts[0].outputLatency")
-            browser.close()
     finally:
         show.close()
     found = compared(noted["heard"], noted["hearings"], [Change(*each) for each in noted["changes"]])
-    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}")
+    print(machine())
     print(f"\nThe song against the beat, {seconds} s with {seeks} seeks, pauses, speeds, and saves, milliseconds")
     print(f"headless Chromium without an audio device, which reports a latency of {latency:.0f} ms\n")
-    print_row("what", "times", "p50", "p99", "max", "goal", "")
-    print_row("---", "---:", "---:", "---:", "---:", "---", "---")
+    print_head("what", "times", "p50", "p99", "max", "goal", "")
     _print("off, at the song's own speed", found.steady, f"p99 ≤ {GOAL:g}")
     _print(f"off, at {', '.join(map(str, SPEEDS))} times that", found.stretched, f"p99 ≤ {GOAL:g}")
     _print("from a change to the right place", found.until_right, "")

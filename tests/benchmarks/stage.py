@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from statistics import median
 
 from tests.benchmarks.background import KEYS_A_SECOND, TYPED_LINES, busy_editor
-from tests.benchmarks.drift import simulated_drift
 from tests.benchmarks.live import OURS_IN_WORDS, PLAIN, PlayError, anew, crowd, in_turns, reactions
 from tests.benchmarks.robots import RATE, Lateness, Listener
-from tests.benchmarks.tables import p99, print_row
+from tests.benchmarks.tables import p99, print_head, print_row
 
 LINES = 1_000
 CROWD = 1_000
-SIMULATED_MINUTES = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +47,6 @@ def run(quick: bool) -> None:
     with busy_editor():
         _print_reactions(cycles, long_cycles, starts)
         _print_punctuality(rounds, seconds)
-    _print_drift()
     _print_crowd(crowd_seconds)
 
 
@@ -68,8 +65,7 @@ def _print_reactions(cycles: int, long_cycles: int, starts: int) -> None:
         f"{TYPED_LINES:,} lines.\n\nFrom a message written to its effect in a listener's rclpy callback, robots "
         "already matched, milliseconds\n"
     )
-    print_row("what", "times", "p50", "p99", "max", "goal", "")
-    print_row("---", *["---:"] * 4, "---", "---")
+    print_head("what", "times", "p50", "p99", "max", "goal", "")
     small, long = reactions(cycles, 0), reactions(long_cycles, LINES)
     programs = (("one line, one robot", small, SAVE), (f"{LINES:,} lines, nine robots", long, LONG_SAVE))
     for program, seen, goal in programs:
@@ -90,8 +86,7 @@ def _print_punctuality(rounds: int, seconds: int) -> None:
     )
     print(f"Improv and two plain rclpy scripts take turns of {seconds} s. Milliseconds\n")
     parts = [f"{what} {part}" for what in ("published", "received", "changes received") for part in ("p50", "p99")]
-    print_row("robots", "who", "commands", "missing", *parts, "longest gap", "changes: × the loop", LATE)
-    print_row("---:", "---", *["---:"] * 10, "---")
+    print_head("robots", "who", "commands", "missing", *parts, "longest gap", "changes: × the loop", LATE)
     for count in (1, 10, 100):
         try:
             found = in_turns(count, rounds, seconds)
@@ -108,12 +103,6 @@ def _print_punctuality(rounds: int, seconds: int) -> None:
     )
 
 
-def _print_drift() -> None:
-    commands, off = simulated_drift(SIMULATED_MINUTES)
-    print(f"\nDrift after {SIMULATED_MINUTES} simulated minutes, {commands:,} commands in pieces of 1/3 beat: ", end="")
-    print(f"at most {off:.1e} s off, goal 0 but for floats: {'met' if off < 1e-9 else 'not met'}")
-
-
 def _print_crowd(seconds: int) -> None:
     print(f"\n{CROWD:,} robots at {RATE} Hz for {seconds} s, all alike, each with its listener\n")
     try:
@@ -122,8 +111,7 @@ def _print_crowd(seconds: int) -> None:
         print(f"Not kept: {problem}")
         return
     met, soon = seen.rate >= RATE * 0.99, seen.longest < 500
-    print_row("what", "", "goal", "")
-    print_row("---", "---:", "---", "---")
+    print_head("what", "", "goal", "")
     print_row("commands received a second, of each robot", f"{seen.rate:.1f}", f"{RATE}", "met" if met else "not met")
     print_row(
         "longest gap between two of a robot, ms",

@@ -1,9 +1,21 @@
-"""What every benchmark prints: rows of a Markdown table, and the figures in them."""
+"""What every benchmark prints: the machine, rows of a Markdown table, and the figures in them."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from statistics import quantiles
+
+
+def machine() -> str:
+    """How many processors there are, and how busy they are."""
+    return f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}"
+
+
+def print_head(*columns: str) -> None:
+    """What is above a table: figures, which stand in all columns but the first, end at the right."""
+    print_row(*columns)
+    print_row("---", *["---:"] * (len(columns) - 1))
 
 
 def print_row(*cells: str) -> None:

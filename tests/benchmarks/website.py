@@ -14,13 +14,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from improv_core.site.website import build
+from tests.benchmarks.chromium import chromium
 from tests.benchmarks.tables import print_row
-from tests.needs import need
 from tests.site.test_website import PYODIDE
-from tests.stage.viewer.conftest import FLAGS, wait
+from tests.stage.viewer.conftest import wait
 
 RATE = 10_000_000 / 8
 """Bytes a second."""
@@ -84,8 +84,7 @@ def run(quick: bool) -> None:
         build(site, PYODIDE)
         _print_sizes(site)
         firsts, seconds = [], []
-        with _served(site) as address, sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
+        with _served(site) as address, chromium() as browser:
             for _ in range(1 if quick else 5):
                 context = browser.new_context(viewport={"width": 1280, "height": 800})
                 page = context.new_page()
@@ -102,7 +101,6 @@ def run(quick: bool) -> None:
             print_row("second visit, offline", *_figures(seconds), "≤ 2 s / 5 s")
             _print_typing(browser.new_page(viewport={"width": 1280, "height": 800}), address, quick)
             _print_frames(browser.new_page(viewport={"width": 1280, "height": 800}), address)
-            browser.close()
 
 
 def _figures(visits: list[tuple[float, float]]) -> list[str]:

@@ -8,7 +8,7 @@ import time
 
 from improv_core.program.analysis import NO_ROBOTS, analyze
 from improv_core.robots.config import Robots, read_robots
-from tests.benchmarks.tables import print_row
+from tests.benchmarks.tables import print_head, print_row
 from tests.program.huge import CHAINS, LONG
 from tests.program.test_fuzz import SOURCES, WORST, use
 
@@ -22,8 +22,7 @@ def run(quick: bool) -> None:
     gc.disable()  # thousands of kept statements make a collection slow, whichever program it happens to fall on
     use("r $ forward", 0)  # makes the grammar
     print("Processor time for everything an editor and the command line ask of one program, seconds\n")
-    print_row("program", "time", "goal", "")
-    print_row("---", "---:", "---:", "---")
+    print_head("program", "time", "goal", "")
     for source in SOURCES:
         chance = random.Random(1)
         slowest = max(_seconds(source(chance)) for _ in range(200 if quick else 2_000))

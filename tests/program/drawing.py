@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from textwrap import dedent
 
-from improv_core.diagnostics import Severity
+from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.joint_check import check_joints
 from improv_core.robots.config import read_robots
+from improv_core.text import LineIndex
 
 _LOUD = (Severity.ERROR, Severity.WARNING)
 _CARETS = re.compile(r" *\^+ [a-z-]+: ")
@@ -21,8 +23,7 @@ def check(expected: str, *, hints: bool = False, robots: str = "", in_room: bool
     Errors and warnings, and with `hints` all else too; `in_room`, also whom robots meet, what they
     hit, and what joints can't do.
     """
-    expected = dedent(expected).strip("\n")
-    source = "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
+    expected, source = undrawn(expected)
     analysis = analyze(source, read_robots(robots))
     assert drawn(analysis, hints=hints, in_room=in_room) == expected
     return analysis
@@ -33,13 +34,24 @@ def drawn(analysis: Analysis, *, hints: bool, in_room: bool = False) -> str:
     report = room.check(analysis) if in_room else None
     joints = check_joints(analysis) if in_room else ()
     diagnostics = [*analysis.diagnostics, *(report.diagnostics if report else ()), *joints]
+    return carets(analysis.lines, [each for each in diagnostics if hints or each.severity in _LOUD])
+
+
+def undrawn(expected: str) -> tuple[str, str]:
+    """What is drawn, without its indentation, and only the lines without carets."""
+    expected = dedent(expected).strip("\n")
+    return expected, "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
+
+
+def carets(lines: LineIndex, diagnostics: Sequence[Diagnostic]) -> str:
+    """A text, and under each line the diagnostics that begin in it."""
     rows = []
-    for number in range(len(analysis.lines.starts)):
-        rows.append(analysis.lines.line(number))
+    for number in range(len(lines.starts)):
+        rows.append(lines.line(number))
         for diagnostic in diagnostics:
-            start = analysis.lines.position(diagnostic.span.start)
-            end = min(diagnostic.span.end, analysis.lines.end(number))
-            if start.line == number and (hints or diagnostic.severity in _LOUD):
-                carets = "^" * max(end - diagnostic.span.start, 1)
-                rows.append(f"{' ' * start.column}{carets} {diagnostic.code}: {diagnostic.message}")
+            start = lines.position(diagnostic.span.start)
+            if start.line == number:
+                end = min(diagnostic.span.end, lines.end(number))
+                marks = "^" * max(end - diagnostic.span.start, 1)
+                rows.append(f"{' ' * start.column}{marks} {diagnostic.code}: {diagnostic.message}")
     return "\n".join(rows)

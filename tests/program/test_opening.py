@@ -78,16 +78,14 @@ def test_a_line_with_a_sign_is_never_one_of_these() -> None:
 
 
 def test_robots_may_be_called_like_the_words() -> None:
-    analysis = check(
-        """
+    analysis = check("""
         at at at line 2
-        ^^ duplicate-line: this line already says where `at` starts: remove it here
+           ^^ duplicate-line: this line already says where `at` starts: remove it here
         is circle at line 2
         at is is quadrotor
         room is quadrotor
         room bar at grid 1 around 9 9
-    """.replace("        ^^ dup", "           ^^ dup")
-    )
+    """)
     assert list(analysis.opening.places) == ["at", "is", "circle", "room", "bar"]
     assert set(analysis.opening.cast.kinds) == {"at", "is", "room"}
 

@@ -9,7 +9,6 @@ import re
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from textwrap import dedent
 from typing import Any
 
 import pytest
@@ -25,6 +24,7 @@ from improv_core.score.score_json import from_json, to_json
 from improv_core.score.senses import Topic
 from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.text import LineIndex
+from tests.program.drawing import carets, undrawn
 from tests.strange_files import StrangeFile
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -35,19 +35,9 @@ BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE + FLEET, re.DOTALL)
 
 def check(expected: str) -> Robots:
     """Read the lines without carets; the diagnostics drawn under them must be the lines with carets."""
-    expected = dedent(expected).strip("\n")
-    text = "\n".join(line for line in expected.split("\n") if not re.match(r" *\^+ (robots|syntax): ", line))
+    expected, text = undrawn(expected)
     found = read_robots(text)
-    lines = LineIndex(text)
-    rows = []
-    for number in range(len(lines.starts)):
-        rows.append(lines.line(number))
-        for diagnostic in found.diagnostics:
-            start = lines.position(diagnostic.span.start)
-            if start.line == number:
-                carets = "^" * max(min(diagnostic.span.end, lines.end(number)) - diagnostic.span.start, 1)
-                rows.append(f"{' ' * start.column}{carets} {diagnostic.code}: {diagnostic.message}")
-    assert "\n".join(rows) == expected
+    assert carets(LineIndex(text), found.diagnostics) == expected
     assert found.ok == (not found.diagnostics)
     return found
 

@@ -47,6 +47,8 @@ def test_what_ssh_or_a_shell_could_misunderstand_is_no_host() -> None:
         [robots.anna]
         host = "-oProxyCommand=id"
                ^^^^^^^^^^^^^^^^^^^ robots: {plain}
+        [hosts."a b"]
+               ^^^^^ robots: `a b` can't be a host: {plain}
         [robots.bob]
         host = "x\\n"
                ^^^^^ robots: {plain}

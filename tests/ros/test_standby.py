@@ -14,7 +14,7 @@ import pytest
 
 from improv_core.stage.hearing import ZEROS
 from tests.processes import descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Listen, Listener, Sink, Start
+from tests.ros.conftest import LIMIT, Listen, Listener, Sink, Start, with_limits
 from tests.ros.dance import still
 
 pytestmark = pytest.mark.slow("starts processes to end them")
@@ -47,8 +47,9 @@ def moves(turtles: Listener, sink: Sink, speed: float = 1.0) -> None:
     turtles.wait(lambda message: message["x"] == speed)
 
 
-def test_a_stage_that_is_halted_is_killed(listen: Listen, sink: Sink) -> None:
-    """As soon as it is: it has not yet been silent for long."""
+def test_a_stage_that_is_halted_is_killed(listen: Listen, start: Start) -> None:
+    """Long before it has been silent for too long."""
+    sink = start("standby", **with_limits(stage__limits__HANG_LIMIT=2 * LIMIT))
     turtles = moving(listen, sink)
     standby = descendants(sink.process.pid)
     os.kill(sink.process.pid, signal.SIGSTOP)

@@ -91,7 +91,7 @@ def test_a_standby_that_is_lost_is_replaced_by_one_that_is_told_all_that_it_knew
         {"type": "publish", "topic": TOPIC, "kind": "Twist", "second": False, "joints": 0},
         {"type": "moves", "topic": TOPIC, "frame": "base_link", "patience": HANG_LIMIT + PULSE_PERIOD},
     ]
-    new.says = [{"type": "pulse"}]
+    new.says = [{"type": "alive"}]
     stage.standby.renew()
     assert not stage.standby.is_ready({TOPIC}), "it has yet to find the listener"
     new.says = [FOUND]

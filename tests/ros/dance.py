@@ -128,6 +128,10 @@ def still(message: Mapping[str, Any]) -> bool:
     return not any(message[axis] for axis in ("x", "y", "z", "yaw"))
 
 
+def moving(message: Mapping[str, Any]) -> bool:
+    return not still(message)
+
+
 def at_speed(speed: float) -> Callable[[Mapping[str, Any]], bool]:
     return lambda message: bool(message["x"] == speed)
 
@@ -155,7 +159,7 @@ def survives(
     listener.hear_all()
     conductor.save(AFTER)
     try:
-        moves = listener.wait(lambda message: not still(message))
+        moves = listener.wait(moving)
     except AssertionError as failure:
         failure.add_note(f"what is wrong was told: {conductor.complaints()}")
         raise

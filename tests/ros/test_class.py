@@ -15,11 +15,10 @@ import pytest
 from improv_core.site.website import build
 from tests.commands.command_line import IMPROV
 from tests.pyodide import imitate
-from tests.ros.conftest import Listen, Listener
-from tests.ros.dance import still
+from tests.ros.conftest import LIMIT, Listen, Listener
+from tests.ros.dance import moving, still
 
 pytestmark = pytest.mark.slow("starts a class with its stages, and a robot drives")
-LIMIT = 60.0
 
 
 @pytest.fixture
@@ -40,10 +39,6 @@ def said(alone: Mapping[str, str], tmp_path: Path) -> Iterator[tuple[str, str, s
         yield found[1], found[2], found[3]
         running.terminate()
         running.communicate(timeout=LIMIT)
-
-
-def moving(message: Mapping[str, Any]) -> bool:
-    return not still(message)
 
 
 def test_a_real_robot_performs_only_what_was_looked_at_and_stops(said: tuple[str, str, str], listen: Listen) -> None:

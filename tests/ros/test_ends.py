@@ -25,6 +25,7 @@ from tests.ros.dance import (
     Terminal,
     at_speed,
     dances,
+    moving,
     still,
     survives,
 )
@@ -88,7 +89,7 @@ def test_an_editor_that_stops_reading_for_a_while_and_ends_when_it_does_so_again
         turtle.wait(still)
         turtle.hear_all()
         process.send_signal(signal.SIGCONT)
-        moves = turtle.wait(lambda message: not still(message))
+        moves = turtle.wait(moving)
         assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
         assert process.stdout
         said = [line for line in json.loads(process.stdout.readline()) if " ms late: " not in line]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros.conftest import Listen, Publish, Publisher, Sink, Start, with_limits
-from tests.ros.dance import AFTER, AFTER_SPEED, Server, at_speed, dances, still
+from tests.ros.dance import AFTER, AFTER_SPEED, Server, at_speed, dances, moving, still
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -40,7 +40,7 @@ def test_from_an_emergency_stop_to_robots_that_stand(
         conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
         turtle.hear_all()
         conductor.save(AFTER)
-        moves = turtle.wait(lambda message: not still(message))
+        moves = turtle.wait(moving)
         assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
 
 

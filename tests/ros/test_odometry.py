@@ -15,7 +15,7 @@ from improv_core.stage.sinks.ros_poses import TEXTS
 from tests.ls.client import ProcessClient
 from tests.page import live_behind
 from tests.ros.conftest import BASE, LIMIT, Listen, Publish, Script, Sink
-from tests.ros.dance import still
+from tests.ros.dance import moving, still
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -105,7 +105,7 @@ def test_from_a_save_to_where_the_page_shows_that_bases_really_were(
         found = asyncio.run(
             measured(url, lambda found: len(found) == 2 and all(p[-1][1] == BEATS for p in found.values()))
         )
-        told.wait(lambda message: not still(message))  # zeros before that ask whether it hears
+        told.wait(moving)  # zeros before that ask whether it hears
         for _ in range(3):
             told.wait(still)
     for places in found.values():

@@ -20,7 +20,8 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from tests.remote.sshd import NAME, Host, a_host
 from tests.ros.conftest import LIMIT, Listen
-from tests.ros.dance import still
+from tests.ros.dance import moving, still
+from tests.ros.test_link import process_of
 
 pytestmark = pytest.mark.slow("starts a stage here and one through ssh")
 
@@ -39,10 +40,6 @@ def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPat
         for name, value in {**alone, **made.env, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
             monkeypatch.setenv(name, value)
         yield made
-
-
-def moving(message: Mapping[str, Any]) -> bool:
-    return bool(message["x"] > 0)
 
 
 class Show:
@@ -84,19 +81,6 @@ def perform(test: Callable[[Show], Awaitable[None]]) -> None:
     asyncio.run(run())
 
 
-def stages_there(host: Host) -> list[int]:
-    """The stages that run on the other machine."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            words = (folder / "cmdline").read_bytes().split(b"\0")
-        except OSError:  # it has ended
-            continue
-        if b"--sink" in words and any(str(host.cache).encode() in word for word in words):
-            found.append(int(folder.name))
-    return found
-
-
 def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joins(host: Host, listen: Listen) -> None:
     here, there = listen("/a/cmd_vel"), listen("/p/cmd_vel")
 
@@ -107,8 +91,7 @@ def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joi
         assert "on robot" in show.playback.show.status
         await show.until(lambda message: message["type"] == "link")
 
-        (stage,) = stages_there(host)
-        os.kill(stage, signal.SIGKILL)
+        os.kill(process_of(str(host.cache), "--sink"), signal.SIGKILL)
         await asyncio.to_thread(there.wait, still)
         await asyncio.to_thread(there.wait, moving)
         assert any(f"{NAME}: " in message.get("message", "") for message in show.told)

@@ -16,6 +16,7 @@ import pytest
 from tests.processes import descendants, wait_until_gone
 from tests.recordings import Message, Velocity, read, topics
 from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener
+from tests.ros.dance import moving, still
 
 pytestmark = pytest.mark.slow("starts what plays and records")
 
@@ -49,14 +50,10 @@ def record(path: Path) -> Iterator[Record]:
         process.wait(LIMIT)
 
 
-def moving(message: dict[str, Any]) -> bool:
-    return _velocity(message) != STILL
-
-
 def hear_the_end(listener: Listener) -> None:
     """Wait for the three zeros that end every motion."""
     for _ in range(3):
-        listener.wait(lambda message: not moving(message))
+        listener.wait(still)
 
 
 def same(listener: Listener, messages: list[Message]) -> None:

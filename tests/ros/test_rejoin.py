@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros.conftest import BASE, LIMIT, Listen, Script, with_limits
-from tests.ros.dance import still
+from tests.ros.dance import moving
 
 pytestmark = pytest.mark.slow("a base is restarted, and drives on")
 
@@ -65,7 +65,7 @@ def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     with subprocess.Popen(
         command, cwd=tmp_path, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as playing:
-        listener.wait(lambda message: not still(message))
+        listener.wait(moving)
         x, y, heading = where(bases["ada"])
         until(playing, GONE)
         again = script(BASE, "ada", *IDEAL, "--start", str(x), str(y), str(heading))

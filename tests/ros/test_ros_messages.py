@@ -8,18 +8,13 @@ from typing import Any
 import pytest
 
 from tests.ros.conftest import STAMPED, Listen, Publish, Sink
-from tests.ros.dance import still
+from tests.ros.dance import moving, still
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
 TOPIC = "/turtle1/cmd_vel"
 TURTLE = {"turtle1": TOPIC}
 PLAIN, TIMED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
-
-
-def moves(message: dict[str, Any]) -> bool:
-    """Zeros ask whether it hears."""
-    return not still(message)
 
 
 def test_listeners_of_both_types_are_both_served(sink: Sink, listen: Listen) -> None:
@@ -42,8 +37,8 @@ def test_a_late_listener_is_served_while_robots_move(sink: Sink, listen: Listen)
     sink("until_missing")  # the look that finds it
     sink("wait")
     sink("send", "turtle1", 1, 0, 0, 0)
-    assert early.wait(moves)["x"] == 1
-    assert late.wait(moves)["x"] == 1
+    assert early.wait(moving)["x"] == 1
+    assert late.wait(moving)["x"] == 1
 
 
 def test_an_unwanted_type_is_no_longer_offered(sink: Sink, listen: Listen) -> None:
@@ -60,16 +55,16 @@ def test_a_fixed_type_is_obeyed(sink: Sink, listen: Listen) -> None:
     sink("prepare", TURTLE, profile={"message": "TwistStamped"})
     sink("wait")
     sink("send", "turtle1", 1, 0, 0, 0)
-    assert stamped.wait(moves)["x"] == 1
+    assert stamped.wait(moving)["x"] == 1
     sink("prepare", TURTLE, profile={"message": "Twist"})
     sink("wait")
     sink("send", "turtle1", 2, 0, 0, 0)
-    assert plain.wait(moves)["x"] == 2, "the first it hears"
+    assert plain.wait(moving)["x"] == 2, "the first it hears"
     sink("prepare", TURTLE)
     sink("until_offered", TOPIC, PLAIN, TIMED)
     sink("send", "turtle1", 3, 0, 0, 0)
-    assert plain.wait(moves)["x"] == 3
-    assert stamped.wait(moves)["x"] == 3, "it has not heard 2"
+    assert plain.wait(moving)["x"] == 3
+    assert stamped.wait(moving)["x"] == 3, "it has not heard 2"
 
 
 def test_a_publisher_stays_until_its_last_zero_has_arrived(sink: Sink, listen: Listen) -> None:
@@ -85,31 +80,21 @@ def test_a_publisher_stays_until_its_last_zero_has_arrived(sink: Sink, listen: L
     sink("until_offered", TOPIC, TIMED)
 
 
-def test_an_unwanted_fixed_type_is_reported(sink: Sink, listen: Listen) -> None:
-    listen(TOPIC)
-    sink("prepare", TURTLE, profile={"message": "TwistStamped"})
-    line = sink("find", "missing", "turtle1", "expects")
-    assert line.startswith(
-        f"the listener on {TOPIC} expects {PLAIN}, but `message` in improv.toml is TwistStamped: change it (ROS 2,"
-    )
-
-
-def test_an_impossible_type_is_reported(sink: Sink, listen: Listen) -> None:
-    listen(TOPIC, type="std_msgs/String")
-    sink("prepare", TURTLE)
-    line = sink("find", "missing", "turtle1", "expects")
-    assert line.startswith(
-        f"the listener on {TOPIC} expects std_msgs/msg/String, but Improv can only send {PLAIN} or {TIMED} ("
-    )
-
-
-def test_an_unsupported_quality_of_service_is_reported(sink: Sink, listen: Listen) -> None:
-    listen(TOPIC, latched=True)
-    sink("prepare", TURTLE)
-    line = sink("find", "missing", "turtle1", "transient")
-    assert line.startswith(
-        f"the listener on {TOPIC} requires transient local, which Improv can't offer: make it volatile (ROS 2,"
-    )
+@pytest.mark.parametrize(
+    ("listener", "profile", "line"),
+    [
+        ({}, {"message": "TwistStamped"}, f"expects {PLAIN}, but `message` in improv.toml is TwistStamped: change it"),
+        ({"type": "std_msgs/String"}, {}, f"expects std_msgs/msg/String, but Improv can only send {PLAIN} or {TIMED}"),
+        ({"latched": True}, {}, "requires transient local, which Improv can't offer: make it volatile"),
+    ],
+)
+def test_a_listener_that_can_not_be_served_is_reported(
+    listener: dict[str, Any], profile: dict[str, str], line: str, sink: Sink, listen: Listen
+) -> None:
+    listen(TOPIC, **listener)
+    sink("prepare", TURTLE, profile=profile)
+    found = sink("find", "missing", "turtle1", f"the listener on {TOPIC}")
+    assert found.startswith(f"the listener on {TOPIC} {line} (ROS 2,")
 
 
 def test_a_best_effort_listener_is_served_silently(sink: Sink, listen: Listen) -> None:
@@ -127,9 +112,9 @@ def test_limits_scale_all_of_a_twist(sink: Sink, listen: Listen) -> None:
     for twist in [(0.2, 0, 0, 1.0), (0.4, 0, 0, 1.0), (0.1, 0, 0, 4.0)]:
         sink("send", "turtle1", *twist)
     sink("send", "turtle1", 0, 0, 0, 0)
-    listener.wait(moves)
+    listener.wait(moving)
     listener.wait(still)
-    told = [(message["x"], message["yaw"]) for message in listener.heard if moves(message)]
+    told = [(message["x"], message["yaw"]) for message in listener.heard if moving(message)]
     assert told == [(0.2, 1.0), (0.2, 0.5), (0.025, 1.0)]
 
 
@@ -140,7 +125,7 @@ def test_a_value_that_is_not_a_number_is_never_sent(sink: Sink, listen: Listen) 
     for speed in ("NaN", "Infinity", "-Infinity"):
         assert sink("refuse", "turtle1", json.loads(speed)) == "turtle1 was given a speed that is not a finite number"
     sink("send", "turtle1", 0.1, 0, 0, 0)
-    assert listener.wait(moves)["x"] == 0.1
+    assert listener.wait(moving)["x"] == 0.1
 
 
 def test_other_nodes_that_send_to_a_robot_are_named(sink: Sink, listen: Listen, publish: Publish) -> None:

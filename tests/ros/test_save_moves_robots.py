@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.ros.conftest import Listener, Others
-from tests.ros.dance import Server, still
+from tests.ros.dance import Server, moving, still
 
 pytestmark = pytest.mark.slow("starts a server and its stages, and robots drive")
 
@@ -43,17 +43,13 @@ def robots(everybody: Listener, server: Server) -> Iterator[Listener]:
 
 
 def topics(messages: list[dict[str, Any]]) -> set[str]:
-    return {message["topic"] for message in messages if not still(message)}
+    return {message["topic"] for message in messages if moving(message)}
 
 
 def velocities(messages: list[dict[str, Any]]) -> list[dict[str, float]]:
     """Each that was held, without zeros: the first ones may be owed from an earlier dance."""
-    told = [{axis: message[axis] for axis in ("x", "y", "z", "yaw")} for message in messages if not still(message)]
+    told = [{axis: message[axis] for axis in ("x", "y", "z", "yaw")} for message in messages if moving(message)]
     return [velocity for velocity, _ in groupby(told)]
-
-
-def moving(message: Mapping[str, Any]) -> bool:
-    return not still(message)
 
 
 def moves(robot: str) -> Callable[[Mapping[str, Any]], bool]:

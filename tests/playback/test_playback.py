@@ -189,12 +189,16 @@ async def test_a_dead_leading_stage_is_replaced_by_one_that_stops_the_robots_fir
 
 
 @performed
-async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stopped(fakes: Fakes) -> None:
+async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stopped(
+    fakes: Fakes,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("improv_core.playback.playback.HALT_LIMIT", 2 * LIMIT)
     leader, _ = await fakes.play()
     leader.die()
     await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
     assert await fakes.begin()
-    await asyncio.wait_for(fakes.playback.close(), 4.0)  # half of HALT_LIMIT
+    await asyncio.wait_for(fakes.playback.close(), LIMIT)
 
 
 @performed

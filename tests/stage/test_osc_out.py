@@ -15,16 +15,17 @@ from tests.stage.test_player import Stage, score
 
 
 class Told(Stage):
-    """A player, and what is said about it, with the seconds since the beginning at which it was due."""
+    """A player of a program, and what is said about it, with the seconds since the beginning at which it was due."""
 
-    def __init__(self) -> None:
+    def __init__(self, program: str, bar: int | None = None) -> None:
         super().__init__()
         self.outlook, self.voice = Outlook(), Voice()
         self.said: list[tuple[float, str]] = []
         self._begins = self.now
         self._heard, self._looked = 0, self.now
+        self.play(program, "restart", bar)
 
-    def play(self, program: str, when: When = "restart", bar: int | None = None) -> None:
+    def play(self, program: str, when: When, bar: int | None = None) -> None:
         made, generation = replace(score(program), bar=bar), len(self.told) + 1
         self.outlook.meet(made, generation)
         self.player.load(made, generation, when, self.now)
@@ -67,8 +68,7 @@ class Told(Stage):
 
 
 def test_beats_bars_and_words_are_said_as_they_are_due() -> None:
-    stage = Told()
-    stage.play("beat 120\nr $ slow 3 forward left\nc $ fast 2 (forward left)", bar=2)
+    stage = Told("beat 120\nr $ slow 3 forward left\nc $ fast 2 (forward left)", bar=2)
     stage.pass_time(3.0)
     assert stage.take() == [
         (0.0, "state playing"),
@@ -87,8 +87,7 @@ def test_beats_bars_and_words_are_said_as_they_are_due() -> None:
 
 
 def test_beats_are_where_they_are_at_another_speed_after_a_seek_and_after_a_pause() -> None:
-    stage = Told()
-    stage.play("beat 60\nr $ repeat forward")
+    stage = Told("beat 60\nr $ repeat forward")
     stage.pass_time(1.5)
     stage.take()
     stage.player.set_speed(2, stage.now)
@@ -105,8 +104,7 @@ def test_beats_are_where_they_are_at_another_speed_after_a_seek_and_after_a_paus
 
 
 def test_a_speed_set_exactly_at_a_beat_says_it_once() -> None:
-    stage = Told()
-    stage.play("beat 60\nr $ repeat forward")
+    stage = Told("beat 60\nr $ repeat forward")
     stage.pass_time(1.0)
     stage.player.set_speed(2, stage.now)
     stage.pass_time(0.6)
@@ -114,8 +112,7 @@ def test_a_speed_set_exactly_at_a_beat_says_it_once() -> None:
 
 
 def test_a_muted_robot_says_no_words_and_a_save_says_those_that_change() -> None:
-    stage = Told()
-    stage.play("beat 60\na b $ repeat (forward left)")
+    stage = Told("beat 60\na b $ repeat (forward left)")
     stage.pass_time(1.5)
     stage.player.set_silent(["b"], [], stage.now)
     stage.take()
@@ -127,8 +124,7 @@ def test_a_muted_robot_says_no_words_and_a_save_says_those_that_change() -> None
 
 
 def test_after_a_long_sleep_only_the_latest_beat_is_said() -> None:
-    stage = Told()
-    stage.play("beat 60\nr $ repeat forward")
+    stage = Told("beat 60\nr $ repeat forward")
     stage.pass_time(0.5)
     stage.take()
     voice, due = stage.voice.due([], stage.now + 5)
@@ -137,8 +133,7 @@ def test_after_a_long_sleep_only_the_latest_beat_is_said() -> None:
 
 
 def test_the_word_that_senses_choose_is_said_when_they_change() -> None:
-    stage = Told()
-    stage.play("beat 60\nr $ repeat (if near left else forward)")
+    stage = Told("beat 60\nr $ repeat (if near left else forward)")
     stage.player.force(RobotSense("r", "near"), False, stage.now)
     stage.pass_time(1.5)
     stage.player.force(RobotSense("r", "near"), True, stage.now)

@@ -17,13 +17,14 @@ from tests.stage.test_player import Stage, score
 
 
 class Watched(Stage):
-    """A player, and an outlook that hears everything it says."""
+    """A player of a program, and an outlook that hears everything it says."""
 
-    def __init__(self, *, real: bool = True) -> None:
+    def __init__(self, program: str, *, real: bool = True) -> None:
         super().__init__()
         self.sink.real = real
         self.outlook = Outlook()
         self._heard = 0
+        self.load(program)
 
     def load(self, program: str, when: When = "restart") -> None:
         made, generation = score(program), len(self.told) + 1
@@ -48,8 +49,7 @@ class Watched(Stage):
 
 
 def test_what_was_sensed_first_counts_after_a_thousand_changes() -> None:
-    stage = Watched(real=False)
-    stage.load("r $ until bump (repeat forward) repeat (if near left else right)\n")
+    stage = Watched("r $ until bump (repeat forward) repeat (if near left else right)\n", real=False)
     for _ in range(600):
         stage.run(0.1)
         for value in (True, False):
@@ -63,8 +63,7 @@ def test_what_was_sensed_first_counts_after_a_thousand_changes() -> None:
 
 
 def test_where_a_robot_is_and_what_it_plays() -> None:
-    stage = Watched()
-    stage.load("side = forward left\nr $ repeat 4 side\n")
+    stage = Watched("side = forward left\nr $ repeat 4 side\n")
     assert stage.see() == (0, 0, 0, "side forward")
     stage.run(0.5)
     assert stage.see() == (1, 0, 0, "side forward")
@@ -80,8 +79,7 @@ def test_where_a_robot_is_and_what_it_plays() -> None:
 
 
 def test_a_path_reaches_half_a_minute_ahead() -> None:
-    stage = Watched()
-    stage.load("beat 120\nr $ repeat (forward forward left)\n")
+    stage = Watched("beat 120\nr $ repeat (forward forward left)\n")
     stage.run(0.25)
     path = stage.path()
     assert path[0] == (0, Pose(1.0))
@@ -100,14 +98,12 @@ def test_a_path_reaches_half_a_minute_ahead() -> None:
     [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MOST_POSES)],
 )
 def test_the_length_of_a_path(program: str, length: int) -> None:
-    stage = Watched()
-    stage.load(program)
+    stage = Watched(program)
     assert len(stage.path()) == length
 
 
 def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
-    stage = Watched()
-    stage.load("r $ repeat forward\n")
+    stage = Watched("r $ repeat forward\n")
     assert stage.path()
     stage.player.pause(stage.now)
     assert stage.path()
@@ -123,8 +119,7 @@ def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
 
 def test_a_save_continues_from_where_robots_are() -> None:
     """Real robots don't say where they are: the part that begins does so where the one before ideally was."""
-    stage = Watched()
-    stage.load("r $ repeat forward\nb $ repeat left\n")
+    stage = Watched("r $ repeat forward\nb $ repeat left\n")
     stage.see()
     stage.run(1)
     stage.load("r $ repeat backward\nb $ repeat left\n", "now")
@@ -136,8 +131,7 @@ def test_a_save_continues_from_where_robots_are() -> None:
 
 
 def test_what_senses_decide() -> None:
-    stage = Watched(real=False)
-    stage.load("r $ until cue (repeat forward) left\n---\nr $ forward\n")
+    stage = Watched("r $ until cue (repeat forward) left\n---\nr $ forward\n", real=False)
     stage.see()
     stage.run(1.5)
     assert stage.see() == (3, 0, 0, "forward")
@@ -156,8 +150,7 @@ def test_what_senses_decide() -> None:
 
 def test_in_the_frame_of_odometry() -> None:
     """Once it is known, and as long as the robot has one."""
-    stage = Watched()
-    stage.load("r $ repeat forward\n")
+    stage = Watched("r $ repeat forward\n")
     stage.see()
     at: PoseJson = {"x": 0, "y": 5, "z": 0, "heading": math.pi / 2}
     robot: MeasuredRobot = {

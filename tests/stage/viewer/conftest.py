@@ -253,8 +253,11 @@ def keep() -> Keep:
     return keep
 
 
-def watch(page: Page, show: Show) -> Page:
-    """Open the page of a show, wait until it knows what is coming, and put the focus on the stage."""
+def watch(page: Page, show: Show, program: str = "", robots: str = "", **how: Any) -> Page:
+    """Open the page of a show, which plays this program now or plays already, wait until it knows what is coming, and
+    put the focus on the stage."""
+    if program:
+        show.play(program, robots, **how)
     page.goto(show.url)
     wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
     page.locator("#stage").focus()  # keys work there

@@ -15,8 +15,7 @@ NAME = "the_robot_with_the_longest_name"
 
 @pytest.mark.slow("draws full screen")
 def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show, keep: Keep) -> None:
-    show.play(f"beat 60\nada {NAME} $ repeat forward\n")
-    watch(page, show)
+    watch(page, show, f"beat 60\nada {NAME} $ repeat forward\n")
     page.set_viewport_size({"width": 1920, "height": 1080})
     beat, program = page.locator("#beat-now"), page.locator("#score-text")
     small, letters = beat.bounding_box(), program.evaluate(LETTERS)
@@ -105,8 +104,7 @@ def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[
 
 
 def test_a_formation_is_sent_to_those_who_write_it(page: Page, show: Show) -> None:
-    show.play("ada $ rest\nbo $ rest\n")
-    watch(page, show)
+    watch(page, show, "ada $ rest\nbo $ rest\n")
     page.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
     page.get_by_role("button", name="Starts").click()
     page.get_by_text("Formation", exact=True).click()

@@ -298,8 +298,7 @@ def test_two_pages_show_the_same(window: BrowserContext, shared: tuple[Show, Pag
 
 @pytest.mark.slow("a browser on a busy machine")
 def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show: Show, keep: Keep) -> None:
-    show.play(LONG)
-    stage = watch(page, show)
+    stage = watch(page, show, LONG)
     stage.keyboard.press("Escape")
     wait(stage, "improv.transport.state === 'stopped'")
     stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")

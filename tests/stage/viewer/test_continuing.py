@@ -13,8 +13,7 @@ AFTER = "# bert has another line, and anna's has moved\n" + BEFORE.replace("slow
 def test_the_page_keeps_counting_and_lights_playing_words_where_they_are_now_also_before_they_began(
     page: Page, show: Show
 ) -> None:
-    show.play(BEFORE)
-    lit = watch(page, show).locator("#score-text .lit")
+    lit = watch(page, show, BEFORE).locator("#score-text .lit")
     expect(lit).to_have_text(["forward", "left"])
     wait(page, "improv.beat > 4")
     show.play(AFTER, when="bar")

@@ -407,8 +407,7 @@ def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(edit: Callab
 
 
 def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
-    show.play("ada $ repeat forward\n")
-    watch(page, show)
+    watch(page, show, "ada $ repeat forward\n")
     expect(page.locator("#read-only")).to_contain_text("Read-only here")
     expect(page.locator("#text")).to_be_hidden()
 

@@ -157,8 +157,7 @@ def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
     page: Page, show: Show, keep: Keep, tmp_path: Path
 ) -> None:
     program = "beat 60\nada $ forward left slow 100 forward\n"
-    show.play(program)
-    watch(page, show)
+    watch(page, show, program)
     wait(page, "improv.robots.ada.x > 0.2")
     show.end_stage()
     notice = page.locator("#notice")

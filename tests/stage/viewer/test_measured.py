@@ -32,8 +32,7 @@ AT_REST = """(
 
 @pytest.mark.slow("robots drive in real time")
 def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) -> None:
-    show.play("beat 60\nada $ fast 2 (forward left forward left)\nbert $ left\n", WORN)
-    watch(page, show)
+    watch(page, show, "beat 60\nada $ fast 2 (forward left forward left)\nbert $ left\n", WORN)
     wait(page, "improv.transport.state === 'ended'")
     wait(page, AT_REST)
     off = page.locator("li[data-robot=ada] .off")
@@ -60,6 +59,5 @@ def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) ->
 
 def test_the_page_shows_that_a_robot_is_pulled_back_to_its_path(page: Page, show: Show) -> None:
     robots = WORN.replace("step = 2", 'base = "turtlebot4"').replace('odom = "odom"', "follow = true")
-    show.play("beat 60\nada $ repeat forward\n", robots)
-    watch(page, show)
+    watch(page, show, "beat 60\nada $ repeat forward\n", robots)
     wait(page, "/^[0-9.]+ m, [0-9]+° off, following$/.test(improv.off.ada)")

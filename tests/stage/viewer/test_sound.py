@@ -116,8 +116,7 @@ def test_a_file_that_is_no_song_is_one_line(shared: tuple[Show, Page], tmp_path:
 
 @pytest.mark.slow("a browser on a busy machine")
 def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
-    show.play(DANCE)
-    watch(page, show)
+    watch(page, show, DANCE)
     sent: list[str] = []
     page.on("request", lambda request: sent.append(request.method))
     page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": SONG})
@@ -142,8 +141,7 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
 def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> None:
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url.partition("?")[0].rpartition("/")[2]))
-    show.play(DANCE)
-    watch(page, show)
+    watch(page, show, DANCE)
     wait(page, "improv.beat > 1")
     assert "sound.js" in asked
     assert not {"audio.js", "grains.js", "music.js", "song", "time"} & set(asked)
@@ -153,8 +151,7 @@ def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> N
 @pytest.mark.slow("hears a whole bar")
 def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) -> None:
     page.add_init_script(OSCILLATORS)
-    show.play(DANCE.replace("120", "300"))
-    watch(page, show)
+    watch(page, show, DANCE.replace("120", "300"))
     page.get_by_role("button", name="Sound").click()
     page.get_by_role("button", name="Click on each beat").click()
     wait(page, "window.clicks.length > 6")
@@ -170,8 +167,7 @@ def test_where_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(
     page: Page, show: Show, tmp_path: Path
 ) -> None:
     page.add_init_script(NEEDS_A_CLICK)
-    show.play(DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
-    watch(page, show)
+    watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
     expect(page.get_by_role("button", name="Click for sound")).to_be_visible()
     assert page.evaluate("[improv.transport.state, improv.song]") == ["playing", None]
     page.locator("#stage").click()

@@ -28,8 +28,7 @@ def show() -> Iterator[Show]:
 
 @pytest.mark.slow("waits until a process that hangs is killed")
 def test_a_stop_arrives_after_all_when_the_stage_was_frozen_and_killed(page: Page, show: Show, keep: Keep) -> None:
-    show.play("ada $ repeat forward\n")
-    watch(page, show)
+    watch(page, show, "ada $ repeat forward\n")
     page.keyboard.press("Space")
     expect(page.locator("#state")).to_have_text("stopped")
     expect(page.locator("#notice")).to_be_hidden()

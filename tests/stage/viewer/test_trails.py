@@ -43,8 +43,7 @@ def test_a_page_that_is_delayed_or_opened_late_shows_the_whole_trail(
 
 
 def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None:
-    show.play(CORNERS)
-    watch(page, show)
+    watch(page, show, CORNERS)
     page.keyboard.press("k")
     wait(page, "improv.transport.state === 'paused'")
     page.keyboard.press("Home")

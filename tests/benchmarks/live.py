@@ -197,7 +197,7 @@ def crowd(count: int, seconds: int) -> Crowd:
         again = server.save()
         tap.wait("ended")
         time.sleep(1)
-        heard = listener.end()
+        heard, lines = listener.end(), tap.lines()
     first = [[each for each in messages if each.published < again] for messages in heard.values()]
     later = [min(each.received for each in messages if each.published > again) for messages in heard.values()]
     return Crowd(
@@ -210,7 +210,7 @@ def crowd(count: int, seconds: int) -> Crowd:
         (min(messages[0].received for messages in first) - saved) * 1000,
         (min(later) - again) * 1000,
         (max(later) - again) * 1000,
-        tap.lines(),
+        lines,
     )
 
 

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
 from urllib.parse import quote, urlsplit
 from urllib.request import urlopen
+
+from aiohttp import ClientSession, ClientWebSocketResponse
 
 CALMLY = """{
   const draw = requestAnimationFrame.bind(window)
@@ -26,3 +31,19 @@ def live_behind(url: str) -> str:
     token = token_behind(url)
     assert token, f"{url} has been used"
     return f"http://{urlsplit(url).netloc}/live?token={quote(token)}"
+
+
+@asynccontextmanager
+async def connected(live: str) -> AsyncIterator[ClientWebSocketResponse]:
+    """A page's WebSocket at this address."""
+    origin = live.partition("/live")[0]
+    async with ClientSession() as session, session.ws_connect(live, origin=origin) as page:
+        yield page
+
+
+async def heard(page: ClientWebSocketResponse, fits: Callable[[Any], bool]) -> Any:
+    """The next message to a page that fits."""
+    async for message in page:
+        if fits(told := message.json()):
+            return told
+    raise AssertionError("the page was closed")

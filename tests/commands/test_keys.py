@@ -13,14 +13,13 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-import aiohttp
 import pytest
 
 from improv_core.commands import keys
 from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import HINT, HINT_ARMED
 from tests.commands.command_line import IMPROV, LIMIT, Running
-from tests.page import live_behind, token_behind
+from tests.page import connected, heard, live_behind, token_behind
 
 ADDRESS = r"watch it at (\S+)\r?\n"
 PROGRAM = "beat 600\nr $ until cue (repeat forward) left\n"
@@ -192,16 +191,10 @@ def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:
 
 async def play_again(address: str) -> str:
     """The state of the dance after Restart was pressed on the page."""
-    async with (
-        aiohttp.ClientSession() as session,
-        session.ws_connect(address, origin=address.split("/live")[0]) as page,
-    ):
+    async with connected(address) as page:
         await page.send_json({"type": "restart"})
-        async for message in page:
-            told = message.json()
-            if told["type"] == "transport" and told["generation"] == 2:
-                return str(told["state"])
-    raise AssertionError("the page was closed")
+        again = await heard(page, lambda told: told["type"] == "transport" and told["generation"] == 2)
+        return str(again["state"])
 
 
 def test_a_dance_plays_in_a_session_that_has_no_terminal_of_its_own(terminal: Terminal, tmp_path: Path) -> None:

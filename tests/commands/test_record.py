@@ -11,7 +11,6 @@ import subprocess
 import time
 from pathlib import Path
 
-import aiohttp
 import pytest
 from watchfiles import watch
 
@@ -22,7 +21,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.recorder import Recorder
 from tests.commands.command_line import IMPROV, LIMIT, Running, run
-from tests.page import live_behind
+from tests.page import connected, heard, live_behind
 from tests.recordings import changes, read, read_joints
 from tests.stage_on_thread import USED, StageOnThread
 
@@ -157,12 +156,8 @@ def test_interrupted_while_it_plays_it_is_complete(endless: Path, tmp_path: Path
 
 async def moved(live: str) -> None:
     """Wait until the page shows that the first robot has moved: it has been told to, then."""
-    origin = live[: live.index("/live")]
-    async with aiohttp.ClientSession() as session, session.ws_connect(live, origin=origin) as page:
-        async for message in page:
-            told = message.json()
-            if told["type"] == "poses" and any(x > 0.1 for x, *_ in told["poses"]):
-                return
+    async with connected(live) as page:
+        await heard(page, lambda told: told["type"] == "poses" and any(x > 0.1 for x, *_ in told["poses"]))
 
 
 def test_interrupted_before_anything_is_sent_it_is_not_written(

@@ -18,7 +18,7 @@ from improv_core.playback.stage_process import Stage
 from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.playback.stops import Stops
 from tests.commands.command_line import IMPROV, LIMIT, Running, run
-from tests.ls.client import Client
+from tests.ls.client import QUIET, Client
 from tests.stage_on_thread import Hear, StageOnThread
 
 URI = "file:///editor.improv"
@@ -65,10 +65,8 @@ def test_a_terminal_a_watched_file_and_an_editor(program: Path, watch: Running) 
     assert play.stdout
     while not play.stdout.readline().startswith("▶"):
         assert play.poll() is None
-    with Client({"backend": "sim", "page": {"open": False}}) as client:
-        client.open(URI, "r $ repeat left\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+    with Client(QUIET) as client:
+        client.play(URI, "r $ repeat left\n")
         check(*(f"stopped {name}.improv on simulator" for name in ("dance", "editor", "other")))
         client.wait_for_line("stopped by `improv stop`")
         assert play.communicate(timeout=LIMIT)[1] == LINE
@@ -120,7 +118,7 @@ def test_a_dance_that_has_not_begun(program: Path) -> None:
 
 
 def test_a_server_is_reached_before_it_plays_anything(runtime: Path) -> None:
-    with Client({"backend": "sim", "page": {"open": False}}) as client:
+    with Client(QUIET) as client:
         client.open(URI, "r $ repeat left\n")
         client.request("textDocument/hover", {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 0}})
         assert list(stop_all()) == [IDLE]

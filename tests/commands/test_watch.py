@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-import aiohttp
 import pytest
 
 import improv_core.commands.watch
 from improv_core.playback.stops import Stops
 from improv_core.slices import checkpoint
 from tests.commands.command_line import LIMIT, Running
-from tests.page import live_behind
+from tests.page import connected, heard, live_behind
 from tests.strange_files import StrangeFile
 
 KEEPS = "✗ the previous dance keeps playing\n"
@@ -163,17 +161,10 @@ def test_a_save_edits_what_plays_if_it_is_to(program: Path, options: list[str], 
         assert told["restarted"] == (1 if begins else 2)
 
 
-async def transport(address: str, generation: int) -> dict[str, Any]:
+async def transport(address: str, generation: int) -> Any:
     """The message that tells the page that a score of this generation plays."""
-    async with (
-        aiohttp.ClientSession() as session,
-        session.ws_connect(address, origin=address.split("/live")[0]) as page,
-    ):
-        async for message in page:
-            told: dict[str, Any] = json.loads(message.data)
-            if told["type"] == "transport" and told["generation"] == generation:
-                return told
-    raise AssertionError("the page was closed")
+    async with connected(address) as page:
+        return await heard(page, lambda told: told["type"] == "transport" and told["generation"] == generation)
 
 
 def test_only_the_wanted_scenes_play_at_each_save(program: Path) -> None:

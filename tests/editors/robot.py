@@ -14,9 +14,9 @@ from contextlib import asynccontextmanager
 from hashlib import sha256
 from pathlib import Path
 
-from aiohttp import ClientSession, ClientWebSocketResponse
+from aiohttp import ClientWebSocketResponse
 
-from tests.page import live_behind
+from tests.page import connected, live_behind
 
 LIMIT = 60.0
 """Seconds a robot may take to do what is waited for, on a busy machine."""
@@ -50,9 +50,7 @@ async def stands(url: str) -> None:
 
 @asynccontextmanager
 async def _live(url: str) -> AsyncIterator[ClientWebSocketResponse]:
-    live = await asyncio.to_thread(_address, url)
-    origin = live[: live.index("/live")]
-    async with ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
+    async with connected(await asyncio.to_thread(_address, url)) as socket:
         yield socket
 
 

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.ide.completion import complete
-from improv_core.ide.hover import hover
 from improv_core.ide.rename import RefusalError, renamable, rename
 from improv_core.ide.signature_help import signature
 from tests.ide.cursor import at_cursor
+from tests.ide.test_completion import offered
+from tests.ide.test_hover import check as check_hover
 
 PUPPET = "ada is puppet\n"
 
 
 def labels(program: str) -> list[str]:
-    found = complete(*at_cursor(program))
-    assert found
-    return [item.label for item in found.items]
+    return [item.label for item in offered(program).items]
 
 
 def test_body_parts_are_offered_to_robots_that_have_them() -> None:
-    offered = labels(f"{PUPPET}ada $ |>")
-    assert [each for each in offered if each in ("head", "left_arm", "right_arm", "arms", "to")] == [
-        *("head", "left_arm", "right_arm", "arms", "to"),
-    ]
+    words = ["head", "left_arm", "right_arm", "arms", "to"]
+    assert [each for each in labels(f"{PUPPET}ada $ |>") if each in words] == words
     assert "head" not in labels("ada $ |>")
     assert labels(f"{PUPPET}head = left\nada $ |>").count("head") == 1
 
@@ -32,15 +28,6 @@ def test_poses_are_offered_after_to_unless_it_is_hidden() -> None:
     assert labels(f"{PUPPET}ada $ head to |>") == ["start", "high", "wide"]
     assert labels("ada $ head to |>") == ["start"]
     assert "high" not in labels(f"{PUPPET}to (m) = m\nada $ to |>")
-
-
-def check_hover(program: str, marked: str, *said: str) -> None:
-    analysis, offset = at_cursor(program)
-    found = hover(analysis, offset)
-    assert found
-    assert analysis.text[found.span.start : found.span.end] == marked
-    for part in said:
-        assert part in found.markdown
 
 
 def test_hovers_say_which_joints_move_how_far_and_how_long() -> None:

@@ -5,17 +5,14 @@ from __future__ import annotations
 import pytest
 
 from improv_core.ide.code_action import fix_all
-from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled
+from tests.ide.cursor import applied
 
 
-def applied(analysis: Analysis) -> str:
+def fixed(program: str) -> str:
     """The program after all safe fixes."""
-    text = analysis.text
-    for action in fix_all(analysis):
-        ((span, new),) = ((edit.span, edit.text) for edit in action.edits)
-        text = text[: span.start] + new + text[span.end :]
-    return text
+    return applied(program, [edit for action in fix_all(analyze(program)) for edit in action.edits])
 
 
 @pytest.mark.parametrize(
@@ -28,7 +25,7 @@ def applied(analysis: Analysis) -> str:
     ],
 )
 def test_unambiguous_slips_are_fixed(before: str, after: str) -> None:
-    assert applied(analyze(before)) == after
+    assert fixed(before) == after
 
 
 @pytest.mark.parametrize(
@@ -39,7 +36,7 @@ def test_unambiguous_slips_are_fixed(before: str, after: str) -> None:
     ],
 )
 def test_words_without_effect_are_removed_and_nothing_else_changes(before: str, after: str) -> None:
-    assert applied(analyze(before)) == after
+    assert fixed(before) == after
     one, other = (compiled(analyze(text), 20)["robots"] for text in (before, after))
     assert one == other
 

@@ -6,7 +6,6 @@ import pytest
 
 from improv_core.ide.code_action_play import deeds
 from improv_core.ide.code_lens import lenses, scene_ids
-from improv_core.ide.completion import complete
 from improv_core.ide.completion_item import Item
 from improv_core.ide.folding_range import folds
 from improv_core.ide.hover import hover
@@ -20,7 +19,10 @@ from improv_core.robots.config import read_robots
 from improv_core.score.profiles import BUILT_IN
 from improv_core.text import Span
 from tests.ide.cursor import applied, at_cursor
+from tests.ide.test_completion import check as check_completion
+from tests.ide.test_completion import offered
 from tests.ide.test_document_symbol import check as check_outline
+from tests.ide.test_hover import check as check_hover
 from tests.ide.test_semantic_tokens import check as check_colors
 
 DANCE = """
@@ -34,13 +36,6 @@ ada bo $ forward
 --- bow
 ada cy $ left
 """
-
-
-def offered(program: str, robots: str = "") -> list[Item]:
-    analysis, offset = at_cursor(program)
-    found = complete(analysis.with_robots(read_robots(robots)), offset)
-    assert found
-    return list(found.items)
 
 
 @pytest.mark.parametrize(
@@ -77,11 +72,11 @@ def offered(program: str, robots: str = "") -> list[Item]:
     ],
 )
 def test_what_may_come_is_offered(program: str, labels: list[str]) -> None:
-    assert [item.label for item in offered(program)] == labels
+    check_completion(program, *labels)
 
 
 def test_profiles_say_what_they_are() -> None:
-    items = offered("ada is |>", "[profiles.nao-v6]\nstep = 0.4\nmotions = ['forward']\n")
+    items = offered("ada is |>", "[profiles.nao-v6]\nstep = 0.4\nmotions = ['forward']\n").items
     about = {item.label: item.detail for item in items}
     assert about["turtlebot4"] == "step 0.2 m, radius 0.171 m, up to 0.306 m/s; forward, turn"
     assert about["quadrotor"] == "step 0.5 m, radius 0.25 m, up to 1 m/s; all motions"
@@ -89,7 +84,7 @@ def test_profiles_say_what_they_are() -> None:
 
 
 def test_placed_robots_are_offered_too() -> None:
-    assert Item("cy", "robot", "only stands there") in offered("cy at 1 2\n|>")
+    assert Item("cy", "robot", "only stands there") in offered("cy at 1 2\n|>").items
 
 
 @pytest.mark.parametrize(
@@ -112,12 +107,7 @@ def test_placed_robots_are_offered_too() -> None:
     ],
 )  # fmt: skip
 def test_hovers(program: str, marked: str, said: list[str]) -> None:
-    analysis, offset = at_cursor(program)
-    found = hover(analysis, offset)
-    assert found
-    assert analysis.text[found.span.start : found.span.end] == marked
-    for part in said:
-        assert part in found.markdown
+    check_hover(program, marked, *said)
 
 
 def test_of_a_thousand_robots_the_first_places_are_listed() -> None:

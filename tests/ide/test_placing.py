@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from improv_core.diagnostics import Edit
 from improv_core.ide.placing import Start, formed, placed
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
+from tests.ide.cursor import applied
 
 LISTED = "[robots.ada]\nstart = { x = 5 }\n[robots.bo]\n"
 
@@ -24,12 +24,6 @@ def starts_of(program: str, robots: str = "") -> dict[str, Start]:
     return {
         name: (round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.heading), 3)) for name, pose in poses.items()
     }
-
-
-def applied(text: str, edits: Iterable[Edit]) -> str:
-    for edit in reversed(list(edits)):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text
 
 
 def check(before: str, starts: Mapping[str, Start], after: str, robots: str = "") -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from improv_core.ide.tempo import in_tempo
 from improv_core.program.analysis import analyze
+from tests.ide.cursor import applied
 
 
 @pytest.mark.parametrize(
@@ -22,9 +23,7 @@ from improv_core.program.analysis import analyze
     ],
 )
 def test_a_tempo_is_written_into_the_first_beat_line_or_above_all(before: str, after: str) -> None:
-    text = before
-    for edit in reversed(in_tempo(analyze(before), 96)):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    text = applied(before, in_tempo(analyze(before), 96))
     assert text == after
     assert analyze(text).diagnostics == analyze(after).diagnostics
     assert analyze(text).tempo == 96

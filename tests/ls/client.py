@@ -39,6 +39,10 @@ CAPABILITIES: Mapping[str, Any] = {
     "window": {"workDoneProgress": True, "showDocument": {"support": True}},
     "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
 }
+TOLD: Mapping[str, Any] = {**CAPABILITIES, "experimental": {"improv": True}}
+"""Of a client that is told what plays."""
+QUIET: Mapping[str, Any] = {"backend": "sim", "page": {"open": False}}
+"""The settings of a session in which no page opens."""
 
 
 class Spoken(NamedTuple):
@@ -176,6 +180,21 @@ class Client:
     def save(self, uri: str, text: str | None = None) -> None:
         """Report a save, with the saved text if it isn't the one that the server has."""
         self.notify("textDocument/didSave", {"textDocument": {"uri": uri}, **({} if text is None else {"text": text})})
+
+    def play(self, uri: str, text: str) -> str:
+        """Open a program and save it; the line that says what plays."""
+        self.open(uri, text)
+        self.save(uri)
+        return self.wait_for_line("▶")
+
+    def command(self, name: str, *arguments: object) -> Any:
+        """Have the server obey a command of ours."""
+        return self.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
+
+    def codes_of(self, file: Path) -> list[str]:
+        """The codes of the diagnostics that are published next about a file."""
+        sent = self.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == file.as_uri())
+        return [each["code"] for each in sent["diagnostics"]]
 
     def notify(self, method: str, params: Any) -> None:
         self._write({"method": method, "params": params})

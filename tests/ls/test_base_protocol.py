@@ -17,10 +17,9 @@ import pytest
 from improv_core import __version__
 from improv_ls.__main__ import main
 from improv_ls.server import create_server
-from tests.ls.client import LIMIT, Client
+from tests.ls.client import LIMIT, QUIET, Client
 from tests.stage_on_thread import running
 
-QUIET = {"backend": "sim", "page": {"open": False}}
 URI = "file:///dance.improv"
 INITIALIZE = {"id": 1, "method": "initialize", "params": {"processId": None, "rootUri": None, "capabilities": {}}}
 PLACE = {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 0}}
@@ -87,9 +86,7 @@ def ends_and_stops_the_robots(end: Callable[[Client], None]) -> None:
     """How a server ends that makes robots dance."""
     others = running()
     with Client(QUIET) as client:
-        client.open(URI, "r $ repeat left\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+        client.play(URI, "r $ repeat left\n")
         assert running() - others
         end(client)
         client.code = 1

@@ -122,7 +122,7 @@ class Session:
         self.client.notify("workspace/didChangeConfiguration", {"settings": changed})
         self.client.wait_for_line("improv.onSave: expected")
         self.client.notify("workspace/didChangeConfiguration", {"settings": None})
-        self.client.request("workspace/executeCommand", {"command": "improv.hush", "arguments": []})
+        self.client.command("hush")
         self.client.notify("textDocument/didClose", self.document)
 
     def unasked(self) -> set[str]:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tests.ls.client import CAPABILITIES, Client, Message
+from tests.ls.client import CAPABILITIES, QUIET, TOLD, Client, Message
 from tests.page import token_behind
 
 URI = "file:///dance.improv"
-QUIET = {"backend": "sim", "page": {"open": False}}
 
 
 @pytest.fixture
@@ -21,38 +19,32 @@ def client() -> Iterator[Client]:
         yield client
 
 
-def command(client: Client, name: str, *arguments: object) -> Any:
-    return client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
-
-
 def test_the_saved_program_plays_again(client: Client) -> None:
-    command(client, "restart")
+    client.command("restart")
     assert client.wait_for_line("improv.restart") == (
         "improv.restart: nothing has been played yet; save a program or use improv.play"
     )
-    client.open(URI, "r $ forward\n")
-    client.save(URI)
-    played = client.wait_for_line("▶")
+    played = client.play(URI, "r $ forward\n")
     client.change(URI, 2, {"text": "r $ lft\n"})
-    command(client, "restart")
+    client.command("restart")
     assert client.wait_for_line("▶") == played
 
 
 def test_the_cue_is_given() -> None:
-    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
+    with Client(QUIET, TOLD) as waiting:
         waiting.open(URI, "beat 240\nr $ until cue (repeat left)\n")
         waiting.save(URI)
         waiting.wait("improv/transport", lambda params: params["state"] == "playing")
-        assert command(waiting, "cue") is None
+        assert waiting.command("cue") is None
         waiting.wait("improv/transport", lambda params: params["state"] == "ended")
 
 
 def test_the_server_says_how_to_calibrate(client: Client, tmp_path: Path) -> None:
-    command(client, "calibrate")
+    client.command("calibrate")
     client.wait_for_line("improv.calibrate: list your robots in improv.toml first")
     (tmp_path / "improv.toml").write_text("[robots.bert]\n[robots.anna]\n")
     client.open((tmp_path / "dance.improv").as_uri(), "anna $ left\n")
-    command(client, "calibrate")
+    client.command("calibrate")
     line = client.wait_for_line("calibrate NAME")
     assert line.startswith(f"in a terminal in {tmp_path}, run `")
     assert line.endswith("improv calibrate NAME` (one of anna, bert)")
@@ -61,8 +53,8 @@ def test_the_server_says_how_to_calibrate(client: Client, tmp_path: Path) -> Non
 def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text('[senses.go]\nkey = "g"\n[senses.halt]\nkey = "h"\n')
     uri = (tmp_path / "dance.improv").as_uri()
-    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
-        command(waiting, "key", "g")
+    with Client(QUIET, TOLD) as waiting:
+        waiting.command("key", "g")
         waiting.wait_for_line("improv.key: nothing plays; save a program first")
         waiting.open(uri, "r $ repeat (until go (repeat left) until not go (repeat forward))\n")
 
@@ -72,12 +64,12 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
         waiting.save(uri)
         wait_until_lit(29, 33)  # a key that nobody has touched is not held
         for wrong in ("x", "G", ""):
-            command(waiting, "key", wrong)
+            waiting.command("key", wrong)
             waiting.wait_for_line("improv.key: expected the key of a sense, one of g, h")
-        command(waiting, "key", "g")
+        waiting.command("key", "g")
         waiting.wait_for_line("g is held; the same command releases it")
         wait_until_lit(56, 63)
-        command(waiting, "key", "g")
+        waiting.command("key", "g")
         waiting.wait_for_line("g is released")
         wait_until_lit(29, 33)
 
@@ -85,23 +77,21 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
 def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text('[senses.go]\nkey = "g"\n')
     uri = (tmp_path / "dance.improv").as_uri()
-    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
+    with Client(QUIET, TOLD) as waiting:
         waiting.open(uri, "r $ until go (repeat left) repeat 9999 forward\n")
         for _ in range(2):
             waiting.save(uri)
             waiting.wait("improv/transport", lambda params: params["state"] == "playing")
-            command(waiting, "key", "g")
+            waiting.command("key", "g")
             waiting.wait_for_line("g is held; the same command releases it")
-            command(waiting, "hush")
+            waiting.command("hush")
             waiting.wait("improv/transport", lambda params: params["state"] == "stopped")
 
 
 def test_the_page_can_be_shown_before_anything_plays(client: Client) -> None:
-    urls = [command(client, "page"), *client.wait_for_page()]
-    client.open(URI, "r $ forward\n")
-    client.save(URI)
-    client.wait_for_line("▶")
-    urls.append(command(client, "page"))
+    urls = [client.command("page"), *client.wait_for_page()]
+    client.play(URI, "r $ forward\n")
+    urls.append(client.command("page"))
     urls += client.wait_for_page(2)[1:]
     assert len(set(urls)) == 4
     assert {opens(url) for url in urls} == {True}
@@ -117,14 +107,14 @@ def opens(url: str) -> bool:
 
 def test_without_a_way_to_show_the_page_its_address_is_given() -> None:
     with Client(QUIET, capabilities={}) as client:
-        assert opens(command(client, "page"))
+        assert opens(client.command("page"))
         assert opens(client.wait_for_line("page").removeprefix("page: "))
 
 
 def test_an_editor_without_a_screen_is_not_asked_to_open_a_browser() -> None:
     """Helix over SSH answers that it has shown the page, and then its line about the browser hides the address."""
     with Client(QUIET, screen=False) as client:
-        command(client, "page")
+        client.command("page")
         assert opens(client.wait_for_line("page").removeprefix("page: "))
         assert client.shown == []
 
@@ -156,11 +146,11 @@ def test_if_the_editor_fails_to_show_the_page_its_address_is_given(refusal: Mess
         said = client.wait_for_line("page").removeprefix("page: ")
         assert said != url  # others may have seen that one
         assert opens(said)
-        assert opens(command(client, "page"))
+        assert opens(client.command("page"))
 
 
 @pytest.mark.parametrize("python", ["/nowhere/python", "/nowhere\n/python"])
 def test_without_a_stage_there_is_no_page_and_one_line_says_why(python: str) -> None:
     with Client({"backend": "ros", "ros": {"python": python}}) as client:
-        assert command(client, "page") is None
+        assert client.command("page") is None
         assert client.wait_for_line("/nowhere").startswith("Improv can't play: ")

@@ -7,11 +7,9 @@ from typing import Any
 import pytest
 
 from improv_ls.performance import HINT
-from tests.ls.client import CAPABILITIES, Client
+from tests.ls.client import QUIET, TOLD, Client
 
 URI = "file:///dance.improv"
-QUIET = {"backend": "sim", "page": {"open": False}}
-TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
 BEFORE = "beat 480\nanna $ repeat (forward left)\nbert $ repeat forward\n"
 AFTER = "# more\n" + BEFORE.replace("bert $ repeat forward", "bert $ repeat left")
 

@@ -84,10 +84,10 @@ def test_a_client_that_pulls_is_told_to_ask_again_when_the_robots_change(tmp_pat
         assert told(pull(client, program, first["resultId"])["items"]) == [(0, 0, 4, "unknown-robot")]
         # Nobody asks about improv.toml: that is no document of ours.
         assert published(client) == [robots.as_uri()]
-        assert _codes(client, robots) == ["robots"]
+        assert client.codes_of(robots) == ["robots"]
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 2}]})
         client.notify("textDocument/didClose", {"textDocument": {"uri": program}})
-        assert _codes(client, robots) == []
+        assert client.codes_of(robots) == []
         assert not any(each["method"] == "workspace/diagnostic/refresh" for each in client.notifications)
 
 
@@ -141,8 +141,3 @@ def test_a_code_links_to_its_section_of_an_existing_page() -> None:
             page, _, line = found["codeDescription"]["href"].partition("#L")
             path = Path(unquote(urlsplit(page).path))
             assert path.read_text("utf-8").splitlines()[int(line) - 1] == f"## {found['code']}"
-
-
-def _codes(client: Client, path: Path) -> list[str]:
-    sent = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == path.as_uri())
-    return [each["code"] for each in sent["diagnostics"]]

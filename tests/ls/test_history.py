@@ -5,17 +5,10 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import Any
 
-from tests.ls.client import CAPABILITIES, LIMIT, Client
+from tests.ls.client import LIMIT, QUIET, TOLD, Client
 
-QUIET = {"backend": "sim", "page": {"open": False}}
-TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
 URI = "file:///dances/dance.improv"
-
-
-def command(client: Client, name: str, *arguments: object) -> Any:
-    return client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
 
 
 def save(client: Client, version: int, text: str) -> str:
@@ -38,23 +31,23 @@ def test_the_previous_version_plays_and_then_the_one_before_it(state: Path) -> N
         assert len(set(played)) == 3
 
         def before() -> str:
-            command(client, "before")
+            client.command("before")
             return client.wait_for_line("")
 
         assert before() == played[1]
-        command(client, "restart")
+        client.command("restart")
         assert client.wait_for_line("▶") == played[1]
         assert before() == played[0]
         assert before() == "improv.before: no earlier version of dance.improv has been kept"
         assert save(client, 5, "a b c d $ forward\n") == played[2]
         assert before() == played[0]
-        listed = command(client, "history")
+        listed = client.command("history")
         assert [each["line"] for each in listed] == [
             f"{robots} $ forward" for robots in ("a b", "a b c d", "a b", "a b c", "a b c d", "a b c", "a b")
         ]
         assert {each["name"] for each in listed} == {"dance.improv"}
-        assert command(client, "history", listed[1]["id"]) == "a b c d $ forward\n"
-        assert command(client, "history", "../../secret") is None
+        assert client.command("history", listed[1]["id"]) == "a b c d $ forward\n"
+        assert client.command("history", "../../secret") is None
         assert "expected no argument" in client.wait_for_line("improv.history")
 
 
@@ -69,13 +62,13 @@ def test_each_program_has_its_own_history_and_playing_one_line_ends_it(state: Pa
                 client.wait_for_line(f"▶ r {beats} beats")
 
         def before(uri: str) -> str:
-            command(client, "before", uri)
+            client.command("before", uri)
             return client.wait_for_line("").partition(",")[0]
 
         assert [before(URI), before(URI)] == ["▶ r 4 beats", "▶ r 3 beats"]
         assert before(other) == "▶ r 4 beats"
         assert before(URI) == "▶ r 3 beats"
-        command(client, "play", URI, 1)
+        client.command("play", URI, 1)
         assert "r 4 beats" in client.wait_for_line("▶")
         assert before(URI) == "▶ r 3 beats"
 
@@ -93,15 +86,15 @@ def test_an_unusable_history_is_reported_once_and_the_program_plays(state: Path)
         client.open(URI, "")
         for version in (2, 3):
             assert save(client, version, f"r $ forward {version * 'left '}\n")
-        assert command(client, "history") == []
+        assert client.command("history") == []
         assert said(client, "was not kept in the history") >= 1
         assert said(client, f"{log} can't be written: no such file or directory") >= 1
         state.unlink()
         log.parent.mkdir()
         save(client, 4, "r $ left\n")
-        assert len(command(client, "history")) == 1
+        assert len(client.command("history")) == 1
         (state / "5.improv").write_bytes(b"\xff")
-        (kept,) = command(client, "history")
+        (kept,) = client.command("history")
         assert kept["line"] == "r $ left"
         client.wait_for_line("1 file of the history can't be read")
     assert said(client, "was not kept in the history") == said(client, "can't be written") == 1
@@ -116,8 +109,8 @@ def test_a_study_log_records_what_people_do_and_how_far_robots_move(tmp_path: Pa
         client.wait_for_line("✗")
         save(client, 2, "beat 600\nr $ repeat 4 forward\n")
         client.wait("improv/transport", lambda told: told["state"] == "ended")
-        command(client, "before")  # there is none, and this is no play
-        command(client, "play")
+        client.command("before")  # there is none, and this is no play
+        client.command("play")
         client.wait("improv/transport", lambda told: told["generation"] == 2 and told["state"] == "ended")
     events = [json.loads(line) for line in log.read_text().splitlines()]
     assert len({each.pop("session") for each in events}) == 1

@@ -8,19 +8,12 @@ from typing import Any
 import pytest
 
 from improv_ls.handlers.workspace_symbol import search
-from tests.ls.client import CAPABILITIES, Client
+from tests.ls.client import QUIET, TOLD, Client
 from tests.stage_on_thread import running
 
-QUIET = {"backend": "sim", "page": {"open": False}}
 SILENT = {"onSave": "off"}
 FILES = {"workspace": {"fileOperations": {"didRename": True, "didDelete": True}}}
-LIVE = {**CAPABILITIES, "experimental": {"improv": True}}
 PROGRAM = "# 🐢\r\nwave = up\r\nanna $ wave\r\n"
-
-
-def published(client: Client, uri: str) -> list[str]:
-    sent = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
-    return [each["code"] for each in sent["diagnostics"]]
 
 
 def names(client: Client) -> list[tuple[str, str]]:
@@ -46,14 +39,14 @@ def test_a_document_is_removed_with_its_file(tmp_path: Path) -> None:
         offered = client.initialized["capabilities"]["workspace"]["fileOperations"]
         assert set(offered) == {"didRename", "didDelete"}
         client.open(old.as_uri(), PROGRAM)
-        assert published(client, robots.as_uri()) == ["robots"]
+        assert client.codes_of(robots) == ["robots"]
         renamed(client, old, new)
-        assert published(client, old.as_uri()) == []
-        assert published(client, robots.as_uri()) == []
-        assert published(client, new.as_uri()) == ["unknown-robot"]
+        assert client.codes_of(old) == []
+        assert client.codes_of(robots) == []
+        assert client.codes_of(new) == ["unknown-robot"]
         end = {"start": {"line": 2, "character": 7}, "end": {"line": 2, "character": 11}}
         client.change(new.as_uri(), 2, {"range": end, "text": "wav"})
-        assert published(client, new.as_uri()) == ["unused-name", "unknown-robot", "unknown-name"]
+        assert client.codes_of(new) == ["unused-name", "unknown-robot", "unknown-name"]
         assert names(client) == [("wave", "ne%20w.improv"), ("anna", "ne%20w.improv")]
 
 
@@ -83,7 +76,7 @@ def test_an_editor_that_closes_and_opens_it_is_not_disturbed(tmp_path: Path) -> 
 def test_a_playing_program_stops_when_its_file_is_deleted(tmp_path: Path) -> None:
     old, new = tmp_path / "old.improv", tmp_path / "new.improv"
     old.touch()
-    with Client(QUIET, capabilities={**LIVE, **FILES}) as client:
+    with Client(QUIET, capabilities={**TOLD, **FILES}) as client:
         client.open(old.as_uri(), "anna $ repeat up\n")
         client.save(old.as_uri())
         assert client.wait("improv/lit")["uri"] == old.as_uri()
@@ -96,11 +89,11 @@ def test_robots_are_removed_with_their_file_and_an_open_program_stays(tmp_path: 
     robots.write_text("[robots.berta]\n")
     with Client(SILENT, capabilities=FILES) as client:
         client.open(program.as_uri(), PROGRAM)
-        assert published(client, program.as_uri()) == ["unknown-robot"]
+        assert client.codes_of(program) == ["unknown-robot"]
         robots.unlink()
         gone = [{"uri": robots.as_uri()}, {"uri": program.as_uri()}]
         client.notify("workspace/didDeleteFiles", {"files": gone})
-        assert published(client, program.as_uri()) == []
+        assert client.codes_of(program) == []
         assert names(client) == [("wave", "dance.improv"), ("anna", "dance.improv")]
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import aiohttp
 import pytest
 from lsprotocol import types
 
@@ -17,27 +16,22 @@ from improv_core.text import LineIndex, Span
 from improv_ls.placing import edits_of
 from improv_ls.positions import to_span
 from tests.ls.client import Client, Message
-from tests.page import live_behind
+from tests.page import connected, live_behind
 
 CAPABILITIES = {
     "workspace": {"applyEdit": True, "workspaceEdit": {"documentChanges": True}},
     "window": {"showDocument": {"support": True}},
 }
 PROGRAM = "# 🐢\nanna bert cleo at line 1\nanna bert cleo $ forward\n"
-CLEO = {"cleo": {"x": 1.5, "y": -2, "heading": 90}}
-
-
-def drag(live: str, starts: Mapping[str, Any]) -> None:
-    ask(live, {"type": "place", "start_poses": starts})
+MOVE = {"type": "place", "start_poses": {"cleo": {"x": 1.5, "y": -2, "heading": 90}}}
 
 
 def ask(live: str, message: Mapping[str, Any]) -> None:
     """Send what a page sends."""
 
     async def send() -> None:
-        origin = live[: live.index("/live")]
-        async with aiohttp.ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
-            await socket.send_json(message)
+        async with connected(live) as page:
+            await page.send_json(message)
 
     asyncio.run(send())
 
@@ -61,14 +55,21 @@ def edited(text: str, client: Client) -> tuple[Mapping[str, Any], str]:
     return change["textDocument"], text
 
 
-def test_the_editor_is_asked_to_write_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("asked", "opening"),
+    [
+        (MOVE, "anna bert at line 1 around 0 0.5\ncleo at 1.5 -2 facing 90"),
+        ({"type": "form", "shape": "grid", "distance": 2, "facing": "in"}, "anna bert cleo at grid 2"),
+        ({"type": "tune", "key": "beat", "value": 96}, "beat 96\nanna bert cleo at line 1"),
+    ],
+)
+def test_the_editor_is_asked_to_write_it(tmp_path: Path, asked: Mapping[str, Any], opening: str) -> None:
     file = tmp_path / "dance.improv"
     with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
-        drag(play(client, file), CLEO)
+        ask(play(client, file), asked)
         document, text = edited(PROGRAM, client)
     assert document["uri"] == file.as_uri()
-    line = "cleo at 1.5 -2 facing 90"
-    assert text == f"# 🐢\nanna bert at line 1 around 0 0.5\n{line}\nanna bert cleo $ forward\n"
+    assert text == f"# 🐢\n{opening}\nanna bert cleo $ forward\n"
     assert file.read_text(encoding="utf-8") == PROGRAM  # never behind the editor's back
     assert not (tmp_path / "improv.toml").exists()
 
@@ -86,18 +87,10 @@ def test_the_text_that_the_editor_has_is_the_one_edited(tmp_path: Path) -> None:
         page = play(client, file)
         text = "# not saved\n\ncleo at 0 0\nanna bert cleo $ left\n"
         client.change(file.as_uri(), 7, {"text": text})
-        drag(page, CLEO)
+        ask(page, MOVE)
         document, after = edited(text, client)
     assert document == {"uri": file.as_uri(), "version": 7}
     assert after == text.replace("cleo at 0 0", "cleo at 1.5 -2 facing 90")
-
-
-def test_a_formation_is_one_line(tmp_path: Path) -> None:
-    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
-        page = play(client, tmp_path / "dance.improv")
-        ask(page, {"type": "form", "shape": "grid", "distance": 2, "facing": "in"})
-        _, text = edited(PROGRAM, client)
-    assert text == PROGRAM.replace("line 1", "grid 2")
 
 
 @pytest.mark.parametrize(
@@ -112,7 +105,7 @@ def test_what_is_not_written_is_said(tmp_path: Path, text: str, capabilities: Ma
     with Client({"backend": "sim"}, capabilities=dict(capabilities)) as client:
         page = play(client, file, "cleo $ left\n")
         client.change(file.as_uri(), 7, {"text": text})
-        drag(page, CLEO)
+        ask(page, MOVE)
         client.wait_for_line(line)
 
 
@@ -130,18 +123,9 @@ def test_an_edit_that_was_not_made_can_be_requested_again(tmp_path: Path) -> Non
     with Refusing({"backend": "sim"}, capabilities=CAPABILITIES) as client:
         page = play(client, tmp_path / "dance.improv")
         for _ in range(2):
-            drag(page, CLEO)
+            ask(page, MOVE)
             edited(PROGRAM, client)
             client.wait_for_line("the editor did not accept the new start of cleo")
-
-
-def test_a_tempo_that_was_tapped_is_written_into_the_program(tmp_path: Path) -> None:
-    file = tmp_path / "dance.improv"
-    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
-        ask(play(client, file), {"type": "tune", "key": "beat", "value": 96})
-        document, text = edited(PROGRAM, client)
-    assert document["uri"] == file.as_uri()
-    assert text == "# 🐢\nbeat 96\nanna bert cleo at line 1\nanna bert cleo $ forward\n"
 
 
 def test_a_song_that_was_moved_is_written_into_its_file(tmp_path: Path) -> None:

@@ -5,16 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tests.ls.client import CAPABILITIES, Client, Message
+from tests.ls.client import QUIET, TOLD, Client, Message
 
 URI = "file:///my%20dance.improv"
-TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
 PROGRAM = "beat 240\n𝑥 = repeat up\nanna $ repeat left\nbert $ repeat forward\nanna $ lft\n"
 RIGHT = PROGRAM.replace("lft", "left")
-
-
-def play(client: Client, *arguments: object) -> None:
-    client.request("workspace/executeCommand", {"command": "improv.play", "arguments": arguments})
 
 
 def at(line: int, start: int = 0, end: int = 0) -> dict[str, Any]:
@@ -29,11 +24,11 @@ def see_playing(client: Client, generation: int, robots: list[str], ranges: list
 
 
 def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
-    with Client({"backend": "sim", "page": {"open": False}, "onSave": "continue", "switchAt": "beat"}, TOLD) as client:
+    with Client({**QUIET, "onSave": "continue", "switchAt": "beat"}, TOLD) as client:
         client.open(URI, PROGRAM)
         client.save(URI)
         client.wait_for_line("✗ line 5: `lft` is not defined")
-        play(client, URI, at(3))
+        client.command("play", URI, at(3))
         assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
         see_playing(client, 1, ["bert"], [[3, 14, 3, 21]])
 
@@ -42,15 +37,15 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         assert client.wait_for_line("▶").startswith("▶ anna ∞ · bert ∞, ")
         see_playing(client, 2, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 21]])
 
-        play(client, URI, at(1, 5, 14))  # of what nobody plays
+        client.command("play", URI, at(1, 5, 14))  # of what nobody plays
         assert client.wait_for_line("▶") == "▶ 𝑥: ghost ∞, endless at beat 240, simulator"
         see_playing(client, 3, ["ghost"], [[1, 12, 1, 14]])
-        client.request("workspace/executeCommand", {"command": "improv.restart", "arguments": []})
+        client.command("restart")
         assert client.wait_for_line("▶").startswith("▶ 𝑥: ghost")
 
 
 def test_a_name_or_lines_are_enough_if_one_program_is_open() -> None:
-    with Client({"backend": "sim", "page": {"open": False}}) as client:
+    with Client(QUIET) as client:
         client.open(URI, PROGRAM)
         for arguments, expected in (
             (["𝑥"], "▶ 𝑥: ghost ∞, "),
@@ -58,17 +53,17 @@ def test_a_name_or_lines_are_enough_if_one_program_is_open() -> None:
             ([4], "▶ line 4: bert ∞, "),
             (["~/../my dance.improv", 3, 4], "▶ lines 3 to 4: anna ∞ · bert ∞, "),
         ):
-            play(client, *arguments)
+            client.command("play", *arguments)
             assert client.wait_for_line("▶").startswith(expected)
 
 
 def test_an_unplayable_selection_is_refused_in_one_line_and_nothing_stops(tmp_path: Path) -> None:
     program = tmp_path / "dance.improv"
     program.write_text(RIGHT, encoding="utf-8")
-    with Client({"backend": "sim", "page": {"open": False}}) as client:
+    with Client(QUIET) as client:
         uri = program.as_uri()
         client.open(uri, RIGHT)
-        play(client)
+        client.command("play")
         client.wait_for_line("▶")
         keeps = "; the previous dance keeps playing"
         nothing = "there is nothing to play on line"
@@ -79,24 +74,24 @@ def test_an_unplayable_selection_is_refused_in_one_line_and_nothing_stops(tmp_pa
             ([uri, "square"], f"✗ `square` is not defined in this program: write `square = …`{keeps}"),
             (["file:///gone.improv", at(0)], "improv.play: expected the URI of an open program"),
         ):
-            play(client, *arguments)
+            client.command("play", *arguments)
             assert client.wait("window/showMessage")["message"] == expected
         wrong: list[list[object]] = [[uri, {"start": 3}], [uri, 0], [uri, [1]], [{}], [uri, at(-1)], [uri, "x", "y"]]
         for each in wrong:
-            play(client, *each)
+            client.command("play", *each)
             client.wait_for_line("improv.play: expected a program, then nothing, a range, a name, or a line counted")
         program.unlink()  # the editor still has it
-        play(client, uri, at(3))
+        client.command("play", uri, at(3))
         client.wait_for_line("▶ line 4: bert")
         (tmp_path / "improv.toml").write_text("[robots.carl]\n")
-        play(client, uri, at(3))
+        client.command("play", uri, at(3))
         client.wait_for_line("✗ line 4: `bert` is not in improv.toml")
 
 
 def test_a_robot_takes_a_step_from_its_section() -> None:
     uri = "file:///nowhere/improv.toml"
     robots = '[robots.anna]\nprofile = "turtlebot3_burger"\n'
-    with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
+    with Client(QUIET, TOLD) as client:
         client.open(uri, robots, "toml")
         step, stop = (action["command"] for action in offered(client, uri, 0, 10))
         assert (step["title"], stop["title"]) == ("Try forward with anna", "Stop all robots")
@@ -108,13 +103,13 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
         client.change(uri, 2, {"text": robots.replace("burger", "burgr")})
         client.request("workspace/executeCommand", step)
         client.wait_for_line("✗ improv.toml has errors")
-        play(client, uri, "bert")
+        client.command("play", uri, "bert")
         client.wait_for_line("improv.play: expected a robot of this improv.toml")
 
 
 def test_actions_at_the_cursor_do_what_they_say() -> None:
     uri = "file:///dance.improv"
-    with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
+    with Client(QUIET, TOLD) as client:
         client.open(uri, "x = repeat up\r\n# 🐢\r\nr $ x\r\n---\r\ns $ repeat up\r\n")
 
         def choose(line: int, kind: str) -> None:
@@ -147,9 +142,9 @@ def offered(client: Client, uri: str, line: int, column: int, *only: str) -> lis
 
 def test_scenes_play_from_where_robots_are_when_they_begin() -> None:
     uri = "file:///dance.improv"
-    with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
+    with Client(QUIET, TOLD) as client:
         client.open(uri, "r at 0 0\nr $ forward\n--- on\nr $ repeat left\n")
-        play(client, uri, {"from": "on"})
+        client.command("play", uri, {"from": "on"})
         client.wait_for_line("▶ scene on: r ∞, endless")
-        play(client, uri, {"from": "onn"})
+        client.command("play", uri, {"from": "onn"})
         client.wait_for_line("no scene is called `onn`: did you mean `on`?; the previous dance keeps playing")

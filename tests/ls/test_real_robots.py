@@ -37,7 +37,7 @@ class Stages:
         the client asks for as many other things meanwhile."""
         kinds = []
         for _ in range(TURNS):
-            command(client, "cue")
+            client.command("cue")
             while (kind := self.sent.get(timeout=LIMIT)["type"]) != "cue":
                 kinds.append(kind)
         return [kind for kind in kinds if kind in ("anyway", "resume")]
@@ -64,14 +64,8 @@ def stages(monkeypatch: pytest.MonkeyPatch) -> Stages:
 def client(stages: Stages) -> Iterator[Client]:
     """Plays a program."""
     with Client({"backend": "sim"}) as client:
-        client.open(URI, "r s $ repeat forward\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+        client.play(URI, "r s $ repeat forward\n")
         yield client
-
-
-def command(client: Client, name: str) -> None:
-    client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": []})
 
 
 def misplaced(*robots: str, waits: bool = True) -> Misplaced:
@@ -81,7 +75,7 @@ def misplaced(*robots: str, waits: bool = True) -> Misplaced:
 
 def offers(client: Client) -> list[str]:
     """The messages with a button, as far as they have come. What was asked for before has come by then."""
-    command(client, "cue")
+    client.command("cue")
     asked = (each.message for each in client.log if each.message.get("method") == "window/showMessageRequest")
     return [each["params"]["message"] for each in asked]
 
@@ -114,19 +108,17 @@ def test_people_are_asked_once_until_robots_no_longer_have_to_be_put_in_place(st
 
 def test_a_stop_voids_a_button_that_was_shown_before(stages: Stages) -> None:
     with Client({"backend": "sim"}, answers=False, configuration={"backend": "sim"}) as client:
-        client.open(URI, "r s $ repeat forward\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+        client.play(URI, "r s $ repeat forward\n")
         client.presses = "Begin anyway"
         stages.say(misplaced("r"))
         client.wait("window/showMessageRequest")
-        command(client, "hush")
+        client.command("hush")
         client.answer_late()
         assert stages.asked(client) == []
 
 
 def test_a_command_begins_anyway(stages: Stages, client: Client) -> None:
-    command(client, "anyway")
+    client.command("anyway")
     assert stages.asked(client) == ["anyway"]
 
 

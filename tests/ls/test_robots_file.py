@@ -8,16 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.ls.client import Client
+from tests.ls.client import QUIET, Client
 from tests.robots.test_skeletons import TOML, URDF
 
-QUIET = {"backend": "sim", "page": {"open": False}}
 BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
-
-
-def codes(client: Client, path: Path) -> list[str]:
-    published = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == path.as_uri())
-    return [each["code"] for each in published["diagnostics"]]
 
 
 def test_robots_and_limits_come_from_the_file(tmp_path: Path) -> None:
@@ -25,8 +19,8 @@ def test_robots_and_limits_come_from_the_file(tmp_path: Path) -> None:
     robots.write_text(BURGER)
     with Client(QUIET) as client:
         client.open(program.as_uri(), "beat 120\nburger $ forward strafeleft\nbruger $ rest\n")
-        assert codes(client, program) == ["too-fast", "unsupported-direction", "unknown-robot"]
-        assert codes(client, robots) == []
+        assert client.codes_of(program) == ["too-fast", "unsupported-direction", "unknown-robot"]
+        assert client.codes_of(robots) == []
 
         # A mistake in the file is reported there, and prevents every new dance until it is fixed.
         robots.write_text(BURGER.replace("burger", "brger"))
@@ -43,14 +37,14 @@ def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
     watched = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
     with Client(QUIET, capabilities=watched) as client:
         client.open(program.as_uri(), "bruger $ forward\n")
-        assert codes(client, program) == []
+        assert client.codes_of(program) == []
         client.wait("client/registerCapability")
         robots.write_text(BURGER)
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
-        assert codes(client, program) == ["unknown-robot"]
+        assert client.codes_of(program) == ["unknown-robot"]
         robots.unlink()
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 3}]})
-        assert codes(client, program) == []
+        assert client.codes_of(program) == []
 
 
 def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
@@ -60,16 +54,16 @@ def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
     changes = [{"uri": urdf.as_uri(), "type": 2}]
     with Client(QUIET) as client:
         client.open(program.as_uri(), "ada $ head left\n")
-        assert codes(client, robots) == ["robots"]
+        assert client.codes_of(robots) == ["robots"]
         for text, found in ((URDF, []), ("<robot/>", ["robots"]), (URDF, [])):
             urdf.write_text(text)
             client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
-            assert codes(client, robots) == found
+            assert client.codes_of(robots) == found
         client.open(robots.as_uri(), TOML, "toml")
-        assert codes(client, robots) == []
+        assert client.codes_of(robots) == []
         urdf.write_text("<robot/>")
         client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
-        assert codes(client, robots) == ["robots"]
+        assert client.codes_of(robots) == ["robots"]
 
 
 @pytest.mark.parametrize(
@@ -79,13 +73,11 @@ def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
 def test_robots_in_an_unreadable_file_do_not_move(tmp_path: Path, make: Callable[[Path], object], problem: str) -> None:
     program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
     with Client(QUIET) as client:
-        client.open(program.as_uri(), "r $ repeat forward\n")
-        client.save(program.as_uri())
-        client.wait_for_line("▶")
+        client.play(program.as_uri(), "r $ repeat forward\n")
         make(robots)
         client.save(program.as_uri())
         assert client.wait_for_line("✗") == f"✗ {robots}: {problem}; the previous dance keeps playing"
-        assert codes(client, robots) == ["robots"]
+        assert client.codes_of(robots) == ["robots"]
         robots.unlink()
         client.save(program.as_uri())
         assert client.wait_for_line("▶").startswith("▶ r ∞")
@@ -95,11 +87,11 @@ def test_a_document_that_is_too_long_has_one_diagnostic(tmp_path: Path) -> None:
     program = tmp_path / "dance.improv"
     with Client(QUIET) as client:
         client.open(program.as_uri(), "r $ oops\n" * 1_200_000)
-        assert codes(client, program) == ["syntax"]
+        assert client.codes_of(program) == ["syntax"]
         client.save(program.as_uri())
         assert client.wait_for_line("✗").startswith("✗ line 1: split this program")
         client.change(program.as_uri(), 2, {"text": "r $ oops\n"})
-        assert codes(client, program) == ["unknown-name"]
+        assert client.codes_of(program) == ["unknown-name"]
 
 
 @pytest.mark.parametrize("language", ["toml", "improv", ""])
@@ -111,10 +103,10 @@ def test_an_open_improv_toml_is_not_a_program(tmp_path: Path, language: str) -> 
         client.change(robots.as_uri(), 2, {"text": "r $ forward\n"})
         assert client.request("textDocument/documentSymbol", {"textDocument": {"uri": robots.as_uri()}}) == []
         client.open(program.as_uri(), "burger $ forward\n")
-        assert (codes(client, program), codes(client, robots)) == ([], [])
+        assert (client.codes_of(program), client.codes_of(robots)) == ([], [])
         assert [each["name"] for each in client.request("workspace/symbol", {"query": ""})] == ["burger"]
         # With one program open, there is no question which one is meant.
-        client.request("workspace/executeCommand", {"command": "improv.play", "arguments": []})
+        client.command("play")
         assert client.wait_for_line("▶").startswith("▶ burger 1 beat")
 
 

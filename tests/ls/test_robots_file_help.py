@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import CAPABILITIES, Client
+from tests.ls.client import CAPABILITIES, QUIET, Client
 from tests.ls.test_navigation import new_texts, place, spot
 
-QUIET = {"backend": "sim", "page": {"open": False}}
 ROBOTS = '# 🐢 𝑥\n[profiles.rover]\nstep = 1\n[robots.anna]\nprofile = "rover"\n'
 CAPABLE = {
     **CAPABILITIES,

@@ -10,12 +10,11 @@ import pytest
 
 from improv_ls import editor
 from improv_ls.server import COMMANDS
-from tests.ls.client import CAPABILITIES, LIMIT, Client, Message, ProcessClient
+from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient
 from tests.processes import descendants, wait_until_gone
 
 REFRESHED = {"workspace": {"configuration": True, "inlayHint": {"refreshSupport": True}}}
 URI = "file:///dance.improv"
-QUIET = {"backend": "sim", "page": {"open": False}}
 
 
 @pytest.fixture
@@ -75,9 +74,8 @@ def test_an_editor_that_supports_snippets_gets_them(snippets: bool, inserted: st
 
 
 def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
-    client.open(URI, "beat 600\nr1 $ forward left\nr2 $ left\n")
-    client.save(URI)
-    assert client.wait_for_line("▶") == "▶ r1 2 beats · r2 1 beat, 0.20 s at beat 600, simulator"
+    said = client.play(URI, "beat 600\nr1 $ forward left\nr2 $ left\n")
+    assert said == "▶ r1 2 beats · r2 1 beat, 0.20 s at beat 600, simulator"
     begin = client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
     assert begin["value"]["message"] in ("beat 1/2", "beat 2/2")  # it is over soon
     client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
@@ -106,16 +104,12 @@ def beat(progress: Message) -> int:
 def test_hush_and_play_are_commands(client: Client) -> None:
     assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == [*COMMANDS]
     client.open(URI, "r $ repeat left\n")
-    client.request("workspace/executeCommand", {"command": "improv.play", "arguments": []})
+    client.command("play")
     client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
     client.request("workspace/executeCommand", {"command": "improv.hush"})
     client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
-    client.request("workspace/executeCommand", {"command": "improv.play", "arguments": [URI]})
+    client.command("play", URI)
     client.wait_for_line("▶")
-
-
-def command(client: Client, name: str, *arguments: object) -> None:
-    client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
 
 
 def test_a_playing_program_can_be_controlled(client: Client) -> None:
@@ -128,17 +122,17 @@ def test_a_playing_program_can_be_controlled(client: Client) -> None:
     client.open(URI, "r $ repeat left\n")
     client.save(URI)
     shows("begin")
-    command(client, "pause")
+    client.command("pause")
     shows("end")
-    command(client, "seek", 41.5)
-    command(client, "resume")
+    client.command("seek", 41.5)
+    client.command("resume")
     shows("begin", "beat 42/∞")
-    command(client, "speed", 4)
+    client.command("speed", 4)
     shows("end")
     shows("report", "beat 44/∞")
-    command(client, "mute", "r")
-    command(client, "solo", "r")
-    command(client, "hush")
+    client.command("mute", "r")
+    client.command("solo", "r")
+    client.command("hush")
     shows("end")
 
 
@@ -154,12 +148,12 @@ def test_a_command_with_wrong_arguments_says_what_it_takes(client: Client) -> No
         ("solo", ["nobody"], "improv.solo: no robot is named `nobody`"),
     ]
     for name, arguments, line in wrong:
-        command(client, name, *arguments)
+        client.command(name, *arguments)
         assert client.wait_for_line("improv.") == line
 
 
 def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
-    with Client(QUIET, capabilities={**CAPABILITIES, "experimental": {"improv": True}}) as client:
+    with Client(QUIET, capabilities=TOLD) as client:
         client.open(URI, "")
         client.change(URI, 2, {"text": "# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
         client.save(URI)
@@ -172,11 +166,11 @@ def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
         assert (later["counted"], 1 <= later["beat"] < 2) == ("beat 2/∞", True)
         client.change(URI, 3, {"text": "# now\n\n# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
         assert client.wait("improv/lit") == {"uri": URI, "version": 3, "ranges": [[4, 11, 4, 15]]}
-        command(client, "mute", "s")
+        client.command("mute", "s")
         assert client.wait("improv/lit")["ranges"] == []
-        command(client, "mute", "s")
+        client.command("mute", "s")
         assert client.wait("improv/lit")["ranges"] == [[4, 11, 4, 15]]
-        command(client, "hush")
+        client.command("hush")
         assert client.wait("improv/lit")["ranges"] == []
         client.wait("improv/transport", lambda params: params["state"] == "stopped")
 
@@ -184,9 +178,7 @@ def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
 def test_the_server_ends_with_the_editor_even_if_its_input_stays_open() -> None:
     editor = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     with ProcessClient(QUIET, process=editor.pid) as client:
-        client.open(URI, "r $ repeat left\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+        client.play(URI, "r $ repeat left\n")
         children = descendants(client.process.pid)
         editor.kill()
         editor.wait()
@@ -229,9 +221,7 @@ def test_an_autosave_moves_nothing(client: Client) -> None:
 
 def test_page_is_shown_once() -> None:
     with Client({"backend": "sim"}) as client:
-        client.open(URI, "r $ left\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+        client.play(URI, "r $ left\n")
         client.save(URI)
         client.wait_for_line("▶")
     assert client.shown == [client.shown[0]]
@@ -240,15 +230,13 @@ def test_page_is_shown_once() -> None:
 
 def test_a_silent_client_is_not_waited_for_and_a_late_answer_is_harmless() -> None:
     with Client({**QUIET, "onSave": "restart"}, answers=False) as client:
-        client.open(URI, "beat 240\nr $ forward left left left\n")
-        client.save(URI)
-        client.wait_for_line("▶")
+        client.play(URI, "beat 240\nr $ forward left left left\n")
         client.wait("window/workDoneProgress/create")
         client.save(URI)
         client.wait_for_line("▶")
         client.wait("window/workDoneProgress/create")
         client.answer_late()
-        client.request("workspace/executeCommand", {"command": "improv.hush"})
+        client.command("hush")
         assert not any(message["method"] == "window/showMessage" for message in client.notifications)
 
 
@@ -291,7 +279,7 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
         client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"onSave": "off"}}})
         client.open(URI, "r $ left\n")
         client.save(URI)
-        client.request("workspace/executeCommand", {"command": "improv.play"})
+        client.command("play")
         client.wait_for_line("▶")
         assert not any("▶" in str(message) for message in client.notifications)
 

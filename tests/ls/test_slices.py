@@ -101,7 +101,7 @@ def test_another_file_is_answered_before_the_worst_one_is_analyzed() -> None:
         client.open(OTHER, "r $ forward\n")
         whole = client.begin("textDocument/rename", {**_at(WORST, 18, 0), "newName": "ada"})
         assert client.request("textDocument/hover", _at(OTHER, 0, 5))
-        client.request("workspace/executeCommand", {"command": "improv.hush", "arguments": []})
+        client.command("hush")
         answered = [each.message["id"] for each in client.log if each.by_server and "result" in each.message]
         assert whole not in answered
 

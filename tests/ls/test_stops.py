@@ -6,17 +6,14 @@ import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
-from urllib.parse import urlsplit
 
-import aiohttp
 import pytest
 
-from tests.ls.client import CAPABILITIES, LIMIT, Client, Message, ProcessClient
-from tests.page import live_behind
+from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient
+from tests.page import connected, heard, live_behind
 
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
 HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 5_000))
-QUIET = {"backend": "sim", "page": {"open": False}}
 STOP, PAUSE = (
     {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
     for name in ("hush", "pause")
@@ -31,7 +28,7 @@ class Dancer(Client):
     _version = 1
 
     def __init__(self) -> None:
-        super().__init__(QUIET, {**CAPABILITIES, "experimental": {"improv": True}})
+        super().__init__(QUIET, TOLD)
         self.open(URI, "r $ repeat forward\n")
         self.save(URI)
         self.wait_for_state("playing")
@@ -41,7 +38,7 @@ class Dancer(Client):
 
     def page(self) -> str:
         """A URL that opens the page."""
-        return str(self.request("workspace/executeCommand", {"command": "improv.page", "arguments": []}))
+        return str(self.command("page"))
 
     def write(self, *messages: Message) -> int:
         """Write messages at once, of which the last one is a request. The request's id."""
@@ -111,25 +108,18 @@ def test_a_resume_and_a_pause_in_one_read(client: Dancer) -> None:
 
 def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
     """A thread that does something as soon as the stage itself says that the robots have stopped."""
-    connected = threading.Event()
-    origin = f"http://{urlsplit(page).netloc}"
+    listens = threading.Event()
     live = live_behind(page)
 
     async def listen() -> None:
-        async with (
-            aiohttp.ClientSession() as session,
-            session.ws_connect(live, headers={"Origin": origin}) as socket,
-        ):
-            connected.set()
-            async for message in socket:
-                told = message.json()
-                if told["type"] == "transport" and told["state"] == "stopped":
-                    then()
-                    return
+        async with connected(live) as socket:
+            listens.set()
+            await heard(socket, lambda told: told["type"] == "transport" and told["state"] == "stopped")
+            then()
 
     thread = threading.Thread(target=lambda: asyncio.run(asyncio.wait_for(listen(), LIMIT)))
     thread.start()
-    assert connected.wait(LIMIT)
+    assert listens.wait(LIMIT)
     return thread
 
 

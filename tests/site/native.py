@@ -34,7 +34,7 @@ def homes() -> Iterator[int]:
     thread.start()
     application = web.Application()
     application.router.add_get("/", _welcome)
-    runner = web.AppRunner(application, shutdown_timeout=0)
+    runner = web.AppRunner(application, shutdown_timeout=0.1)  # 0 would be no limit
 
     async def start() -> int:
         await runner.setup()

@@ -6,7 +6,7 @@ import asyncio
 import json
 import re
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -62,17 +62,24 @@ class Pages:
             return answer.status
 
 
+@pytest.fixture(autouse=True)
+def stage_on_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """test_pages.py starts the command with its processes."""
+    monkeypatch.setattr(USED, StageOnThread)
+
+
+def check(scene: Callable[[Pages], Coroutine[Any, Any, None]]) -> None:
+    """Run a scene with a class."""
+
+    async def run() -> None:
+        async with a_class() as pages:
+            await scene(pages)
+
+    asyncio.run(run())
+
+
 @asynccontextmanager
 async def a_class() -> AsyncIterator[Pages]:
-    """Its stage is on a thread: test_pages.py starts the command with its processes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(USED, StageOnThread)
-        async with on_thread() as pages:
-            yield pages
-
-
-@asynccontextmanager
-async def on_thread() -> AsyncIterator[Pages]:
     async with performance(Options(backend="sim"), browser=False, quiet=True, hears_keys=False) as performing:
         held = Class(performing, socket.create_server(("127.0.0.1", 0)), FILES)
         teaching = asyncio.create_task(held.teach())
@@ -102,51 +109,49 @@ async def on_thread() -> AsyncIterator[Pages]:
 
 
 def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
-    async def scenario() -> None:
-        async with a_class() as pages:
-            secret = await pages.join("Ada <b>")
-            shown = await pages.hear(lambda message: message["type"] == "child")
-            assert (shown["name"], shown["count"]) == ("Ada <b>", 0)
-            assert (await pages.post("send", {"secret": secret, "text": "r $ repeat (forward left)\n"}))[0] == 200
-            shown = await pages.hear(lambda message: message["type"] == "child" and message["ok"])
-            assert shown["picture"].startswith("<svg")
-            await pages.live.send_json({"type": "play", "numbers": [shown["number"]]})
-            await pages.hear(lambda message: message == {"type": "playing", "line": "Ada <b>"})
-            playback = pages.held.desk._playback
-            assert playback.show.is_on
-            before = playback.stops.stopped
-            assert await pages.stop("wrong") == 403
-            assert await pages.stop(pages.token, "http://evil.example") == 403
-            assert playback.stops.stopped == before
-            assert await pages.stop(pages.token) == 204
-            assert playback.stops.stopped == before + 1
-            await pages.hear(lambda message: message == {"type": "playing", "line": "Stopped"})
+    async def scene(pages: Pages) -> None:
+        secret = await pages.join("Ada <b>")
+        shown = await pages.hear(lambda message: message["type"] == "child")
+        assert (shown["name"], shown["count"]) == ("Ada <b>", 0)
+        assert (await pages.post("send", {"secret": secret, "text": "r $ repeat (forward left)\n"}))[0] == 200
+        shown = await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+        assert shown["picture"].startswith("<svg")
+        await pages.live.send_json({"type": "play", "numbers": [shown["number"]]})
+        await pages.hear(lambda message: message == {"type": "playing", "line": "Ada <b>"})
+        playback = pages.held.desk._playback
+        assert playback.show.is_on
+        before = playback.stops.stopped
+        assert await pages.stop("wrong") == 403
+        assert await pages.stop(pages.token, "http://evil.example") == 403
+        assert playback.stops.stopped == before
+        assert await pages.stop(pages.token) == 204
+        assert playback.stops.stopped == before + 1
+        await pages.hear(lambda message: message == {"type": "playing", "line": "Stopped"})
 
-    asyncio.run(scenario())
+    check(scene)
 
 
 def test_several_play_together_and_a_wrong_one_is_shown() -> None:
-    async def scenario() -> None:
-        async with a_class() as pages:
-            for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
-                await pages.post("send", {"secret": await pages.join(name), "text": text})
-            done: dict[str, Any] = {}
-            while len(done) < 3:
-                shown = await pages.hear(
-                    lambda message: message["type"] == "child" and message["line"][:2] not in ("is", "ha")
-                )
-                done[shown["name"]] = shown
-            assert done["Cy"]["line"].startswith("line 1: ")
-            await pages.live.send_json({"type": "play", "numbers": [done["Ada"]["number"], done["Bo"]["number"]]})
-            playing = await pages.hear(lambda message: message["line"].startswith("Ada + Bo"))
-            assert "Bo keeps its speed" in playing["line"]
-            played = pages.held.desk._playback.show.played
-            assert played
-            assert [*played.score.parts] == ["Ada", "Bo"]
-            await pages.live.send_json({"type": "remove", "number": done["Cy"]["number"]})
-            await pages.hear(lambda message: message == {"type": "gone", "number": done["Cy"]["number"]})
+    async def scene(pages: Pages) -> None:
+        for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
+            await pages.post("send", {"secret": await pages.join(name), "text": text})
+        done: dict[str, Any] = {}
+        while len(done) < 3:
+            shown = await pages.hear(
+                lambda message: message["type"] == "child" and message["line"][:2] not in ("is", "ha")
+            )
+            done[shown["name"]] = shown
+        assert done["Cy"]["line"].startswith("line 1: ")
+        await pages.live.send_json({"type": "play", "numbers": [done["Ada"]["number"], done["Bo"]["number"]]})
+        playing = await pages.hear(lambda message: message["line"].startswith("Ada + Bo"))
+        assert "Bo keeps its speed" in playing["line"]
+        played = pages.held.desk._playback.show.played
+        assert played
+        assert [*played.score.parts] == ["Ada", "Bo"]
+        await pages.live.send_json({"type": "remove", "number": done["Cy"]["number"]})
+        await pages.hear(lambda message: message == {"type": "gone", "number": done["Cy"]["number"]})
 
-    asyncio.run(scenario())
+    check(scene)
 
 
 @pytest.mark.parametrize(
@@ -165,11 +170,10 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
     ],
 )
 def test_what_children_may_not_do_is_refused(what: str, body: Any, headers: dict[str, str], status: int) -> None:
-    async def scenario() -> None:
-        async with a_class() as pages:
-            assert (await pages.post(what, body, **headers))[0] == status
+    async def scene(pages: Pages) -> None:
+        assert (await pages.post(what, body, **headers))[0] == status
 
-    asyncio.run(scenario())
+    check(scene)
 
 
 @pytest.mark.parametrize(
@@ -237,21 +241,26 @@ def test_what_a_real_robot_can_not_perform_is_said(text: str, robot: str, proble
 
 
 def test_without_real_robots_none_is_told_anything() -> None:
-    async def scenario() -> None:
-        async with a_class() as pages:
-            assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
-            await pages.post("send", {"secret": await pages.join("Ada"), "text": "r $ forward"})
-            await pages.hear(lambda message: message["type"] == "child" and message["ok"])
-            await pages.live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
-            await pages.live.send_json({"type": "play", "numbers": [1]})
-            await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
+    async def scene(pages: Pages) -> None:
+        assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
+        await pages.post("send", {"secret": await pages.join("Ada"), "text": "r $ forward"})
+        await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+        await pages.live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
+        await pages.live.send_json({"type": "play", "numbers": [1]})
+        await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
 
-    asyncio.run(scenario())
+    check(scene)
+
+
+def make_site(folder: Path, *more: str) -> None:
+    """A folder that looks like a website of this version, with more files."""
+    for name in (MARK, "class.js", "index.html", *more):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(HEAD)
 
 
 def test_the_file_of_real_robots_has_to_be_right(tmp_path: Path) -> None:
-    for name in (MARK, "class.js", "index.html"):
-        (tmp_path / name).write_text(HEAD)
+    make_site(tmp_path)
     for text, said in (("[robots.ada]\nprofile = 1\n", "has errors"), ("", "names no robots")):
         (tmp_path / "improv.toml").write_text(text)
         done = run("class", tmp_path, "--address", "127.0.0.1", "--robots", tmp_path / "improv.toml")
@@ -262,8 +271,7 @@ def test_the_file_of_real_robots_has_to_be_right(tmp_path: Path) -> None:
 def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worker(tmp_path: Path) -> None:
     with pytest.raises(SiteFolderError, match="is no website of this version: run `improv site"):
         files_of(tmp_path)
-    for name, text in ((MARK, "{}"), ("class.js", ""), ("service-worker.js", ""), ("index.html", f"<head>{HEAD}")):
-        (tmp_path / name).write_text(text)
+    make_site(tmp_path, "service-worker.js")
     files = files_of(tmp_path)
     assert {*files} == {"/", "/class.js", "/index.html"}
     assert b'name="improv-class"' in files["/"].data
@@ -271,22 +279,20 @@ def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worke
 
 @pytest.mark.parametrize("address", ["0.0.0.0", "224.0.0.1", "example.com", "::"])
 def test_the_address_is_one_of_this_machine(address: str, tmp_path: Path) -> None:
-    for name in (MARK, "class.js", "index.html"):
-        (tmp_path / name).write_text(HEAD)
+    make_site(tmp_path)
     done = run("class", tmp_path, "--address", address)
     assert (done.returncode, done.stdout) == (2, "")
     assert address in done.stderr
     assert "--address" in run("class", tmp_path).stderr  # nobody confirms
 
 
-def test_browsers_compile_python_only_if_its_type_is_exact(tmp_path: Path) -> None:
-    for name in (MARK, "class.js", "index.html", "python.wasm"):
-        (tmp_path / name).write_text(HEAD)
-    assert files_of(tmp_path)["/python.wasm"].content_type == "application/wasm"
-
-
-def test_the_songs_of_the_gallery_are_served(tmp_path: Path) -> None:
-    for name in (MARK, "class.js", "index.html", "songs/waltz.wav"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(HEAD)
-    assert files_of(tmp_path)["/songs/waltz.wav"].content_type == "audio/wav"
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("python.wasm", "application/wasm"),  # browsers compile nothing else
+        ("songs/waltz.wav", "audio/wav"),
+    ],
+)
+def test_what_is_served_says_what_it_is(name: str, kind: str, tmp_path: Path) -> None:
+    make_site(tmp_path, name)
+    assert files_of(tmp_path)[f"/{name}"].content_type == kind

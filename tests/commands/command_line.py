@@ -33,6 +33,25 @@ REACTING = sorted((Path(__file__).parents[2] / "examples" / "senses").glob("*.im
 SQUARE = next(path for path in EXAMPLES if path.name == "square.improv")
 
 
+SIMULATED = ("--backend", "sim", "--no-browser")
+"""The options with which a program plays in the simulator, live."""
+
+
+def written(folder: Path, text: str, name: str = "dance.improv") -> Path:
+    """A program with this text, as a file."""
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def program(path: Path, script: str) -> Path:
+    """A program that runs a shell script."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(0o755)
+    return path
+
+
 @dataclass(frozen=True, slots=True)
 class Ended:
     """A command that has ended: its exit code, and what it printed."""
@@ -144,6 +163,20 @@ def run_process(
     return subprocess.run(
         command, input=text, capture_output=True, encoding="utf-8", timeout=LIMIT, env=environment, cwd=folder
     )
+
+
+@contextmanager
+def playing(*arguments: str | Path) -> Iterator[subprocess.Popen[str]]:
+    """A command in a process of its own, once it has something play."""
+    command = [*IMPROV, *map(str, arguments), *SIMULATED]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
+        assert process.stdout
+        while not process.stdout.readline().startswith("▶"):
+            assert process.poll() is None
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def stop_within(folder: str | Path) -> list[str]:

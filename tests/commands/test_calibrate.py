@@ -14,7 +14,7 @@ from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.calibrate import check, command, offer
 from improv_core.commands.exit_codes import CommandError
 from improv_core.program.files import robots_near
-from tests.commands.command_line import Running
+from tests.commands.command_line import SIMULATED, Running
 from tests.stage_on_thread import USED, StageOnThread
 
 ROBOTS = """# ours
@@ -38,7 +38,7 @@ class Conversation(Running):
         source, self._typed = os.pipe()
         self._stdin = pytest.MonkeyPatch()
         self._stdin.setattr(sys, "stdin", os.fdopen(source))
-        super().__init__("calibrate", "anna", "--backend", "sim", "--no-browser", *FAST, *options)
+        super().__init__("calibrate", "anna", *SIMULATED, *FAST, *options)
 
     def answer(self, question: str, *answers: str) -> None:
         """Answer a question, and after each answer but the last, the advice to write a number."""
@@ -124,7 +124,7 @@ def test_what_can_not_be_calibrated(
     with (tmp_path / "nothing").open("w+") as nobody:
         monkeypatch.setattr(sys, "stdin", nobody)
         with pytest.raises(CommandError, match=re.escape(why)):
-            command(["anna", "--backend", "sim", "--no-browser"], standalone_mode=False)
+            command(["anna", *SIMULATED], standalone_mode=False)
     assert (tmp_path / "improv.toml").exists() == (text is not None)
 
 

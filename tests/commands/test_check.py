@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands.command_line import SQUARE, run, shown_in_terminal
+from tests.commands.command_line import SQUARE, run, shown_in_terminal, written
 
 
 def test_check_shows_the_place_of_each_mistake(broken: Path) -> None:
@@ -58,8 +58,7 @@ MEETING = "ada at 0 0\nbo at 1 -1 facing 90\nada $ forward\nbo $ forward\n"
 
 
 def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> None:
-    program = tmp_path / "meeting.improv"
-    program.write_text(MEETING)
+    program = written(tmp_path, MEETING, "meeting.improv")
     done = run("check", program, SQUARE)
     assert done.returncode == 0
     message = "`ada` and `bo` meet at beat 0.29: keep them 0.6 m apart, they come as near as 0 m"
@@ -75,8 +74,7 @@ def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> N
 
 
 def test_check_as_json_says_how_far_was_checked(tmp_path: Path) -> None:
-    program = tmp_path / "drift.improv"
-    program.write_text("ada bo $ repeat forward\n")
+    program = written(tmp_path, "ada bo $ repeat forward\n", "drift.improv")
     line = json.loads(run("check", "--format", "json", program).stdout)
     assert line["checked"] == {"beat": 1000, "all": False, "assumes": False}
     assert "checked" not in json.loads(run("check", "--format", "json", SQUARE).stdout)

@@ -9,12 +9,11 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.files import robots_near
-from tests.commands.command_line import EXAMPLES, REACTING, SQUARE, run
+from tests.commands.command_line import EXAMPLES, REACTING, SQUARE, run, written
 
 
 def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
-    program = tmp_path / "dance.improv"
-    program.write_text("beat 92.5\nr1 $ slow 7/2 forward\nr2 $ repeat [forward left]\n")
+    program = written(tmp_path, "beat 92.5\nr1 $ slow 7/2 forward\nr2 $ repeat [forward left]\n")
     done = run("compile", program, SQUARE, "--format", "json", "--max-segments", "3")
     first, second = map(json.loads, done.stdout.splitlines())
     assert done.returncode == 0

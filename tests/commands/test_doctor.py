@@ -18,22 +18,15 @@ from improv_core.score.motion import Pose
 from improv_core.score.score import Deadman, Safety
 from improv_core.stage.fields import to_pose_json
 from improv_core.stage.graph_messages import UNNAMED, Endpoint, Endpoints
-from tests.commands.command_line import Ended, run
+from tests.commands.command_line import Ended, program, run
 
 TWIST, STAMPED, POSE = (f"geometry_msgs/msg/{name}" for name in ("Twist", "TwistStamped", "Pose"))
+HEARS = "✓ r: /sim listens for Twist on /r/cmd_vel"
 CAST = read_robots('[robots.r]\nprofile = "turtlesim"\n[robots.s]\nmessage = "Twist"\n').robots
 
 
 def told(*findings: Finding) -> list[str]:
     return [str(finding) for finding in findings]
-
-
-def program(path: Path, script: str) -> Path:
-    """A program that runs a shell script."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"#!/bin/sh\n{script}\n")
-    path.chmod(0o755)
-    return path
 
 
 def end(node: str, kind: str, quality: str = "reliable") -> Endpoint:
@@ -61,7 +54,7 @@ def ends(
 @pytest.mark.parametrize(
     ("robot", "seen", "expected"),
     [
-        ("r", ends([("/sim", TWIST)]), ["✓ r: /sim listens for Twist on /r/cmd_vel"]),
+        ("r", ends([("/sim", TWIST)]), [HEARS]),
         ("r", ends([("/base", STAMPED)]), ["✓ r: /base listens for TwistStamped on /r/cmd_vel"]),
         ("r", ends([]), ["– r: nothing is listening on /r/cmd_vel: start the robot"]),
         (
@@ -92,7 +85,7 @@ def ends(
             "r",
             ends([("/sim", TWIST, "best effort")]),
             [
-                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                HEARS,
                 "– r: /sim is best effort on /r/cmd_vel, so it can't confirm that it hears: "
                 "make it reliable, or its first movement may be cut short",
             ],
@@ -101,20 +94,16 @@ def ends(
             "r",
             ends([("/sim", TWIST, "latched")]),
             [
-                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                HEARS,
                 "✗ r: /sim requires transient local on /r/cmd_vel, which Improv can't offer: make it volatile",
             ],
         ),
-        (
-            "r",
-            ends([("/sim", TWIST)], ("/improv_desk_17", TWIST), ("/improv_desk_17_standby", TWIST)),
-            ["✓ r: /sim listens for Twist on /r/cmd_vel"],
-        ),
+        ("r", ends([("/sim", TWIST)], ("/improv_desk_17", TWIST), ("/improv_desk_17_standby", TWIST)), [HEARS]),
         (
             "r",
             ends([("/sim", TWIST)], ("/improv_desk_17", TWIST), ("/improv_lap_9", TWIST)),
             [
-                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                HEARS,
                 "– r: 2 Improv processes publish on /r/cmd_vel: /improv_desk_17, /improv_lap_9: "
                 "let only one of them play, or the robot obeys all",
             ],
@@ -123,7 +112,7 @@ def ends(
             "r",
             ends([("/sim", TWIST)], ("/teleop", TWIST), ("/improv_desk_17", TWIST)),
             [
-                "✓ r: /sim listens for Twist on /r/cmd_vel",
+                HEARS,
                 "– r: /teleop also publishes on /r/cmd_vel: "
                 "stop it while Improv plays, or the robot obeys both and stutters",
             ],
@@ -431,8 +420,8 @@ def test_mistakes_are_told_and_count(tmp_path: Path, without_ros: Callable[..., 
     dance.write_text("r $ lft\n")
     done = without_ros("dance.improv")
     assert done.returncode == 1
-    program, robots = done.stdout.splitlines()[1:3]
-    assert program == "✗ dance.improv has errors: run `improv check dance.improv` to see them"
+    checked, robots = done.stdout.splitlines()[1:3]
+    assert checked == "✗ dance.improv has errors: run `improv check dance.improv` to see them"
     assert robots.startswith(f"✗ {toml}:2:11: error[robots] `turtlesym` is not valid here")
 
     done = without_ros("none.improv")

@@ -8,11 +8,15 @@ from pathlib import Path
 import pytest
 
 from improv_core.services.program_file import TEMPLATE, create, latest
-from tests.commands.command_line import Running, run
+from tests.commands.command_line import SIMULATED, Running, run
 
 
-def test_new_makes_a_small_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+
+
+def test_new_makes_a_small_program() -> None:
     made = [run("new"), run("new"), run("new", "mine")]
     names = ["dance.improv", "dance-2.improv", "mine.improv"]
     assert [each.stdout for each in made] == [f"made {name}\n" for name in names]
@@ -34,18 +38,14 @@ def test_what_can_not_be_edited_is_told_in_one_line(tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (2, f"improv: {problem}\n")
 
 
-def test_standard_input_can_not_be_edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_standard_input_can_not_be_edited(tmp_path: Path) -> None:
     done = run("edit", "-")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "improv: standard input can't be edited: name a file\n"
     assert not list(tmp_path.iterdir())
 
 
-def test_edit_opens_what_was_saved_last_until_new_makes_another(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_edit_opens_what_was_saved_last_until_new_makes_another(tmp_path: Path) -> None:
     assert latest() is None
     first, second = create(), create()
     os.utime(second, (1, 1))
@@ -57,19 +57,16 @@ def test_edit_opens_what_was_saved_last_until_new_makes_another(
     done = run("edit", "--backend", "ros")
     assert done.returncode == 2
     second.write_bytes(b"\xff")
-    done = run("edit", "--backend", "sim", "--no-browser")
+    done = run("edit", *SIMULATED)
     assert done.stdout == f"opened {second}, saved last here: improv new makes another program\n"
     assert done.stderr == f"improv: {second}: it is not UTF-8 text\n"
 
 
-def test_edit_begins_a_new_program_and_serves_each_file_at_the_same_address(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_edit_begins_a_new_program_and_serves_each_file_at_the_same_address(tmp_path: Path) -> None:
     """A browser keeps unsaved text by address, so that it is found again."""
-    monkeypatch.chdir(tmp_path)
     addresses: list[str] = []
     for name in ("dance", "dance.improv"):
-        edit = Running("edit", name, "--backend", "sim", "--no-browser")
+        edit = Running("edit", name, *SIMULATED)
         if not addresses:
             assert edit.next() == "made dance.improv\n"
         addresses.append(edit.next().partition("?")[0])

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from improv_core.commands.format import format_files
-from tests.commands.command_line import run
+from tests.commands.command_line import run, written
 
 ROOT = Path(__file__).parents[2]
 UNTIDY, TIDY = "r$( left  right )\n", "r $ (left right)\n"
@@ -19,9 +19,7 @@ UNTIDY, TIDY = "r$( left  right )\n", "r $ (left right)\n"
 
 @pytest.fixture
 def untidy(tmp_path: Path) -> Path:
-    path = tmp_path / "dance.improv"
-    path.write_text(UNTIDY)
-    return path
+    return written(tmp_path, UNTIDY)
 
 
 def fails_with(number: int) -> Callable[..., Any]:
@@ -36,8 +34,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_format_rewrites_what_is_not_right_and_nothing_else(untidy: Path, tmp_path: Path) -> None:
-    tidy = tmp_path / "tidy.improv"
-    tidy.write_text(TIDY)
+    tidy = written(tmp_path, TIDY, "tidy.improv")
     untouched = tidy.stat()
     done = run("format", untidy, tidy)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"formatted {untidy}\n", "")

@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 from improv_core.commands.main import improv
 from improv_core.services.history import keep
 from improv_core.services.study import Event
-from tests.commands.command_line import run
+from tests.commands.command_line import SIMULATED, run
 
 ROOT = Path(__file__).parents[2]
 NOON = datetime(2026, 11, 22, 12, tzinfo=timezone.utc)
@@ -36,7 +36,7 @@ def test_what_played_is_listed_printed_and_played_again(tmp_path: Path, state: P
     assert [history(number).stdout_bytes.decode() for number in (2, 1)] == texts
 
     (folder / "improv.toml").write_text('[robots.r]\nprofile = "turtlebot3_burger"\n')
-    again = run("history", "play", "2", "--backend", "sim", "--no-browser")
+    again = run("history", "play", "2", *SIMULATED)
     assert again.returncode == 0
     assert "limit of 0.22 m/s" in again.stderr  # as improv.toml beside its file says now
     assert "▶ r 1 beat, 0.10 s at beat 600, simulator" in again.stdout

@@ -18,12 +18,11 @@ import pytest
 from improv_core.commands import keys
 from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import HINT, HINT_ARMED
-from tests.commands.command_line import IMPROV, LIMIT, Running
+from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running
 from tests.page import connected, heard, live_behind, token_behind
 
 ADDRESS = r"watch it at (\S+)\r?\n"
 PROGRAM = "beat 600\nr $ until cue (repeat forward) left\n"
-PLAY = ("--backend", "sim", "--no-browser")
 
 
 class Shown:
@@ -57,7 +56,7 @@ class Terminal(Shown):
     def __init__(self, folder: Path) -> None:
         super().__init__()
         (folder / "dance.improv").write_text(PROGRAM)
-        self.command = [*IMPROV, "play", str(folder / "dance.improv"), *PLAY]
+        self.command = [*IMPROV, "play", str(folder / "dance.improv"), *SIMULATED]
         self._process: subprocess.Popen[bytes] | None = None
 
     def play(self) -> None:
@@ -101,7 +100,7 @@ class Keyboard(Shown):
         self._patch.setattr(sys, "stdin", os.fdopen(self.theirs, closefd=False))
         self._patch.setattr(keys, "_in_front", lambda terminal: True)
         self._patch.setattr(Screen, "is_live", True)
-        self._command = Printing("play", folder / "dance.improv", *PLAY, "--once", *options)
+        self._command = Printing("play", folder / "dance.improv", *SIMULATED, "--once", *options)
         self.more = self._command.next  # type: ignore[method-assign]
         self.interrupt = self._command.interrupt
 

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 from improv_core.commands.exit_codes import MEANINGS
 from improv_core.commands.main import COMMANDS, improv, main
-from tests.commands.command_line import IMPROV, LIMIT, SQUARE, run, usual_signals
+from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, run, usual_signals
 from tests.needs import need
 from tests.stage_on_thread import USED, StageOnThread
 
@@ -190,8 +190,8 @@ WRITING = [
     ["compile", SQUARE],
     ["check", "--format", "json", SQUARE],
     ["play", "--fast", SQUARE],
-    ["play", "dance.improv", "--backend", "sim", "--no-browser"],
-    ["watch", "dance.improv", "--backend", "sim", "--no-browser"],
+    ["play", "dance.improv", *SIMULATED],
+    ["watch", "dance.improv", *SIMULATED],
     ["doctor", "dance.improv"],
 ]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands.command_line import run
+from tests.commands.command_line import run, written
 
 MERGED = """ada at 1.8 0
 bo at -2.2 0
@@ -32,8 +32,7 @@ def test_merged_programs_are_one_that_is_right_and_formatted(dances: Path) -> No
     assert [line for line in done.stdout.splitlines() if " at " not in line] == [
         line for line in MERGED.splitlines() if " at " not in line
     ]
-    together = dances / "together.improv"
-    together.write_text(done.stdout)
+    together = written(dances, done.stdout, "together.improv")
     assert run("check", together).returncode == 0
     assert run("format", "--check", together).returncode == 0
 

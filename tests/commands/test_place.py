@@ -205,11 +205,7 @@ def test_poses_in_different_frames_are_no_use() -> None:
     ("toml", "options", "line"),
     [
         ("", ["--backend", "sim"], "simulated robots begin in their places: there is nothing to drive"),
-        (
-            "",
-            [],
-            "a can't be driven to its place: its poses are not in the world: add `odom`, and",
-        ),
+        ("", [], "a can't be driven to its place: its poses are not in the world: add `odom`, and"),
         (
             TOML + "keep_apart = 1\n" + ROBOT.format("a", 0) + ROBOT.format("b", 1),
             [],

@@ -25,12 +25,12 @@ from improv_core.playback.start import Options, SinkName
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.stage.messages import State, ToStage
-from tests.commands.command_line import IMPROV, LIMIT, SQUARE, Ended, run
+from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, Ended, playing, run, written
 from tests.playback.fakes import Fake, Hear
 
 
 def played(path: Path, *options: str) -> Any:
-    done = run("play", path, "--backend", "sim", "--no-browser", "--report", "json", *options)
+    done = run("play", path, *SIMULATED, "--report", "json", *options)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -79,9 +79,8 @@ def test_the_exit_code_tells_how_it_ended(
 
 
 def test_play_says_what_plays(tmp_path: Path) -> None:
-    program = tmp_path / "dance.improv"
-    program.write_text("beat 600\nr $ forward\n")
-    done = run("play", program, "--backend", "sim", "--no-browser")
+    program = written(tmp_path, "beat 600\nr $ forward\n")
+    done = run("play", program, *SIMULATED)
     assert done.returncode == 0
     page, status = done.stdout.splitlines()
     assert page.startswith("watch it at http://127.0.0.1:")
@@ -90,19 +89,17 @@ def test_play_says_what_plays(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("allowed", [False, True])
 def test_osc_reaches_other_machines_only_if_somebody_allows_it(tmp_path: Path, allowed: bool) -> None:
-    program = tmp_path / "dance.improv"
-    program.write_text("beat 600\nr $ forward\n")
+    program = written(tmp_path, "beat 600\nr $ forward\n")
     (tmp_path / "improv.toml").write_text('[osc]\nlisten = 7000\nhost = "0.0.0.0"\nsend = ["192.0.2.1:9000"]\n')
     options = ["--osc-network"] if allowed else []
-    done = run("play", program, "--backend", "sim", "--no-browser", *options)
+    done = run("play", program, *SIMULATED, *options)
     assert done.returncode == 0
     assert ("OSC is off: 0.0.0.0:7000 in improv.toml reaches other machines" in done.stderr) != allowed
 
 
 def test_play_needs_no_standard_input(tmp_path: Path) -> None:
-    program = tmp_path / "dance.improv"
-    program.write_text("beat 600\nr $ forward\n")
-    command = [*IMPROV, "play", str(program), "--backend", "sim", "--no-browser"]
+    program = written(tmp_path, "beat 600\nr $ forward\n")
+    command = [*IMPROV, "play", str(program), *SIMULATED]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, preexec_fn=lambda: os.close(0))
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -118,8 +115,7 @@ def test_play_needs_no_standard_input(tmp_path: Path) -> None:
     ],
 )
 def test_what_can_not_be_armed(tmp_path: Path, options: list[str], says: str) -> None:
-    (tmp_path / "dance.improv").write_text("r $ forward\n")
-    done = run("play", tmp_path / "dance.improv", *options)
+    done = run("play", written(tmp_path, "r $ forward\n"), *options)
     assert done.returncode == 2
     assert says in done.stderr
 
@@ -136,7 +132,7 @@ def test_play_says_in_one_line_why_it_can_not(tmp_path: Path) -> None:
 
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        busy = run("play", SQUARE, "--backend", "sim", "--no-browser", "--port", str(port))
+        busy = run("play", SQUARE, *SIMULATED, "--port", str(port))
     assert busy.returncode == 2
     assert busy.stderr == f"improv: the page's port {port} is taken: choose another, or 0 for any free one\n"
 
@@ -147,17 +143,10 @@ def test_play_says_in_one_line_why_it_can_not(tmp_path: Path) -> None:
 
 
 def test_interrupt_stops_the_robots_and_ends(tmp_path: Path) -> None:
-    program = tmp_path / "dance.improv"
-    program.write_text("r $ repeat forward\n")
-    command = [*IMPROV, "play", str(program), "--backend", "sim", "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1)
-    assert process.stdout
-    while not process.stdout.readline().startswith("▶"):
-        assert process.poll() is None
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=LIMIT)
-    assert process.returncode == 130
-    assert errors == ""
+    with playing("play", written(tmp_path, "r $ repeat forward\n")) as process:
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=LIMIT)
+        assert (process.returncode, errors) == (130, "")
 
 
 def check(
@@ -216,22 +205,19 @@ def test_motors_are_told_of_once_they_stand(tmp_path: Path) -> None:
     ],
 )
 def test_what_can_not_be_done_is_said(tmp_path: Path, program: str, options: list[str], problem: str) -> None:
-    path = tmp_path / "dance.improv"
-    path.write_text(program)
+    path = written(tmp_path, program)
     done = run("play", "--fast", path, *options)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"improv: {problem}\n")
 
 
 def test_a_dance_can_not_last_nan_seconds(tmp_path: Path) -> None:
-    (tmp_path / "dance.improv").write_text("a $ repeat forward\n")
-    done = run("play", "--fast", tmp_path / "dance.improv", "--for", "nan")
+    done = run("play", "--fast", written(tmp_path, "a $ repeat forward\n"), "--for", "nan")
     assert done.returncode == 2
     assert "'nan' is not a number of seconds above 0 and up to 1e12." in done.stderr
 
 
 def test_ctrl_c_ends_it(tmp_path: Path) -> None:
-    path = tmp_path / "dance.improv"
-    path.write_text("a $ repeat [forward left]\n")
+    path = written(tmp_path, "a $ repeat [forward left]\n")
     (tmp_path / "improv.toml").write_text("[world]\nsize = [2, 2]\n")
     command = [*IMPROV, "play", "--fast", str(path), "--for", "1e9"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
@@ -242,8 +228,7 @@ def test_ctrl_c_ends_it(tmp_path: Path) -> None:
 
 
 def test_the_report_says_how_near_robots_came(tmp_path: Path) -> None:
-    program = tmp_path / "near.improv"
-    program.write_text("beat 120\nada at 0 0\nbo at 2 0.8\ncy at 2 -3\nada $ forward forward\nbo $ rest\n")
+    program = written(tmp_path, "beat 120\nada at 0 0\nbo at 2 0.8\ncy at 2 -3\nada $ forward forward\nbo $ rest\n")
     done = run("play", "--fast", "--report", "json", program)
     (near,) = json.loads(done.stdout)["near"]
     assert near["robots"] == ["ada", "bo"]
@@ -256,8 +241,7 @@ def test_the_report_says_how_near_measured_robots_came(tmp_path: Path) -> None:
         '[profiles.p]\nbase = "turtlesim"\ndynamics = "motors"\nmax_linear_acceleration = 4\n'
         'wheel_error = [0.98, 1]\n[robots]\nada.profile = "p"\nbo.profile = "p"\n'
     )
-    program = tmp_path / "near.improv"
-    program.write_text("ada at 0 0\nbo at 2 0.8\nada $ forward forward\nbo $ rest\n")
+    program = written(tmp_path, "ada at 0 0\nbo at 2 0.8\nada $ forward forward\nbo $ rest\n")
     (near,) = json.loads(run("play", "--fast", "--report", "json", program).stdout)["near"]
     assert near["ideal"]["distance"] == pytest.approx(0.8, abs=1e-3)
     assert 0.6 < near["measured"]["distance"] < 1
@@ -289,7 +273,7 @@ def test_scenes_play_alone_from_where_robots_are_when_they_begin(
     tmp_path: Path, options: list[str], start: tuple[float, float], end: tuple[float, float], seconds: float
 ) -> None:
     (tmp_path / "dance.improv").write_text(SCENES)
-    for way in (["--backend", "sim", "--no-browser"], ["--fast"]):
+    for way in (SIMULATED, ["--fast"]):
         done = run("play", tmp_path / "dance.improv", *way, "--report", "json", *options)
         assert done.returncode == 0, done.stderr
         report = json.loads(done.stdout.splitlines()[-1])
@@ -300,7 +284,7 @@ def test_scenes_play_alone_from_where_robots_are_when_they_begin(
 
 def test_a_scene_that_is_not_there_is_named_with_the_nearest_one(tmp_path: Path) -> None:
     (tmp_path / "dance.improv").write_text(SCENES)
-    for command in (["play", "--fast"], ["play", "--backend", "sim", "--no-browser"]):
+    for command in (["play", "--fast"], ["play", *SIMULATED]):
         done = run(*command, tmp_path / "dance.improv", "--from", "hom")
         assert (done.returncode, done.stdout, done.stderr) == (
             2,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import math
-import os
 import re
 import signal
 import subprocess
@@ -14,13 +13,10 @@ from pathlib import Path
 import pytest
 from watchfiles import watch
 
-from improv_core.commands.record import RecordError, record_live, recording
-from improv_core.commands.rehearsal import perform
+from improv_core.commands.record import RecordError, record_live
 from improv_core.playback.start import Options
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.recorder import Recorder
-from tests.commands.command_line import IMPROV, LIMIT, Running, run
+from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, run, written
 from tests.page import connected, heard, live_behind
 from tests.recordings import changes, read, read_joints
 from tests.stage_on_thread import USED, StageOnThread
@@ -30,16 +26,12 @@ FORWARD, STILL = (2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    path = tmp_path / "dance.improv"
-    path.write_text("beat 60\na b $ forward [left left]\n")
-    return path
+    return written(tmp_path, "beat 60\na b $ forward [left left]\n")
 
 
 @pytest.fixture
 def endless(tmp_path: Path) -> Path:
-    path = tmp_path / "endless.improv"
-    path.write_text("r $ repeat forward\n")
-    return path
+    return written(tmp_path, "r $ repeat forward\n", "endless.improv")
 
 
 def start(program: Path, path: Path, *options: str) -> subprocess.Popen[str]:
@@ -86,8 +78,7 @@ def test_wrong_programs_are_told_as_play_tells_them(tmp_path: Path) -> None:
 
 
 def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -> None:
-    empty = tmp_path / "empty.improv"
-    empty.write_text("x = left\n")
+    empty = written(tmp_path, "x = left\n", "empty.improv")
     path = tmp_path / "dance.mcap"
     for arguments, problem in [
         ((program, "-o", program), f"{program}: the recording's name must end in .mcap"),
@@ -120,7 +111,7 @@ def test_terminated_while_it_computes_nothing_is_left(endless: Path, tmp_path: P
 def test_what_is_played_is_recorded_as_it_is_sent(program: Path, tmp_path: Path) -> None:
     path = tmp_path / "dance.mcap"
     before = time.time_ns()
-    done = run("record", program, "-o", path, "--backend", "sim", "--no-browser")
+    done = run("record", program, "-o", path, *SIMULATED)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.fullmatch(rf"{path}: 2 robots, \d+ messages, \d+\.\d s", done.stdout.splitlines()[-1])
     messages = read(path)
@@ -133,7 +124,7 @@ def test_joints_are_recorded_as_they_are_sent(tmp_path: Path) -> None:
     program, path = tmp_path / "wave.improv", tmp_path / "wave.mcap"
     program.write_text("beat 240\nada is puppet\nada $ head (left right) || forward left\n", encoding="utf-8")
     before = time.time_ns()
-    done = run("record", program, "-o", path, "--backend", "sim", "--no-browser")
+    done = run("record", program, "-o", path, *SIMULATED)
     assert (done.returncode, done.stderr) == (0, "")
     yaw = [each.joints["head_yaw"][0] for each in read_joints(path)]
     assert max(yaw) == pytest.approx(math.radians(30))
@@ -143,7 +134,7 @@ def test_joints_are_recorded_as_they_are_sent(tmp_path: Path) -> None:
 
 def test_interrupted_while_it_plays_it_is_complete(endless: Path, tmp_path: Path) -> None:
     path = tmp_path / "endless.mcap"
-    recording = Running("record", endless, "-o", path, "--backend", "sim", "--no-browser")
+    recording = Running("record", endless, "-o", path, *SIMULATED)
     asyncio.run(asyncio.wait_for(moved(live_behind(recording.next().split()[-1])), LIMIT))
     recording.interrupt()
     code, said = recording.end()
@@ -171,18 +162,6 @@ def test_interrupted_before_anything_is_sent_it_is_not_written(
     assert asyncio.run(record_live(program, path, Options(backend="sim"), browser=False)) == 130
     assert capsys.readouterr().err == f"improv: interrupted: {path} was not written\n"
     assert not path.exists()
-
-
-def test_a_link_with_a_guessed_name_is_not_followed(tmp_path: Path) -> None:
-    victim = tmp_path / "victim"
-    victim.write_text("somebody else's")
-    guessed = tmp_path / f".dance.mcap.{os.getpid()}"
-    guessed.symlink_to(victim)
-    with recording(tmp_path / "dance.mcap") as recorder:
-        perform(score_of(analyze("r $ left\n")), recorder, None)
-    assert victim.read_text() == "somebody else's"
-    assert guessed.is_symlink()
-    assert read(tmp_path / "dance.mcap")
 
 
 def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

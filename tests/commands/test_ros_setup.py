@@ -19,7 +19,7 @@ from packaging.requirements import Requirement
 from improv_core.commands.ros_setup import set_up
 from improv_core.playback import ros_environment, ros_setup
 from improv_core.playback.ros_environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
-from tests.commands.command_line import LIMIT
+from tests.commands.command_line import LIMIT, program
 from tests.processes import ours
 from tests.traps import PYTHONPATHS, Traps
 
@@ -44,10 +44,7 @@ def problem() -> str:
 
 def python(path: Path, script: str) -> str:
     """A Python that runs a shell script."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"#!/bin/sh\nPATH=/usr/bin:/bin\n{script}\n")
-    path.chmod(0o755)
-    return str(path)
+    return str(program(path, f"PATH=/usr/bin:/bin\n{script}"))
 
 
 def environment_maker(folder: Path, pip: str) -> str:

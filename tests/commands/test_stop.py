@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -17,13 +16,12 @@ from improv_core.playback import stop_socket
 from improv_core.playback.stage_process import Stage
 from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.playback.stops import Stops
-from tests.commands.command_line import IMPROV, LIMIT, Running, run
-from tests.ls.client import QUIET, Client
+from tests.commands.command_line import LIMIT, SIMULATED, Running, playing, run, written
+from tests.ls.client import QUIET, Client, place
 from tests.stage_on_thread import Hear, StageOnThread
 
 URI = "file:///editor.improv"
 LINE = "improv: stopped by `improv stop`\n"
-SIMULATED = ("--backend", "sim", "--no-browser")
 
 
 @pytest.fixture(autouse=True)
@@ -38,9 +36,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    path = tmp_path / "dance.improv"
-    path.write_text("r $ repeat forward\n")
-    return path
+    return written(tmp_path, "r $ repeat forward\n")
 
 
 @pytest.fixture
@@ -58,14 +54,8 @@ def check(*lines: str, code: int = 0) -> None:
 
 
 def test_a_terminal_a_watched_file_and_an_editor(program: Path, watch: Running) -> None:
-    other = program.with_name("other.improv")
-    other.write_text("r $ repeat left\n")
-    command = [*IMPROV, "play", str(other), *SIMULATED]
-    play = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1)
-    assert play.stdout
-    while not play.stdout.readline().startswith("▶"):
-        assert play.poll() is None
-    with Client(QUIET) as client:
+    other = written(program.parent, "r $ repeat left\n", "other.improv")
+    with playing("play", other) as play, Client(QUIET) as client:
         client.play(URI, "r $ repeat left\n")
         check(*(f"stopped {name}.improv on simulator" for name in ("dance", "editor", "other")))
         client.wait_for_line("stopped by `improv stop`")
@@ -120,7 +110,7 @@ def test_a_dance_that_has_not_begun(program: Path) -> None:
 def test_a_server_is_reached_before_it_plays_anything(runtime: Path) -> None:
     with Client(QUIET) as client:
         client.open(URI, "r $ repeat left\n")
-        client.request("textDocument/hover", {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 0}})
+        client.request("textDocument/hover", place(URI, 0, 0))
         assert list(stop_all()) == [IDLE]
         client.save(URI)
         client.wait_for_line("▶")

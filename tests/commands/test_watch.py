@@ -14,7 +14,7 @@ import pytest
 import improv_core.commands.watch
 from improv_core.playback.stops import Stops
 from improv_core.slices import checkpoint
-from tests.commands.command_line import LIMIT, Running
+from tests.commands.command_line import LIMIT, SIMULATED, Running
 from tests.page import connected, heard, live_behind
 from tests.strange_files import StrangeFile
 
@@ -31,7 +31,7 @@ def program(tmp_path: Path) -> Path:
 
 @contextmanager
 def watching(program: Path, *options: str) -> Iterator[Running]:
-    watch = Running("watch", program, "--backend", "sim", "--no-browser", *options)
+    watch = Running("watch", program, *SIMULATED, *options)
     yield watch
     watch.close()
 
@@ -46,7 +46,7 @@ def watch(program: Path) -> Iterator[Running]:
 def test_ctrl_c_stops_robots_at_once_and_ends_while_a_long_program_is_understood(
     program: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    watch = Running("watch", program, "--backend", "sim", "--no-browser")
+    watch = Running("watch", program, *SIMULATED)
     watch.wait("▶ r ∞")
     begun, stopped = threading.Event(), threading.Event()
     monkeypatch.setattr(Stops, "stop", lambda stops: stopped.set())

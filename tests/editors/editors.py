@@ -40,6 +40,12 @@ def nothing_left() -> Iterator[dict[str, str]]:
     wait_until_gone(processes, END_LIMIT)
 
 
+def noting_browser(path: Path, page: Path) -> None:
+    """Make a person's browser: all it does is to note the address in a file."""
+    path.write_text(f'#!/bin/sh\necho "$1" >"{page}.new" && mv "{page}.new" "{page}"\n')
+    path.chmod(0o755)
+
+
 def slow_server(folder: Path) -> tuple[Path, Path]:
     """A server that starts only once a file is there, its gate: the paths of both."""
     server, gate = folder / "slow-improv-ls", folder / "gate"

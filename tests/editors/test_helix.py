@@ -24,6 +24,7 @@ from tests.editors.editors import (
     find,
     kill_servers,
     nothing_left,
+    noting_browser,
     program_of,
     servers_from,
     slow_server,
@@ -272,9 +273,7 @@ def helix(
     (folder / "config.toml").write_text(config, encoding="utf-8")
     with (folder / "languages.toml").open("a", encoding="utf-8") as languages:
         languages.write(f'\n[language-server.improv-ls.config.improv]\nbackend = "sim"\n{settings}\n')
-    browser = home / "xdg-open"  # the person's browser: it only notes the address
-    browser.write_text(f'#!/bin/sh\necho "$1" >"{home}/page.new" && mv "{home}/page.new" "{home}/page"\n')
-    browser.chmod(0o755)
+    noting_browser(home / "xdg-open", home / "page")
     (home / "dance.improv").write_text(program, encoding="utf-8")
     with nothing_left() as env:
         env.pop("DISPLAY", None)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.editors import robot
-from tests.editors.editors import LIMIT, ROOT, nothing_left, started_from
+from tests.editors.editors import LIMIT, ROOT, nothing_left, noting_browser, started_from
 from tests.editors.terminal import until, written
 from tests.needs import need
 
@@ -55,16 +55,14 @@ def _set_up(home: Path, page: Path) -> dict[str, str]:
     (client / "settings.json").write_text(json.dumps(given))
     # As if Kate had asked whether it may start the server.
     (home / "config" / "katerc").write_text(f"[lspclient]\nAllowedServerCommandLines={SERVER}\n")
-    browser = home / "browser"
-    browser.write_text(f'#!/bin/sh\necho "$1" >"{page}.new" && mv "{page}.new" "{page}"\n')
-    browser.chmod(0o755)
+    noting_browser(home / "browser", page)
     folders = {f"XDG_{kind.upper()}_HOME": str(home / kind) for kind in ("config", "data", "state", "cache")}
     path = f"{SERVER.parent}{os.pathsep}{os.environ['PATH']}"
     return {
         **folders,
         "HOME": str(home),
         "PATH": path,
-        "BROWSER": str(browser),
+        "BROWSER": str(home / "browser"),
         "DBUS_SESSION_BUS_ADDRESS": "disabled:",
     }
 

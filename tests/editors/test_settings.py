@@ -10,24 +10,21 @@ from improv_ls.settings import Settings, read_settings
 
 # VS Code shows pictures in a hover; elsewhere their code would be shown. Without a value, onSave is restart as well.
 DEFAULTS = Settings(on_save="restart", hover_pictures=True)
-MANIFEST = Path(__file__).parents[2] / "editors/vscode/package.json"
+MANIFEST = json.loads((Path(__file__).parents[2] / "editors/vscode/package.json").read_text(encoding="utf-8"))
+OFFERED = MANIFEST["contributes"]["configuration"]["properties"]
 
 
 def test_an_untrusted_workspace_sets_nothing() -> None:
-    manifest = json.loads(MANIFEST.read_text(encoding="utf-8"))
-    restricted = manifest["capabilities"]["untrustedWorkspaces"]["restrictedConfigurations"]
-    assert restricted == list(manifest["contributes"]["configuration"]["properties"])
+    assert MANIFEST["capabilities"]["untrustedWorkspaces"]["restrictedConfigurations"] == list(OFFERED)
 
 
 def test_no_workspace_names_a_program_or_a_file_to_write_or_opens_a_port_to_the_network() -> None:
-    offered = json.loads(MANIFEST.read_text(encoding="utf-8"))["contributes"]["configuration"]["properties"]
-    machines = {name.removeprefix("improv.") for name, about in offered.items() if about.get("scope") == "machine"}
+    machines = {name.removeprefix("improv.") for name, about in OFFERED.items() if about.get("scope") == "machine"}
     assert machines == {"ros.python", "osc.network", "server.path", "study.log"}
 
 
 def test_settings_are_the_servers() -> None:
-    offered = json.loads(MANIFEST.read_text(encoding="utf-8"))["contributes"]["configuration"]["properties"]
-    settings = {name.removeprefix("improv."): about for name, about in offered.items()}
+    settings = {name.removeprefix("improv."): about for name, about in OFFERED.items()}
     for its_own in ("server.path", "highlight.playing"):
         del settings[its_own]
     assert len(settings) == len(fields(Settings))

@@ -7,7 +7,6 @@ import json
 import os
 import random
 import re
-import shutil
 import subprocess
 from collections.abc import Collection
 from itertools import accumulate
@@ -149,36 +148,9 @@ def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
     Four of these are here.
     """
     chance = random.Random(1)
-    pieces = [
-        *"()[]\n\n\r$=|,#2- ",
-        "||",
-        "repeat ",
-        "fast",
-        "forward",
-        "x",
-        "beat ",
-        "YZ",
-        "r $ ",
-        "x = ",
-        "f n (m) = ",
-        " n",
-        "m ",
-        "---",
-        "if near ",
-        "else ",
-        "until not ",
-        "ramp ",
-        "*",
-        "/",
-        " at ",
-        " is ",
-        "room ",
-        "bar ",
-        "circle ",
-        "facing in",
-        "é",
-        "\ud7ff",
-    ]
+    pieces = [*"()[]\n\n\r$=|,#2- ", "||", "repeat ", "fast", "forward", "x", "beat ", "YZ", "r $ ", "x = "]
+    pieces += ["f n (m) = ", " n", "m ", "---", "if near ", "else ", "until not ", "ramp ", "*", "/"]
+    pieces += [" at ", " is ", "room ", "bar ", "circle ", "facing in", "é", "\ud7ff"]
     mistakes, spoiled = 0, []
     for _ in range(1_500):
         program = chance.choice(PROGRAMS)
@@ -323,23 +295,6 @@ def test_queries_about_phrases(file: Path, capture: str, texts: list[str], parse
     assert found[capture] == texts
 
 
-def test_tree_sitters_own_tests(tmp_path: Path) -> None:
-    """The same programs as a corpus for `tree-sitter test`; its form leaves out places."""
-    corpus: list[str] = []
-    for program in PROGRAMS:
-        statements = [parse_statement(text) for _, text in split(program)]
-        if "#" not in program and "\r" not in program and "\ufeff" not in program:
-            document = Tree("document", 0, 0, tuple(tree_of(statement, 0) for statement in statements))
-            corpus.append(f"{'=' * 9}\n{len(corpus)}\n{'=' * 9}\n{program}\n{'-' * 9}\n{outline(document)}\n")
-    assert len(corpus) > 80
-    shutil.copytree(GRAMMAR, tmp_path / "grammar")
-    programs = tmp_path / "grammar" / "test" / "corpus" / "programs.txt"
-    programs.parent.mkdir(parents=True)
-    programs.write_text("\n".join(corpus), "utf-8")
-    commands = f"cd '{programs.parents[2]}' && tree-sitter generate --abi 14 && tree-sitter test"
-    grammar.run(commands, {"HOME": str(tmp_path)})
-
-
 @pytest.mark.parametrize(("variable", "fetched"), [("NVIM", "nvim-0.10"), ("NVIM_0_12", "nvim-0.12")])
 def test_colors_in_neovim(variable: str, fetched: str, home: Path, tmp_path: Path) -> None:
     neovim = find(variable, f"{fetched}/usr/bin/nvim")
@@ -391,20 +346,13 @@ vim.cmd("qa!")
 """
 """What colors each word on the screen, as Neovim's :Inspect tells it."""
 
-LEAVES = {"beat", "name", "robot", "parameter", "sense", "transformer", "primitive", "plane", "comment"} | {
-    "title",
-    "formation",
-    "direction",
-    "profile",
+LEAVES = {
+    *("beat", "name", "robot", "parameter", "sense", "transformer", "primitive", "plane", "comment"),
+    *("title", "formation", "direction", "profile"),
 }
-SIGNS = {"=", "$", "||", "(", ")", "[", "]", "if", "else", "not"} | {
-    "---",
-    "at",
-    "is",
-    "room",
-    "bar",
-    "facing",
-    "around",
+SIGNS = {
+    *("=", "$", "||", "(", ")", "[", "]", "if", "else", "not"),
+    *("---", "at", "is", "room", "bar", "facing", "around"),
 }
 LINES = {"BEAT": "tempo", "SCENE": "scene", "AT": "placing", "IS": "kind", "ROOM": "room", "BAR_LENGTH": "bar"}
 HEADS = {"EQUAL": "name", "SCENE": "title"}
@@ -565,7 +513,3 @@ def captures(parser: tree_sitter.Parser, query: Path, program: str) -> dict[str,
             text = program[several[0].start_byte : several[-1].end_byte]
             found.setdefault(name, []).append(text)
     return found
-
-
-def outline(tree: Tree) -> str:
-    return f"({' '.join([tree.kind, *map(outline, tree.parts)])})"

@@ -14,7 +14,7 @@ from textwrap import dedent
 import pytest
 
 from tests.editors import colors, robot
-from tests.editors.editors import LIMIT, ROOT, nothing_left
+from tests.editors.editors import LIMIT, ROOT, nothing_left, noting_browser
 from tests.editors.terminal import Terminal, written
 from tests.needs import lacking, need
 
@@ -36,11 +36,10 @@ def test_session(tmp_path: Path) -> None:
         + f"let g:ale_improv_executable = '{tmp_path}/server'\n"
         + "let g:ale_improv_config = {'improv': {'backend': 'sim'}}\n"
     )
-    page = tmp_path / "page"  # all that the person's browser does is to note the address
+    page = tmp_path / "page"
+    noting_browser(tmp_path / "browser", page)
     (tmp_path / "server").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m improv_ls\n')
-    (tmp_path / "browser").write_text(f'#!/bin/sh\necho "$1" >"{page}.new" && mv "{page}.new" "{page}"\n')
-    for program in ("server", "browser"):
-        (tmp_path / program).chmod(0o755)
+    (tmp_path / "server").chmod(0o755)
     (tmp_path / "dance.improv").write_text("beat 120\n\nturtle1 $ repeat (forward lft)\n")
     command = [vim, "-u", str(tmp_path / "vimrc"), "-i", "NONE", "-n", str(tmp_path / "dance.improv")]
     with nothing_left() as env:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 from itertools import combinations_with_replacement
 
 from hypothesis import assume, given
@@ -39,64 +40,59 @@ def check(title: str, before: str, after: str) -> None:
         assert compiled(analyze(after))["robots"] == compiled(analysis)["robots"]
 
 
+extract = partial(check, "Extract to a name")
+extract_phrase = partial(check, "Extract to a phrase")
+inline = partial(check, "Inline")
+
+
 def check_not(title: str, program: str) -> None:
     assert [each.title for each in offered(program)[1] if each.title.startswith(title)] == []
 
 
 def test_a_movement_gets_a_name() -> None:
-    check("Extract to a name", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
-    check("Extract to a name", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
-    check("Extract to a name", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
-    check(
-        "Extract to a name",
-        "r $ <repeat 4 (forward left)>",
-        "repeat_forward_left = repeat 4 (forward left)\nr $ repeat_forward_left",
-    )
-    check("Extract to a name", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
-    check(
-        "Extract to a name",
-        "phrase = up\nr $ <up up up up> phrase",
-        "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase",
-    )
-    check("Extract to a name", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
-    check("Extract to a name", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
-    check("Extract to a name", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
+    extract("r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
+    extract("r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
+    extract("r $ le|>ft up left", "my_left = left\nr $ my_left up left")
+    extract("r $ <repeat 4 (forward left)>", "repeat_forward_left = repeat 4 (forward left)\nr $ repeat_forward_left")
+    extract("x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
+    extract("phrase = up\nr $ <up up up up> phrase", "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase")
+    extract("  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
+    extract("\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
+    extract("r $ up <left > ", "my_left = left\nr $ up my_left  ")
 
 
 def test_a_movement_over_lines_gets_brackets() -> None:
-    check(
-        "Extract to a name", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)"
-    )
-    check("Extract to a name", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
-    check("Extract to a name", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
+    extract("r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)")
+    extract("r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
+    extract("r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
 
 
 def test_part_of_a_selection_grows_to_whole_items() -> None:
-    check("Extract to a name", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
-    check("Extract to a name", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
+    extract("r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
+    extract("r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
 
 
 def test_items_that_a_bracket_counts_are_left_alone() -> None:
     for program in ("r $ [<left up> down]", "r $ [<left up>]", "r $ [<left up || down>]", "r $ [<left up> || down]"):
         check_not("Extract", program)
         check_not("Wrap", program)
-    check("Extract to a name", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
+    extract("r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
     check_not("Extract", "x = up\nr $ |>x")
     check_not("Extract", "r $ (<left>")
 
 
 def test_a_name_is_written_out() -> None:
-    check("Inline", "x = left up\nr $ |>x down", "r $ left up down")
-    check("Inline", "x = left up # both\ns $ up\nr $ reverse |>x", "s $ up\nr $ reverse (left up)")
-    check("Inline", "x = left up\nr $ [|>x down]", "r $ [(left up) down]")
-    check("Inline", "x = left || up\nr $ |>x down", "r $ (left || up) down")
-    check("Inline", "x = left || up\nr $ [|>x]", "r $ [(left || up)]")
-    check("Inline", "x = (left\n  up)\nr$[up]|>x[up]", "r$[up](left\n  up)[up]")
+    inline("x = left up\nr $ |>x down", "r $ left up down")
+    inline("x = left up # both\ns $ up\nr $ reverse |>x", "s $ up\nr $ reverse (left up)")
+    inline("x = left up\nr $ [|>x down]", "r $ [(left up) down]")
+    inline("x = left || up\nr $ |>x down", "r $ (left || up) down")
+    inline("x = left || up\nr $ [|>x]", "r $ [(left || up)]")
+    inline("x = (left\n  up)\nr$[up]|>x[up]", "r$[up](left\n  up)[up]")
     check("Inline x here", "x = left up\nr $ |>x x", "x = left up\nr $ left up x")
     check("Inline x everywhere", "|>x = left up\nr $ x fast 2 x", "r $ left up fast 2 (left up)")
-    check("Inline", "x = left up\nr $ if near |>x else up", "r $ if near (left up) else up")
-    check("Inline", "x = left up\nr $ if near up else |>x down", "r $ if near up else (left up) down")
-    check("Inline", "x = up\nx = |>x left\nr $ x", "x = up left\nr $ x")
+    inline("x = left up\nr $ if near |>x else up", "r $ if near (left up) else up")
+    inline("x = left up\nr $ if near up else |>x down", "r $ if near up else (left up) down")
+    inline("x = up\nx = |>x left\nr $ x", "x = up left\nr $ x")
 
 
 def test_a_name_is_not_inlined_where_its_words_mean_something_else() -> None:
@@ -138,25 +134,21 @@ def test_wrapping_says_what_it_does() -> None:
 
 
 def test_a_movement_with_a_number_becomes_a_phrase() -> None:
-    check(
-        "Extract to a phrase",
-        "r $ |>repeat 5 (forward scale 4/5 left) up",
-        "phrase n = repeat n (forward scale 4/n left)\nr $ phrase 5 up",
+    extract_phrase(
+        "r $ |>repeat 5 (forward scale 4/5 left) up", "phrase n = repeat n (forward scale 4/n left)\nr $ phrase 5 up"
     )
-    check("Extract to a phrase", "n = up\nr $ <fast 2 up n>", "n = up\nfast_up_n k = fast k up n\nr $ fast_up_n 2")
-    check("Extract to a phrase", "r $ re|>peat 2*3 up", "repeat_up n = repeat n*3 up\nr $ repeat_up 2")
+    extract_phrase("n = up\nr $ <fast 2 up n>", "n = up\nfast_up_n k = fast k up n\nr $ fast_up_n 2")
+    extract_phrase("r $ re|>peat 2*3 up", "repeat_up n = repeat n*3 up\nr $ repeat_up 2")
     check_not("Extract to a phrase", "r $ <up left>")
     check_not("Extract to a phrase", "f n = fast n up\nr $ |>f 2")
 
 
 def test_extracting_words_with_parameters_passes_them_on() -> None:
-    check(
-        "Extract to a name",
+    extract(
         "f n (m) = <repeat n m> left\nr $ f 2 up",
         "my_repeat n (m) = repeat n m\nf n (m) = my_repeat n m left\nr $ f 2 up",
     )
-    check(
-        "Extract to a phrase",
+    extract_phrase(
         "f n (m) = <slow 2 m fast n up>\nr $ f 2 up",
         "slow_fast_up k n (m) = slow k m fast n up\nf n (m) = slow_fast_up 2 n m\nr $ f 2 up",
     )
@@ -165,8 +157,8 @@ def test_extracting_words_with_parameters_passes_them_on() -> None:
 
 def test_a_phrase_is_written_out() -> None:
     poly = "poly n = repeat n (forward scale 4/n left)\n"
-    check("Inline", f"{poly}r $ |>poly 5 up", "r $ repeat 5 (forward scale 4/5 left) up")
-    check("Inline", f"{poly}r $ pol|>y 3/2*2", "r $ repeat 3/2*2 (forward scale 4/3*2/2 left)")
+    inline(f"{poly}r $ |>poly 5 up", "r $ repeat 5 (forward scale 4/5 left) up")
+    inline(f"{poly}r $ pol|>y 3/2*2", "r $ repeat 3/2*2 (forward scale 4/3*2/2 left)")
     check("Inline poly here", f"{poly}r $ poly 3 |>poly 4", f"{poly}r $ poly 3 repeat 4 (forward scale 4/4 left)")
     check(
         "Inline poly everywhere",
@@ -176,8 +168,8 @@ r $ repeat 1 (forward scale 4/1 left)
 f n = repeat n (forward scale 4/n left)
 r $ f 2""",
     )
-    check("Inline", "f (m) = m rest m\nr $ fast 2 |>f (up left)", "r $ fast 2 ((up left) rest (up left))")
-    check("Inline", "f (m) (k) = m || k\nr $ up |>f left fast 2 up", "r $ up (left || fast 2 up)")
+    inline("f (m) = m rest m\nr $ fast 2 |>f (up left)", "r $ fast 2 ((up left) rest (up left))")
+    inline("f (m) (k) = m || k\nr $ up |>f left fast 2 up", "r $ up (left || fast 2 up)")
     check_not("Inline", "|>f (m) = m m\nr $ f f up f up")  # one use is the argument of another
     check_not("Inline", "x = up\nf (m) = m x\ng (x) = |>f x\nr $ g up")
     check_not("Inline", "f (m) = m m\nr $ |>f")
@@ -191,7 +183,7 @@ def test_items_that_words_count_are_left_alone() -> None:
         check_not("Fold", f"x = up u|>p left\nr $ {word} x")
         check_not("Extract", f"r $ {word} (<up left> up)")
         check_not("Wrap", f"r $ {word} (<up left> up)")
-        check("Inline", f"x = up left\nr $ {word} (|>x slow 2 up)", f"r $ {word} ((up left) slow 2 up)")
+        inline(f"x = up left\nr $ {word} (|>x slow 2 up)", f"r $ {word} ((up left) slow 2 up)")
 
 
 def test_other_dice() -> None:

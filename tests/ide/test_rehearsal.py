@@ -100,30 +100,14 @@ def test_dice_fall_as_in_the_whole_program() -> None:
 
 
 def test_places_that_senses_decide_are_as_pictured() -> None:
-    check(
-        "anna at 0 0\nanna $ until near forward left\n--- on\nanna $ up",
-        "on",
-        None,
-        "anna (2.0 0.0 90) 2:1",
-        note=SENSED,
-    )
-    check(
-        "anna at 0 0\nanna $ until cue repeat forward\n--- on\nanna $ up",
-        "on",
-        None,
-        "anna (8.0 0.0 0) 2:1",
-        note=SENSED,
-    )
-    check(
-        "anna at 0 0\nanna $ (pause not near forward) left\n--- on\nanna $ up",
-        "on",
-        None,
-        "anna (2.0 0.0 90) 2:1",
-        note=SENSED,
-    )
-    check(
-        "anna at 0 0\nanna $ until not near forward\n--- on\nanna $ up", "on", None, "anna (0.0 0.0 0) 2:1", note=SENSED
-    )
+    for movement, place in (
+        ("until near forward left", "(2.0 0.0 90)"),
+        ("until cue repeat forward", "(8.0 0.0 0)"),
+        ("(pause not near forward) left", "(2.0 0.0 90)"),
+        ("until not near forward", "(0.0 0.0 0)"),
+    ):
+        program = f"anna at 0 0\nanna $ {movement}\n--- on\nanna $ up"
+        check(program, "on", None, f"anna {place} 2:1", note=SENSED)
     check("anna at 0 0\nanna $ forward\n--- on\nanna $ until near up", "on", None, "anna (2.0 0.0 0) 2:1")
 
 

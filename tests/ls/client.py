@@ -45,6 +45,11 @@ QUIET: Mapping[str, Any] = {"backend": "sim", "page": {"open": False}}
 """The settings of a session in which no page opens."""
 
 
+def place(uri: str, line: int, character: int, **more: Any) -> dict[str, Any]:
+    """A place in a document, as most requests name it, and what else they ask."""
+    return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}, **more}
+
+
 class Spoken(NamedTuple):
     """A message, and who wrote it."""
 
@@ -190,6 +195,13 @@ class Client:
     def command(self, name: str, *arguments: object) -> Any:
         """Have the server obey a command of ours."""
         return self.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
+
+    def actions(self, uri: str, line: int, character: int, **context: Any) -> list[Message]:
+        """The code actions at a place."""
+        position = {"line": line, "character": character}
+        asked = {"range": {"start": position, "end": position}, "context": {"diagnostics": [], **context}}
+        found: list[Message] = self.request("textDocument/codeAction", {"textDocument": {"uri": uri}, **asked})
+        return found
 
     def codes_of(self, file: Path) -> list[str]:
         """The codes of the diagnostics that are published next about a file."""

@@ -25,13 +25,7 @@ def applied(text: str, edits: list[dict[str, Any]]) -> str:
 
 
 def actions(client: Client, line: int, column: int, **context: Any) -> dict[str, dict[str, Any]]:
-    place = {"line": line, "character": column}
-    params = {
-        "textDocument": {"uri": URI},
-        "range": {"start": place, "end": place},
-        "context": {"diagnostics": [], **context},
-    }
-    return {action["title"]: action for action in client.request("textDocument/codeAction", params)}
+    return {action["title"]: action for action in client.actions(URI, line, column, **context)}
 
 
 def test_a_mistake_is_fixed() -> None:

@@ -46,6 +46,7 @@ def test_headers(stream: bytes, bodies: list[bytes]) -> None:
         b"no header at all\r\n\r\n",
         b"Content-Length: -2\r\n\r\n",
         b"Content-Length: 2.0\r\n\r\n",
+        b"Content-Length: 0x2\r\n\r\n",
         b"Content-Length: \r\n\r\n",
         b"Content-Length: " + b"9" * 5_000 + b"\r\n\r\n",
         b"}Content-Length: 2\r\n\r\n",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.ls.client import Client
+from tests.ls.client import Client, place
 
 URI = "file:///dance.improv"
 DOCUMENT = {"textDocument": {"uri": URI}}
@@ -85,10 +85,8 @@ def test_a_program_and_its_scenes_say_how_long_they_take() -> None:
 
 def test_a_line_inside_brackets_is_indented_as_it_is_typed() -> None:
     def typed(line: int, column: int, key: str) -> list[tuple[int, int, int, str]]:
-        position = {"line": line, "character": column}
-        options = {"tabSize": 8, "insertSpaces": False}
-        params = {**DOCUMENT, "position": position, "ch": key, "options": options}
-        edits = client.request("textDocument/onTypeFormatting", params)
+        asked = place(URI, line, column, ch=key, options={"tabSize": 8, "insertSpaces": False})
+        edits = client.request("textDocument/onTypeFormatting", asked)
         places = [(each["range"]["start"], each["range"]["end"], each["newText"]) for each in edits]
         return [(start["line"], start["character"], end["character"], text) for start, end, text in places]
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from improv_ls.handlers.workspace_symbol import search
-from tests.ls.client import QUIET, TOLD, Client
+from tests.ls.client import QUIET, TOLD, Client, place
 from tests.stage_on_thread import running
 
 SILENT = {"onSave": "off"}
@@ -119,7 +119,7 @@ def test_closed_documents_are_forgotten_and_unopened_ones_are_unknown() -> None:
         client.change(uri, 2, {"text": "r $ up\n"})
         for method in ("codeLens", "foldingRange", "documentSymbol"):
             assert client.request(f"textDocument/{method}", document) == []
-        assert client.request("textDocument/hover", {**document, "position": {"line": 1, "character": 0}}) is None
+        assert client.request("textDocument/hover", place(uri, 1, 0)) is None
 
 
 def test_a_request_canceled_before_it_starts_never_starts() -> None:
@@ -150,9 +150,7 @@ def test_a_canceled_search_ends(tmp_path: Path) -> None:
 def test_the_answer_to_shutdown_waits_until_the_stages_have_ended() -> None:
     others = running()
     with Client(QUIET) as client:
-        client.open("file:///dance.improv", "anna $ repeat up\n")
-        client.save("file:///dance.improv")
-        client.wait_for_line("▶")
+        client.play("file:///dance.improv", "anna $ repeat up\n")
         assert running() - others
         client.request("shutdown", None)
         assert not running() - others

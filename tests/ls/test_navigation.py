@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tests.ls.client import CAPABILITIES, Client
+from tests.ls.client import CAPABILITIES, Client, place
 
 URI = "untitled:Untitled-1"
 PROGRAM = "# 🐢\r\n𝑥 = left\r\nr s $ 𝑥 || 𝑥 # 🐢\r\ns $ up\r\n"
@@ -16,15 +16,16 @@ VERSIONED = {
 }
 
 
-def place(line: int, character: int, uri: str = URI, **more: Any) -> dict[str, Any]:
-    return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}, **more}
-
-
 def spot(found: dict[str, Any]) -> tuple[int, int, int]:
     """Line, first and last column."""
     start, end = found["range"]["start"], found["range"]["end"]
     assert start["line"] == end["line"]
     return start["line"], start["character"], end["character"]
+
+
+def spots(client: Client, method: str, asked: dict[str, Any]) -> list[tuple[str, tuple[int, int, int]]]:
+    """The places that a request finds: the file of each, its line, first and last column."""
+    return [(each["uri"], spot(each)) for each in client.request(f"textDocument/{method}", asked)]
 
 
 def new_texts(changes: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
@@ -34,21 +35,20 @@ def new_texts(changes: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
 def test_a_name_in_utf_16_and_crlf() -> None:
     with Client() as client:
         client.open(URI, PROGRAM)
-        (found,) = client.request("textDocument/definition", place(2, 13))
-        assert (found["uri"], spot(found)) == (URI, (1, 0, 2))
-        asked = place(2, 6, context={"includeDeclaration": False})
-        assert [spot(each) for each in client.request("textDocument/references", asked)] == [(2, 6, 8), (2, 12, 14)]
-        asked = place(1, 1, context={"includeDeclaration": True})
+        assert spots(client, "definition", place(URI, 2, 13)) == [(URI, (1, 0, 2))]
+        asked = place(URI, 2, 6, context={"includeDeclaration": False})
+        assert spots(client, "references", asked) == [(URI, (2, 6, 8)), (URI, (2, 12, 14))]
+        asked = place(URI, 1, 1, context={"includeDeclaration": True})
         assert len(client.request("textDocument/references", asked)) == 3
-        found = client.request("textDocument/documentHighlight", place(1, 2))
+        found = client.request("textDocument/documentHighlight", place(URI, 1, 2))
         assert [(*spot(each), each["kind"]) for each in found] == [(1, 0, 2, 3), (2, 6, 8, 2), (2, 12, 14, 2)]
-        assert client.request("textDocument/definition", place(0, 2)) == []
+        assert client.request("textDocument/definition", place(URI, 0, 2)) == []
 
 
 def test_where_a_name_is_used_and_what_it_uses() -> None:
     with Client() as client:
         client.open(URI, PROGRAM.replace("left", "up") + "𝑦 = 𝑥 𝑥\r\n")
-        (item,) = client.request("textDocument/prepareCallHierarchy", place(2, 13))
+        (item,) = client.request("textDocument/prepareCallHierarchy", place(URI, 2, 13))
         assert (item["name"], item["uri"], item["selectionRange"]["start"]) == ("𝑥", URI, {"line": 1, "character": 0})
         client.change(URI, 2, {"text": PROGRAM + "𝑦 = 𝑥 𝑥\r\n"})
         line, definition = client.request("callHierarchy/incomingCalls", {"item": item})
@@ -57,7 +57,7 @@ def test_where_a_name_is_used_and_what_it_uses() -> None:
         (used,) = client.request("callHierarchy/outgoingCalls", {"item": definition["from"]})
         assert used["to"]["name"] == "𝑥"
         assert [spot({"range": each}) for each in used["fromRanges"]] == [(4, 5, 7), (4, 8, 10)]
-        assert client.request("textDocument/prepareCallHierarchy", place(0, 1)) == []
+        assert client.request("textDocument/prepareCallHierarchy", place(URI, 0, 1)) == []
         client.notify("textDocument/didClose", {"textDocument": {"uri": URI}})
         assert client.request("callHierarchy/incomingCalls", {"item": item}) == []
 
@@ -66,9 +66,9 @@ def test_a_name_is_renamed_in_the_text_as_it_is_now() -> None:
     with Client(capabilities=VERSIONED) as client:
         client.open(URI, "r $ 𝑥\r\n")
         client.change(URI, 2, {"text": PROGRAM})
-        prepared = client.request("textDocument/prepareRename", place(2, 14))
+        prepared = client.request("textDocument/prepareRename", place(URI, 2, 14))
         assert (spot(prepared), prepared["placeholder"]) == ((2, 12, 14), "𝑥")
-        (change,) = client.request("textDocument/rename", place(2, 14, newName="turn"))["documentChanges"]
+        (change,) = client.request("textDocument/rename", place(URI, 2, 14, newName="turn"))["documentChanges"]
         assert change["textDocument"] == {"uri": URI, "version": 2}
         assert new_texts(change["edits"]) == [(1, 0, 2, "turn"), (2, 6, 8, "turn"), (2, 12, 14, "turn")]
 
@@ -76,10 +76,10 @@ def test_a_name_is_renamed_in_the_text_as_it_is_now() -> None:
 def test_a_refusal_says_why_in_one_line() -> None:
     with Client(capabilities=VERSIONED) as client:
         client.open(URI, PROGRAM)
-        refused = client.refusal("textDocument/prepareRename", place(1, 6))
+        refused = client.refusal("textDocument/prepareRename", place(URI, 1, 6))
         line = "only names, parameters, robots, and scenes can be renamed: put the cursor on one"
         assert refused == {"code": -32803, "message": line}
-        refused = client.refusal("textDocument/rename", place(2, 0, newName="s"))
+        refused = client.refusal("textDocument/rename", place(URI, 2, 0, newName="s"))
         assert refused["message"] == "`s` is already a robot, on line 3: choose another name"
         assert not any(message["method"] == "window/showMessage" for message in client.notifications)
 
@@ -98,12 +98,12 @@ def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp
         client.open(opened.as_uri(), "s $ up\nr $ up\n")
         client.open(here.as_uri(), "r s $ left\n")
         client.open(URI, "r $ left\n")
-        (found,) = client.request("textDocument/definition", place(0, 1, here.as_uri()))
-        assert (found["uri"], spot(found)) == ((tmp_path / "improv.toml").as_uri(), (0, 8, 9))
-        asked = place(0, 0, here.as_uri(), context={"includeDeclaration": True})
+        section = (tmp_path / "improv.toml").as_uri(), (0, 8, 9)
+        assert spots(client, "definition", place(here.as_uri(), 0, 1)) == [section]
+        asked = place(here.as_uri(), 0, 0, context={"includeDeclaration": True})
         assert len(client.request("textDocument/references", asked)) == 2
 
-        changes = client.request("textDocument/rename", place(0, 0, here.as_uri(), newName="anna"))["documentChanges"]
+        changes = client.request("textDocument/rename", place(here.as_uri(), 0, 0, newName="anna"))["documentChanges"]
         assert {
             (change["textDocument"]["uri"], change["textDocument"]["version"]): new_texts(change["edits"])
             for change in changes
@@ -113,10 +113,10 @@ def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp
             (opened.as_uri(), 1): [(1, 0, 1, "anna")],
             (closed.as_uri(), None): [(0, 0, 1, "anna")],
         }
-        refused = client.refusal("textDocument/rename", place(0, 0, opened.as_uri(), newName="r"))
+        refused = client.refusal("textDocument/rename", place(opened.as_uri(), 0, 0, newName="r"))
         assert refused["message"] == "`r` is already a robot, on line 2: choose another name"
         closed.write_text("r $ up\nbob $ up\n")
-        refused = client.refusal("textDocument/rename", place(0, 0, here.as_uri(), newName="bob"))
+        refused = client.refusal("textDocument/rename", place(here.as_uri(), 0, 0, newName="bob"))
         assert refused["message"] == "in clo sed.improv: `bob` is already a robot, on line 2: choose another name"
 
 
@@ -138,8 +138,8 @@ def test_a_body_part_and_a_pose_lead_to_where_they_are_declared(tmp_path: Path) 
         client.open(program.as_uri(), "rex $ tail to tucked\nrex $ tail to start\ntail = up\nrex $ tail\n")
 
         def found(line: int, character: int) -> list[tuple[str, tuple[int, int, int]]]:
-            spots = client.request("textDocument/definition", place(line, character, program.as_uri()))
-            return [(Path(each["uri"]).name, spot(each)) for each in spots]
+            places = spots(client, "definition", place(program.as_uri(), line, character))
+            return [(Path(uri).name, where) for uri, where in places]
 
         assert found(0, 7) == [("improv.toml", (2, 19, 23))]
         assert found(0, 16) == [("improv.toml", (5, 0, 6))]
@@ -153,5 +153,5 @@ def test_a_robot_that_no_file_mentions_belongs_to_its_program(tmp_path: Path) ->
     with Client() as client:
         for path in (one, other):
             client.open(path.as_uri(), "r $ up\n")
-        changes = client.request("textDocument/rename", place(0, 0, one.as_uri(), newName="anna"))["changes"]
+        changes = client.request("textDocument/rename", place(one.as_uri(), 0, 0, newName="anna"))["changes"]
         assert {uri: new_texts(edits) for uri, edits in changes.items()} == {one.as_uri(): [(0, 0, 1, "anna")]}

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from improv_ls import settling
-from tests.ls.client import LIMIT, Client
+from tests.ls.client import LIMIT, Client, place
 
 MANY = 3_000
 QUIET = {"onSave": "off"}
@@ -42,8 +42,7 @@ def edited(client: Client) -> None:
 def opened(client: Client) -> None:
     """Open the program, and wait until all of it is analyzed: a rename needs that."""
     client.open(URI, PROGRAM)
-    place = {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 0}}
-    client.request("textDocument/rename", {**place, "newName": "y"})
+    client.request("textDocument/rename", place(URI, 0, 0, newName="y"))
 
 
 def test_diagnostics_near_the_edit_are_published_first() -> None:
@@ -76,9 +75,9 @@ def test_a_client_that_pulls_diagnostics_is_told_to_ask_again() -> None:
 def test_a_request_sees_everything_above_its_position(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(settling, "PATIENCE", LIMIT)  # a busy machine needs longer
     with Client(QUIET, hurries=True) as client:
-        place = {"textDocument": {"uri": URI}, "position": {"line": LAST, "character": 12}}
         opened(client)
-        before = client.request("textDocument/hover", place)
+        last = place(URI, LAST, 12)
+        before = client.request("textDocument/hover", last)
         client.change(URI, 2, {"range": FIRST, "text": "repeat left"})
-        at_once = client.request("textDocument/hover", place)
-        assert at_once == client.request("textDocument/hover", place) != before
+        at_once = client.request("textDocument/hover", last)
+        assert at_once == client.request("textDocument/hover", last) != before

@@ -132,10 +132,7 @@ def test_actions_at_the_cursor_do_what_they_say() -> None:
 
 def offered(client: Client, uri: str, line: int, column: int, *only: str) -> list[Message]:
     """The actions at a place, of one kind if it is given: those that play or stop."""
-    place = {"line": line, "character": column}
-    context = {"diagnostics": [], **({"only": only} if only else {})}
-    params = {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": context}
-    found = client.request("textDocument/codeAction", params)
+    found = client.actions(uri, line, column, **({"only": only} if only else {}))
     wanted = [each for each in found if each["kind"].startswith("improv.")]
     return [each for each in wanted if each["kind"] in only] if only else wanted
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import CAPABILITIES, QUIET, Client
-from tests.ls.test_navigation import new_texts, place, spot
+from tests.ls.client import CAPABILITIES, QUIET, Client, place
+from tests.ls.test_navigation import new_texts, spot, spots
 
 ROBOTS = '# 🐢 𝑥\n[profiles.rover]\nstep = 1\n[robots.anna]\nprofile = "rover"\n'
 CAPABLE = {
@@ -43,34 +43,23 @@ def folder(tmp_path: Path) -> Folder:
     return Folder(tmp_path)
 
 
-def actions(client: Client, uri: str, line: int, character: int) -> list[dict[str, Any]]:
-    position = {"line": line, "character": character}
-    asked = {
-        "textDocument": {"uri": uri},
-        "range": {"start": position, "end": position},
-        "context": {"diagnostics": []},
-    }
-    found: list[dict[str, Any]] = client.request("textDocument/codeAction", asked)
-    return [each for each in found if each["kind"] == "quickfix"]
-
-
 def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client)
         client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
         client.change(uri, 2, {"text": ROBOTS + 'mess\n[robots.b]\nprofile = "rovr"\n'})
-        found = client.request("textDocument/completion", place(5, 4, uri))["items"]
+        found = client.request("textDocument/completion", place(uri, 5, 4))["items"]
         assert [each["label"] for each in found][:3] == ["start", "namespace", "topic"]
         (message,) = (each for each in found if each["label"] == "message")
         assert message["textEdit"]["newText"] == 'message = ${1|"auto","Twist","TwistStamped"|}'
         assert spot(message["textEdit"]) == (5, 0, 4)
         (label,) = [
             each["label"]
-            for each in client.request("textDocument/completion", place(7, 15, uri))["items"]
+            for each in client.request("textDocument/completion", place(uri, 7, 15))["items"]
             if "rover" in each["label"] and "leo" not in each["label"]
         ]
         assert label == '"rover"'
-        said = client.request("textDocument/hover", place(2, 1, uri))
+        said = client.request("textDocument/hover", place(uri, 2, 1))
         assert said["contents"]["value"].startswith("step: the distance of forward")
 
         # A syntax error is shown as it is typed, and the misspelled profile once the text is valid.
@@ -80,7 +69,7 @@ def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Fol
         assert [each["message"] for each in published["diagnostics"]] == [
             "`rovr` is not valid here: did you mean `rover`?"
         ]
-        (fix,) = actions(client, uri, 6, 12)
+        (fix,) = client.actions(uri, 6, 12, only=["quickfix"])
         assert fix["title"] == 'Change to "rover"'
         assert new_texts(fix["edit"]["documentChanges"][0]["edits"]) == [(6, 10, 16, '"rover"')]
 
@@ -94,15 +83,15 @@ def test_a_space_offers_only_values(folder: Folder) -> None:
     asked = {"context": {"triggerKind": 2, "triggerCharacter": " "}}
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, "[ros]\nrejoin = \nstop \n")
-        found = client.request("textDocument/completion", place(1, 9, uri, **asked))["items"]
+        found = client.request("textDocument/completion", place(uri, 1, 9, **asked))["items"]
         assert [each["label"] for each in found] == ['"continue"', '"scene"', '"return"', '"next"', '"pause"']
-        assert client.request("textDocument/completion", place(2, 5, uri, **asked)) is None
+        assert client.request("textDocument/completion", place(uri, 2, 5, **asked)) is None
 
 
 def test_robots_are_completed_from_programs(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, ROBOTS + "[robots.")
-        found = client.request("textDocument/completion", place(5, 8, uri))["items"]
+        found = client.request("textDocument/completion", place(uri, 5, 8))["items"]
         assert [each["label"] for each in found] == ["bert"]
 
 
@@ -110,38 +99,33 @@ def test_from_a_section_to_the_lines_that_play_it_and_back(folder: Folder) -> No
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client)
         played = [(folder.opened.as_uri(), (0, 0, 4)), *((folder.closed.as_uri(), (line, 0, 4)) for line in (1, 2))]
-        found = client.request("textDocument/definition", place(3, 9, uri))
-        assert [(each["uri"], spot(each)) for each in found] == played
-        asked = place(3, 9, uri, context={"includeDeclaration": True})
-        found = client.request("textDocument/references", asked)
-        assert [(each["uri"], spot(each)) for each in found] == [(uri, (3, 8, 12)), *played]
-        (found,) = client.request("textDocument/declaration", place(3, 9, uri))
-        assert (found["uri"], spot(found)) == (uri, (3, 8, 12))
-        (found,) = client.request("textDocument/declaration", place(0, 1, folder.opened.as_uri()))
-        assert (found["uri"], spot(found)) == (uri, (3, 8, 12))
-        (found,) = client.request("textDocument/definition", place(4, 12, uri))
-        assert (found["uri"], spot(found)) == (uri, (1, 10, 15))
-        (found,) = client.request("textDocument/definition", place(0, 1, folder.opened.as_uri()))
-        assert (found["uri"], spot(found)) == (uri, (3, 8, 12))
+        section, program = [(uri, (3, 8, 12))], folder.opened.as_uri()
+        assert spots(client, "definition", place(uri, 3, 9)) == played
+        asked = place(uri, 3, 9, context={"includeDeclaration": True})
+        assert spots(client, "references", asked) == [*section, *played]
+        assert spots(client, "declaration", place(uri, 3, 9)) == section
+        assert spots(client, "declaration", place(program, 0, 1)) == section
+        assert spots(client, "definition", place(program, 0, 1)) == section
+        assert spots(client, "definition", place(uri, 4, 12)) == [(uri, (1, 10, 15))]
 
 
 def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, ROBOTS + "\n")
-        prepared = client.request("textDocument/prepareRename", place(3, 9, uri))
+        prepared = client.request("textDocument/prepareRename", place(uri, 3, 9))
         assert (spot(prepared), prepared["placeholder"]) == ((3, 8, 12), "anna")
-        changes = client.request("textDocument/rename", place(3, 9, uri, newName="ada"))["documentChanges"]
+        changes = client.request("textDocument/rename", place(uri, 3, 9, newName="ada"))["documentChanges"]
         assert {each["textDocument"]["uri"]: new_texts(each["edits"]) for each in changes} == {
             uri: [(3, 8, 12, "ada")],
             folder.opened.as_uri(): [(0, 0, 4, "ada")],
             folder.closed.as_uri(): [(1, 0, 4, "ada"), (2, 0, 4, "ada")],
         }
         assert [each["textDocument"]["version"] for each in changes] == [1, 1, None]
-        (change,) = client.request("textDocument/rename", place(1, 12, uri, newName="cart"))["documentChanges"]
+        (change,) = client.request("textDocument/rename", place(uri, 1, 12, newName="cart"))["documentChanges"]
         assert new_texts(change["edits"]) == [(1, 10, 15, "cart"), (4, 11, 16, "cart")]
-        refused = client.refusal("textDocument/rename", place(3, 9, uri, newName="left"))
+        refused = client.refusal("textDocument/rename", place(uri, 3, 9, newName="left"))
         assert refused["message"] == "`left` is a reserved word: choose another name"
-        refused = client.refusal("textDocument/prepareRename", place(2, 1, uri))
+        refused = client.refusal("textDocument/prepareRename", place(uri, 2, 1))
         assert refused["message"].startswith("only robots, profiles, body parts, and poses in this file can be renamed")
 
 
@@ -150,10 +134,9 @@ def test_a_body_part_is_found_and_renamed_in_all_programs(folder: Folder) -> Non
     folder.closed.write_text("anna $ mast up\n", encoding="utf-8")
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, ROBOTS + body)
-        found = client.request("textDocument/references", place(5, 22, uri, context={"includeDeclaration": True}))
         places = [(uri, (5, 21, 25)), (folder.closed.as_uri(), (0, 7, 11))]
-        assert [(each["uri"], spot(each)) for each in found] == places
-        changes = client.request("textDocument/rename", place(5, 22, uri, newName="pole"))["documentChanges"]
+        assert spots(client, "references", place(uri, 5, 22, context={"includeDeclaration": True})) == places
+        changes = client.request("textDocument/rename", place(uri, 5, 22, newName="pole"))["documentChanges"]
         assert [(each["textDocument"]["uri"], new_texts(each["edits"])) for each in changes if each["edits"]] == [
             (where, [(*spot_there, "pole")]) for where, spot_there in places
         ]
@@ -168,7 +151,7 @@ def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder
         assert [each["name"] for each in found] == ["profiles.rover", "step", "robots.anna", "profile"]
         found = client.request("textDocument/foldingRange", document)
         assert [(each["startLine"], each["endLine"]) for each in found] == [(1, 2), (3, 4)]
-        found = client.request("textDocument/documentHighlight", place(4, 12, uri))
+        found = client.request("textDocument/documentHighlight", place(uri, 4, 12))
         assert [(spot(each), each["kind"]) for each in found] == [((1, 10, 15), 3), ((4, 11, 16), 2)]
         (found,) = client.request(
             "textDocument/selectionRange", {**document, "positions": [{"line": 4, "character": 12}]}
@@ -179,14 +162,15 @@ def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder
         line = {"start": {"line": 2, "character": 0}, "end": {"line": 2, "character": 1}}
         found = client.request("textDocument/rangeFormatting", {**document, "range": line, "options": options})
         assert new_texts(found) == [(2, 4, 5, " = "), (2, 11, 12, "")]
-        assert client.request("textDocument/onTypeFormatting", place(2, 0, uri, ch="\n", options=options)) is None
+        assert client.request("textDocument/onTypeFormatting", place(uri, 2, 0, ch="\n", options=options)) is None
 
 
 def test_an_unknown_robot_is_added(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client)
         client.change(folder.robots.as_uri(), 2, {"text": ROBOTS + "# typed\n"})
-        (fix,) = [each for each in actions(client, folder.opened.as_uri(), 0, 6) if "Add" in each["title"]]
+        found = client.actions(folder.opened.as_uri(), 0, 6, only=["quickfix"])
+        (fix,) = [each for each in found if "Add" in each["title"]]
         assert fix["title"] == "Add bert to improv.toml"
         (change,) = fix["edit"]["documentChanges"]
         assert change["textDocument"] == {"uri": uri, "version": 2}
@@ -195,13 +179,7 @@ def test_an_unknown_robot_is_added(folder: Folder) -> None:
 
 def listing(client: Client, program: Path) -> list[dict[str, Any]]:
     """The changes of the action that lists a program's robots; none if it is not offered."""
-    position = {"line": 0, "character": 1}
-    asked = {
-        **place(0, 1, program.as_uri()),
-        "range": {"start": position, "end": position},
-        "context": {"diagnostics": []},
-    }
-    found = client.request("textDocument/codeAction", asked)
+    found = client.actions(program.as_uri(), 0, 1)
     changes = [each["edit"]["documentChanges"] for each in found if each["title"].startswith("List these robots in ")]
     return [change for each in changes for change in each]
 
@@ -233,7 +211,7 @@ def test_other_requests_are_answered_with_nothing(folder: Folder) -> None:
         uri = folder.open(client, "[robots.anna\n= = {{[\n")
         for method in ("hover", "completion", "definition", "prepareRename"):
             for line, character in ((0, 0), (0, 12), (1, 3), (1, 7)):
-                answer = client.answer(client.begin(f"textDocument/{method}", place(line, character, uri)))
+                answer = client.answer(client.begin(f"textDocument/{method}", place(uri, line, character)))
                 assert answer.get("error", {}).get("message", "only").startswith("only"), answer
         options = {"tabSize": 2, "insertSpaces": True}
         assert not client.request("textDocument/formatting", {"textDocument": {"uri": uri}, "options": options})

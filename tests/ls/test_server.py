@@ -10,7 +10,7 @@ import pytest
 
 from improv_ls import editor
 from improv_ls.server import COMMANDS
-from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient
+from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient, place
 from tests.processes import descendants, wait_until_gone
 
 REFRESHED = {"workspace": {"configuration": True, "inlayHint": {"refreshSupport": True}}}
@@ -52,13 +52,12 @@ def test_diagnostics_follow_the_text_in_utf_16(client: Client) -> None:
 
 def test_hover_and_completion(client: Client) -> None:
     client.open(URI, "beat 30\nsquare = repeat 4 (forward left)\nr $ square || \n")
-    place = {"textDocument": {"uri": URI}, "position": {"line": 2, "character": 5}}
-    hover = client.request("textDocument/hover", place)
+    hover = client.request("textDocument/hover", place(URI, 2, 5))
     assert hover["contents"]["kind"] == "plaintext"
     assert "8 beats, 16.0 s at beat 30 · 8.0 m, turns 360° left" in hover["contents"]["value"]
     assert hover["range"] == _range(2, 4, 2, 10)
-    place["position"] = {"line": 2, "character": 14}
-    labels = [item["label"] for item in client.request("textDocument/completion", place)["items"]]
+    offered = client.request("textDocument/completion", place(URI, 2, 14))["items"]
+    labels = [item["label"] for item in offered]
     assert {"forward", "repeat", "square"} <= set(labels)
     assert "YZ" not in labels
 
@@ -68,8 +67,7 @@ def test_an_editor_that_supports_snippets_gets_them(snippets: bool, inserted: st
     completion = {"completionItem": {"snippetSupport": snippets}}
     with Client(QUIET, {"textDocument": {"completion": completion}}) as client:
         client.open(URI, "times 𝑛 (m) = repeat 𝑛 m\r\nr $ \r\n")
-        asked = {"textDocument": {"uri": URI}, "position": {"line": 1, "character": 4}}
-        items = client.request("textDocument/completion", asked)["items"]
+        items = client.request("textDocument/completion", place(URI, 1, 4))["items"]
         assert [each["textEdit"]["newText"] for each in items if each["label"] == "times"] == [inserted]
 
 
@@ -187,14 +185,6 @@ def test_the_server_ends_with_the_editor_even_if_its_input_stays_open() -> None:
         wait_until_gone(children, LIMIT)
 
 
-def test_an_autosave_that_failed_does_not_keep_the_next_save_from_playing(client: Client) -> None:
-    client.open(URI, "r $ repeat left\n")
-    for reason in (2, 1):
-        client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
-    client.save(URI)
-    assert client.wait_for_line("▶") == "▶ r ∞, endless at beat 60, simulator"
-
-
 def test_the_saved_text_plays_and_not_later_edits() -> None:
     """An editor whose server starts after the save sends the text that was saved along with it."""
     with Client(QUIET, {"experimental": {"improv": True}}) as client:
@@ -208,13 +198,17 @@ def test_the_saved_text_plays_and_not_later_edits() -> None:
         client.wait_for_line("✗ line 1")
 
 
-def test_an_autosave_moves_nothing(client: Client) -> None:
+def test_an_autosave_moves_nothing_and_one_that_failed_does_not_keep_the_next_save_from_playing(client: Client) -> None:
+    def will_save(reason: int) -> None:
+        client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
+
     client.open(URI, "r $ repeat left\n")
     for reason in (2, 3):  # after a delay, when the focus left
-        client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
+        will_save(reason)
         client.save(URI)
     client.change(URI, 2, {"text": "s $ repeat left\n"})
-    client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": 1})
+    will_save(2)
+    will_save(1)
     client.save(URI)
     assert client.wait_for_line("▶").startswith("▶ s ∞")
 
@@ -286,7 +280,7 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
 
 def _hover(client: Client) -> None:
     """Have the server answer something, which shows that it waits for nothing else."""
-    client.request("textDocument/hover", {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 4}})
+    client.request("textDocument/hover", place(URI, 0, 4))
 
 
 def _range(line: int, start: int, last_line: int, end: int) -> dict[str, dict[str, int]]:

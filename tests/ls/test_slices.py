@@ -14,7 +14,7 @@ from improv_ls.documents import Document, opened
 from improv_ls.settling import Settling
 from improv_ls.slices import SLICE, Slices
 from tests.heavy import HEAVY
-from tests.ls.client import Client
+from tests.ls.client import Client, place
 
 WORST, OTHER = "file:///worst.improv", "file:///other.improv"
 STEP = SLICE / 2
@@ -99,8 +99,8 @@ def test_another_file_is_answered_before_the_worst_one_is_analyzed() -> None:
     with Client({"onSave": "off"}, hurries=True) as client:
         client.open(WORST, HEAVY["phrases in phrases"])
         client.open(OTHER, "r $ forward\n")
-        whole = client.begin("textDocument/rename", {**_at(WORST, 18, 0), "newName": "ada"})
-        assert client.request("textDocument/hover", _at(OTHER, 0, 5))
+        whole = client.begin("textDocument/rename", place(WORST, 18, 0, newName="ada"))
+        assert client.request("textDocument/hover", place(OTHER, 0, 5))
         client.command("hush")
         answered = [each.message["id"] for each in client.log if each.by_server and "result" in each.message]
         assert whole not in answered
@@ -109,7 +109,7 @@ def test_another_file_is_answered_before_the_worst_one_is_analyzed() -> None:
 def test_a_request_about_an_older_text_is_dropped() -> None:
     with Client({"onSave": "off"}, hurries=True) as client:
         client.open(WORST, HEAVY["phrases in phrases"])
-        old = client.begin("textDocument/rename", {**_at(WORST, 18, 0), "newName": "ada"})
+        old = client.begin("textDocument/rename", place(WORST, 18, 0, newName="ada"))
         client.change(WORST, 2, {"text": "r $ forwrd\n"})
         diagnostics = client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == 2)
         assert [each["code"] for each in diagnostics["diagnostics"]] == ["unknown-name"]
@@ -144,7 +144,3 @@ def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -
     settling.keep(dataclasses.replace(plain, analysis=plain.analysis.settled()))
     settling.answer(lambda: "known", next_text, OTHER)
     assert next_text.result(0) == "known"
-
-
-def _at(uri: str, line: int, character: int) -> dict[str, object]:
-    return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}}

@@ -14,24 +14,9 @@ from improv_ls.positions import to_offset, to_position
 
 URI = "untitled:dance"
 ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
-CHARACTERS = [
-    "a",
-    "(",
-    " ",
-    "é",
-    "語",
-    "😀",
-    "👩‍🚀",
-    "\n",
-    "\r",
-    "\r\n",
-    "\f",
-    "\v",
-    "\u2028",
-    "\x85",
-    "\x1c",
-    "\ufeff",
-]
+UNITS = {Encoding.Utf8: ("utf-8", 1), Encoding.Utf16: ("utf-16-le", 2), Encoding.Utf32: ("utf-32-le", 4)}
+"""The codec that writes a text in units of so many bytes."""
+CHARACTERS = [*"a( é語😀", "👩‍🚀", "\n", "\r", "\r\n", "\f", "\v", "\u2028", "\x85", "\x1c", "\ufeff"]
 texts = st.lists(st.sampled_from(CHARACTERS), max_size=25).map("".join)
 
 
@@ -39,7 +24,7 @@ class Editor:
     """A text as an editor keeps it: lines of units, edited by line and column alone."""
 
     def __init__(self, text: str, encoding: Encoding) -> None:
-        self.encoding = encoding
+        self._codec, self._size = UNITS[encoding]
         self.lines = self._split(text)
 
     @property
@@ -70,18 +55,11 @@ class Editor:
         return [*lines, line]
 
     def _length(self, text: str) -> int:
-        units = {Encoding.Utf8: "utf-8", Encoding.Utf16: "utf-16-le", Encoding.Utf32: "utf-32-le"}
-        size = {Encoding.Utf8: 1, Encoding.Utf16: 2, Encoding.Utf32: 4}[self.encoding]
-        return len(text.encode(units[self.encoding])) // size
+        return len(text.encode(self._codec)) // self._size
 
     def _units(self, line: str, start: int, end: int | None) -> str:
-        name, size = {
-            Encoding.Utf8: ("utf-8", 1),
-            Encoding.Utf16: ("utf-16-le", 2),
-            Encoding.Utf32: ("utf-32-le", 4),
-        }[self.encoding]
-        coded = line.encode(name)
-        return coded[start * size : None if end is None else end * size].decode(name)
+        coded = line.encode(self._codec)
+        return coded[start * self._size : None if end is None else end * self._size].decode(self._codec)
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from tests.commands.test_untrusted import PROGRAM, TOML, quoted
-from tests.ls.client import Client
+from tests.ls.client import Client, place
 from tests.untrusted import EXPLOITS, FOREIGN, steering
 
 QUIET = {"backend": "sim", "onSave": "off", "page": {"open": False}}
@@ -50,7 +50,7 @@ def use(client: Client, folder: Path, word: str, key: str, numbers: Iterator[int
     lines = re.split("\r\n|\r|\n", text)
     for number, line in enumerate(lines):
         for column in {0, len(line.encode("utf-16-le")) // 4, line.find("$"), line.find("=")} - {-1}:
-            client.request("textDocument/hover", {**document, "position": {"line": number, "character": column}})
+            client.request("textDocument/hover", place(uri, number, column))
     client.request("textDocument/documentSymbol", document)
     client.request("textDocument/codeLens", document)
     everything = {"start": {"line": 0, "character": 0}, "end": {"line": len(lines), "character": 0}}
@@ -93,8 +93,7 @@ def test_a_hover_has_no_links_from_the_files(tmp_path: Path, exploit: str) -> No
     uri = (tmp_path / "dance.improv").as_uri()
     with Client(QUIET, capabilities=HOVERS) as client:
         client.open(uri, "r $ forward\n")
-        asked = {"textDocument": {"uri": uri}, "position": {"line": 0, "character": 0}}
-        markdown = client.request("textDocument/hover", asked)["contents"]["value"]
+        markdown = client.request("textDocument/hover", place(uri, 0, 0))["contents"]["value"]
     code = re.search("profile (`[^`]*`)", markdown)
     assert code, markdown
     assert "](" not in markdown.replace(code[1], "")

@@ -32,6 +32,14 @@ def test_a_new_file(tmp_path: Path) -> None:
     assert (path.read_bytes(), mode(path)) == (b"new", "640")
 
 
+def test_nobody_can_guess_its_name_and_put_a_link_there(tmp_path: Path) -> None:
+    names = set()
+    for _ in range(2):
+        with replacing(tmp_path / "dance.svg"):
+            names |= {path.name for path in tmp_path.iterdir()} - {"dance.svg"}
+    assert len(names) == 2
+
+
 def test_a_file_that_is_replaced_keeps_its_permissions_and_its_link(tmp_path: Path) -> None:
     path, link = tmp_path / "dance.svg", tmp_path / "link.svg"
     path.write_bytes(b"old")

@@ -11,13 +11,29 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Page
 
 from improv_core.site.website import build
 from tests.pyodide import imitate
 from tests.site.native import homes, run_natively
-from tests.stage.viewer.conftest import browser, chromium, keep, page, window
+from tests.stage.viewer.conftest import browser, chromium, keep, page, wait, window
 
 __all__ = ["browser", "chromium", "keep", "page", "window"]
+
+OPENED = 'document.body.dataset.connection === "open"'
+"""Whether the page has its Python."""
+
+
+def open_site(page: Page, address: str) -> None:
+    """Open the website, and wait until it can play."""
+    page.goto(address)
+    wait(page, OPENED)
+
+
+def play(page: Page, text: str) -> None:
+    """Write a program, and save it by its key."""
+    page.locator("#text").fill(text)
+    page.keyboard.press("Control+Enter")
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ from improv_core.robots.config import read_robots
 from improv_core.site.guide import guide
 from improv_core.site.website import _examples
 from tests.axe import violations
+from tests.site.conftest import open_site
 from tests.stage.viewer.conftest import Keep, wait
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -75,8 +76,7 @@ def test_a_program_of_the_gallery_plays_there(example: dict[str, str]) -> None:
 
 @pytest.mark.slow("axe looks at the page in five states")
 def test_the_tutorial_stands_beside_the_stage_and_what_it_shows_plays(address: str, page: Page, keep: Keep) -> None:
-    page.goto(address)
-    wait(page, 'document.body.dataset.connection === "open"')
+    open_site(page, address)
     for name in ("Examples", "Share"):
         page.get_by_role("button", name=name).click()
         expect(page.locator("dialog img:visible").first).to_be_visible()

@@ -11,10 +11,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.site.conftest import served
+from tests.site.conftest import open_site, play, served
 from tests.stage.viewer.conftest import Keep, wait
 
-OPENED = 'document.body.dataset.connection === "open"'
 FULL = """() => {
   for (let size = 2 ** 21; size >= 1; size = size >> 1)
     try { for (let i = 0; ; i++) localStorage.setItem(`full ${size} ${i}`, "x".repeat(size)) }
@@ -41,8 +40,7 @@ def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_wa
 ) -> None:
     page.add_init_script(FILES)
     toml = '[robots.ada]\nprofile = "quadrator"\n'
-    page.goto(f"{address}{fragment(text='ada $ repeat 40 left', toml=toml)}")
-    wait(page, OPENED)
+    open_site(page, f"{address}{fragment(text='ada $ repeat 40 left', toml=toml)}")
     expect(page.locator("#mistakes")).to_contain_text("improv.toml, line 2")
     share, dialog = page.get_by_role("button", name="Share"), page.locator("#sharing")
     share.click()
@@ -71,8 +69,7 @@ def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_wa
     expect(page.locator("#text")).to_have_value("ada $ repeat 40 left")
 
     page.goto("about:blank")
-    page.goto(link)
-    wait(page, OPENED)
+    open_site(page, link)
     assert page.evaluate("improv.transport.generation") == 0
     page.get_by_role("button", name="Save and play").click()
     wait(page, 'improv.transport.state === "playing" && improv.transport.beat >= 1')
@@ -82,20 +79,16 @@ def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_wa
 
 @pytest.mark.slow("a browser on a busy machine")
 def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Page) -> None:
-    page.goto(address)
-    wait(page, OPENED)
-    page.locator("#text").fill("cy $ forward")
-    page.keyboard.press("Control+Enter")
+    open_site(page, address)
+    play(page, "cy $ forward")
     expect(page.locator("#file-state")).to_have_text("saved")
     page.evaluate(FULL)
-    page.locator("#text").fill("cy $ forward backward # longer")
-    page.keyboard.press("Control+Enter")
+    play(page, "cy $ forward backward # longer")
     expect(page.locator("#file-state")).to_contain_text("not saved: this browser has no room for it")
     expect(page.locator("#state")).to_have_text("playing")
     page.locator("#text").fill("cy $ forward")  # as it was kept: nothing asks whether to leave the page
     page.goto("about:blank")
-    page.goto(f"{address}{fragment(text='dee $ left')}")
-    wait(page, OPENED)
+    open_site(page, f"{address}{fragment(text='dee $ left')}")
     expect(page.locator("#notice")).to_contain_text("this browser has no room for another dance")
     expect(page.locator("#text")).to_have_value("cy $ forward")
     page.evaluate("localStorage.clear()")
@@ -105,8 +98,7 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
 def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(natively: Path, tmp_path: Path, page: Page) -> None:
     shutil.copytree(natively / "improv", tmp_path / "site")
     with served(tmp_path / "site") as root:
-        page.goto(root)
-        wait(page, OPENED)
+        open_site(page, root)
         page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
         wait(page, "navigator.serviceWorker.controller")
         page.locator("#text").fill("cy $ forward")

@@ -18,12 +18,11 @@ from improv_core.site.compiled import compiled
 from improv_core.site.website import LIBRARY, MARK, SiteError, build
 from tests.needs import lacking
 from tests.pyodide import imitate
-from tests.site.conftest import served
+from tests.site.conftest import OPENED, open_site, play, served
 from tests.stage.viewer.conftest import Keep, wait
 from tests.stage.viewer.songs import clicks
 
 PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
-OPENED = 'document.body.dataset.connection === "open"'
 BREAK = """async () => {
   const compiled = await caches.open((await caches.keys()).find((name) => name.startsWith("improv compiled ")))
   const [kept] = await compiled.keys()
@@ -183,8 +182,7 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
             wait(page, "improv.robots.cy?.x > 0.5")
             page.evaluate(BREAK)
             page.goto("about:blank")
-            page.goto(address)  # without what it has compiled, it compiles again
-            wait(page, OPENED)
+            open_site(page, address)  # without what it has compiled, it compiles again
         finally:
             page.context.set_offline(False)
 
@@ -220,17 +218,14 @@ def _first_visit(page: Page, address: str, keep: Keep) -> str:
     keep(page, "site-share.png")
     link = page.locator("#link").input_value()
     page.get_by_role("button", name="Close").click()
-    page.locator("#text").fill("cy $ forward\n")
-    page.keyboard.press("Control+Enter")
+    play(page, "cy $ forward\n")
     wait(page, "improv.robots.cy?.x > 0.5")
     return link
 
 
 def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: str, page: Page) -> None:
-    page.goto(address)
-    wait(page, OPENED)
-    page.locator("#text").fill("beat 120\nbo $ repeat (forward left)\n")
-    page.keyboard.press("Control+Enter")
+    open_site(page, address)
+    play(page, "beat 120\nbo $ repeat (forward left)\n")
     wait(page, 'improv.transport.state === "playing"')
     page.locator("#stage").click()
     song = clicks(100, 120)
@@ -241,8 +236,7 @@ def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: st
 
 
 def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) -> None:
-    page.goto(address)
-    wait(page, OPENED)
+    open_site(page, address)
     page.locator("#stage").click()
     page.get_by_role("button", name="Examples").click()
     page.locator("#examples").get_by_role("button", name="waltz (music)").click()
@@ -251,9 +245,7 @@ def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) 
 
 
 def test_a_broken_link_says_so_and_the_page_works(address: str, page: Page) -> None:
-    page.goto(f"{address}#dance=q1YqU7Iy")
-    wait(page, OPENED)
+    open_site(page, f"{address}#dance=q1YqU7Iy")
     expect(page.locator("#notice")).to_contain_text("this link is broken")
-    page.locator("#text").fill("ada $ forward\n")
-    page.keyboard.press("Control+Enter")
+    play(page, "ada $ forward\n")
     wait(page, "improv.robots.ada?.x > 0.5")

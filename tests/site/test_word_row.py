@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.stage.viewer.conftest import Keep, new_page, wait
+from tests.site.conftest import open_site
+from tests.stage.viewer.conftest import Keep, new_page
 
 
 @pytest.mark.slow("a browser on a busy machine")
 def test_what_may_be_written_here_can_be_tapped(address: str, browser: Browser, keep: Keep) -> None:
     tablet = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     page, wrong = new_page(tablet)
-    page.goto(address)
-    wait(page, 'document.body.dataset.connection === "open"')
+    open_site(page, address)
     text, row, offered = (
         page.locator("#text"),
         page.get_by_role("group", name="Words to tap"),

@@ -88,7 +88,6 @@ def _toward(now: float, wanted: float, most: float) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("name")
-    parser.add_argument("--stamped", action="store_true", help="takes TwistStamped, not Twist")
     parser.add_argument("--start", type=float, nargs=3, default=(0.0, 0.0, 0.0), help="x, y, and heading")
     parser.add_argument("--wheel-error", type=float, nargs=2, default=(1.0, 1.0))
     parser.add_argument("--noise", type=float, default=0.01)
@@ -99,7 +98,7 @@ def main() -> None:
     options = parser.parse_args()
 
     import rclpy
-    from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+    from geometry_msgs.msg import PoseStamped, Twist
     from nav_msgs.msg import Odometry
 
     rclpy.init()
@@ -111,8 +110,7 @@ def main() -> None:
     late: deque[tuple[float, Any]] = deque()  # true poses that are yet to be published, and when
 
     def hear(message: Any) -> None:
-        velocity = message.twist if options.stamped else message
-        base.command(velocity.linear.x, velocity.angular.z, time.monotonic())
+        base.command(message.linear.x, message.angular.z, time.monotonic())
 
     def publish() -> None:
         base.advance(time.monotonic())
@@ -131,7 +129,7 @@ def main() -> None:
             _, true = late.popleft()
             true_pose.publish(true)
 
-    node.create_subscription(TwistStamped if options.stamped else Twist, f"/{options.name}/cmd_vel", hear, 10)
+    node.create_subscription(Twist, f"/{options.name}/cmd_vel", hear, 10)
     node.create_timer(ODOMETRY_PERIOD, publish)
     spinning = threading.Thread(target=rclpy.spin, args=(node,))
     spinning.start()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import subprocess
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,13 +118,6 @@ def set_link(host: Host, up: bool) -> None:
     _ip(host, f"link set eth0 {'up' if up else 'down'}")
     if up:
         _ip(host, "route replace 224.0.0.0/4 dev eth0")  # it went with the link
-
-
-def set_radio(hosts: Iterable[Host], works: bool) -> None:
-    """Let all packets between hosts that are `on_one_link` be lost, or none. Unlike `set_link`, they don't notice."""
-    change = "del dev eth0 root" if works else "add dev eth0 root blackhole"
-    for host in hosts:
-        subprocess.run(["tc", "-n", host.namespace, "qdisc", *change.split()], check=True)
 
 
 def _join(host: Host, end: str, address: str) -> None:

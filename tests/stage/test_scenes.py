@@ -19,9 +19,9 @@ def check_moves(stage: Continuing, robot: str, moves: list[tuple[float, tuple[fl
 
 
 def test_a_scene_begins_on_the_first_whole_beat_on_which_all_before_is_over() -> None:
-    stage = played("anna $ scale 5/2 forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", 20)
-    assert changes(stage, "anna")[-2:] == [(3, *LEFT), (4, *STANDS)]
-    assert changes(stage, "bert")[-2:] == [(3, *LEFT), (4, *STANDS)]
+    stage = played("anna $ forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", 20)
+    check_moves(stage, "anna", [(0, FORWARD), (1, STANDS), (3, LEFT), (4, STANDS)])
+    check_moves(stage, "bert", [(0, (0.8, 0)), (2.5, STANDS), (3, LEFT), (4, STANDS)])
     assert (stage.states, stage.transport["beat"]) == (["playing", "ended"], 4)
 
 

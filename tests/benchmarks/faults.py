@@ -70,9 +70,11 @@ def _signal_server(number: signal.Signals) -> Fault:
     def fault(listener: Listener) -> Iterator[float]:
         with Server(ENV) as server:
             dances(server, listener)
+            server.client.code = -number
             began = time.monotonic()
             os.kill(server.pid, number)
             yield began
+            server.client.process.wait(LIMIT)
 
     return fault
 

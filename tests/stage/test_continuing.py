@@ -200,6 +200,18 @@ def test_a_save_that_waits_follows_the_speed() -> None:
     assert stage.transport["begins"] == {"bert": 6}
 
 
+def test_everything_begins_again_at_the_end() -> None:
+    stage = Continuing()
+    stage.save("anna $ forward\nbert $ forward left\n", "restart")
+    stage.run(1.5)
+    stage.save("anna $ forward\nbert $ right\n", "end")
+    stage.run(5)
+    assert changes(stage, "anna") == [(0, 2, 0), (1, 0, 0), (2, 2, 0), (3, 0, 0)]
+    assert changes(stage, "bert", 1.5) == [(2, 0, -QUARTER), (3, 0, 0)]
+    assert stage.states == ["playing", "playing", "ended"]
+    assert (stage.transport["beat"], stage.transport["beats"]) == (3, 3)
+
+
 def test_a_part_that_has_ended_is_left_alone_while_others_play() -> None:
     def disturb(stage: Continuing) -> None:
         stage.run(2.5)

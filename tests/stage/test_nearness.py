@@ -328,10 +328,10 @@ def test_otherwise_nobody_is_told(stage: Stage) -> None:
 # Robots that must be seen
 
 
-def watched() -> Stage:
+def watched(*, real: bool = True) -> Stage:
     """Two robots that have been seen 0.1 s after they began, and stand while one of them isn't seen."""
     stage = Stage()
-    stage.sink.real = True
+    stage.sink.real = real
     read = score("beat 60\na b $ repeat 8 forward")
     parts = {robot: replace(part, odom=f"/{robot}/pose", odom_frame="world") for robot, part in read.parts.items()}
     see(stage, 3)
@@ -378,3 +378,9 @@ def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
         late = [raw._replace(stamp=raw.at - 0.17) for raw in seen(stage.now, a=0, b=3)]
         stage.player.measure(late, stage.now)
     assert "paused" in stage.states
+
+
+def test_simulated_robots_need_not_be_seen() -> None:
+    stage = watched(real=False)
+    stage.run(5)
+    assert stage.states[-1] == "playing"

@@ -219,6 +219,16 @@ def test_a_scene_ends_when_all_are_done_and_the_next_begins_on_a_whole_beat() ->
     )
 
 
+def test_pausing_and_resuming_keeps_earlier_decisions() -> None:
+    stage = playing(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)]))
+    stage.act(1.5, "near", 1.75)
+    stage.player.pause(stage.now)
+    stage.run(10)
+    stage.player.resume(stage.now)
+    stage.run(10)
+    assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3.25, STANDS), (13.25, TURNS), (16, STANDS)]
+
+
 def test_seeking_forgets_earlier_decisions() -> None:
     stage = playing(anna=(series([until(repeat(FORWARD, 8), NEAR), LEFT]), LEFT))
     stage.act(1.5, "near", 0.25, "far", 1)
@@ -257,6 +267,14 @@ def test_a_save_set_to_wait_for_the_end_waits_until_senses_end_it() -> None:
     stage.player.load(open_score(anna=LEFT), 2, "end", stage.now)
     stage.act(5, "cue", 5)
     assert stage.moves() == [(0, GOES), (6.5, STANDS), (7, TURNS), (8, STANDS)]
+
+
+def test_a_save_does_not_wait_for_the_end_of_an_endless_score() -> None:
+    stage = playing(anna=ROAMER)
+    stage.run(1.5)
+    stage.player.load(open_score(anna=repeat(LEFT)), 2, "end", stage.now)
+    stage.run(5)
+    assert stage.moves() == [(0, GOES), (2, TURNS)]
 
 
 def test_a_stop_is_obeyed_no_matter_what_is_sensed() -> None:

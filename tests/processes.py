@@ -17,10 +17,13 @@ class Descriptor(int):
 
 
 def descendants(pid: int) -> dict[int, int]:
-    """All processes below this one, each with a descriptor that stays its own after its number is used again."""
+    """All processes below this one, each with a descriptor that stays its own after its number is used again. Those of
+    a browser are left out: all tests of a worker share it, and it starts new ones at any time."""
     found: dict[int, int] = {}
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in map(int, task.read_text().split()):
+            if b"playwright/driver" in command_of(child):
+                continue
             with suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile
                 found[child] = Descriptor(os.pidfd_open(child))
                 found.update(descendants(child))
@@ -33,7 +36,7 @@ def players(pid: int) -> dict[int, int]:
 
 
 def ours(words: str) -> dict[int, int]:
-    """All processes below this one whose commands contain these words. A browser of other tests may run beside them."""
+    """All processes below this one whose commands contain these words."""
     return {child: fd for child, fd in descendants(os.getpid()).items() if words in command_of(child).decode()}
 
 

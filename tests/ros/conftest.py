@@ -226,6 +226,7 @@ Start = Callable[..., Sink]
 PATIENT = {
     "stage.limits.HANG_LIMIT": 20.0,
     "stage.limits.SILENCE_LIMIT": 20.0,
+    "stage.hearing.ANSWER_LIMIT": 20.0,
     "stage.relief.ANSWER_LIMIT": 20.0,
     "stage.relief.START_LIMIT": LIMIT,
     "stage.relief.READY_LIMIT": LIMIT,

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.services import swapping
+from improv_core.services.history import VARIABLE, read
 from improv_core.services.program_file import WriteError, read_version, write_text
 from improv_core.services.swapping import swap
 
@@ -30,14 +31,11 @@ def renamed(path: Path, text: bytes) -> None:
     new.replace(path)
 
 
-@linux
-@pytest.mark.parametrize("write", [in_place, renamed])
-def test_a_text_written_just_before_the_exchange_is_put_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Callable[[Path, bytes], None]
+def before_exchanges(
+    monkeypatch: pytest.MonkeyPatch, path: Path, *texts: bytes, write: Callable[[Path, bytes], None] = in_place
 ) -> None:
-    path, others = tmp_path / "dance.improv", list[bytes]()
-    path.write_bytes(b"before")
-    exchange, theirs = swapping._exchange, iter((b"theirs", b"theirs, later"))
+    """Another program writes one of these texts into the file just before each exchange."""
+    exchange, theirs = swapping._exchange, iter(texts)
 
     def slow(one: Path, other: Path) -> bool:
         if text := next(theirs, None):
@@ -45,11 +43,41 @@ def test_a_text_written_just_before_the_exchange_is_put_back(
         return exchange(one, other)
 
     monkeypatch.setattr(swapping, "_exchange", slow)
+
+
+@linux
+@pytest.mark.parametrize("write", [in_place, renamed])
+def test_a_text_written_just_before_the_exchange_is_put_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Callable[[Path, bytes], None]
+) -> None:
+    path, others = tmp_path / "dance.improv", list[bytes]()
+    path.write_bytes(b"before")
+    before_exchanges(monkeypatch, path, b"theirs", b"theirs, later", write=write)
     assert not swap(path, b"before", b"mine", others.append)
     assert (path.read_bytes(), others) == (b"theirs, later", [b"theirs"])
     assert [each.name for each in tmp_path.iterdir()] == ["dance.improv"]
     assert swap(path, b"theirs, later", b"mine", others.append)
     assert path.read_bytes() == b"mine"
+
+
+@linux
+@pytest.mark.parametrize(
+    ("history", "theirs", "beside"),
+    [("on", b"theirs", []), ("off", b"theirs", [b"theirs"]), ("on", b"theirs \xff", [b"theirs \xff"])],
+)
+def test_of_two_texts_written_while_the_page_saves_the_earlier_is_kept_in_the_history_or_beside_the_file(
+    tmp_path: Path, state: Path, monkeypatch: pytest.MonkeyPatch, history: str, theirs: bytes, beside: list[bytes]
+) -> None:
+    monkeypatch.setenv(VARIABLE, history)
+    path = tmp_path / "dances" / "dance.improv"
+    path.parent.mkdir()
+    path.write_text("before")
+    before_exchanges(monkeypatch, path, theirs, b"theirs, later")
+    with pytest.raises(WriteError, match="another program has changed it"):
+        write_text(path, "mine", read_version(path).revision)
+    assert path.read_bytes() == b"theirs, later"
+    assert [each.read_bytes() for each in path.parent.glob("dance.kept-*.improv")] == beside
+    assert [each.text for each in read().programs] == ([] if beside else ["theirs"])
 
 
 @linux

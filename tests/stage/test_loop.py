@@ -11,6 +11,7 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT4
 from improv_core.score.score import Deadman, Host, Safety, Score
@@ -26,6 +27,7 @@ from improv_core.stage.loop import Opened, run
 from improv_core.stage.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
 from improv_core.stage.parent import Parent
 from improv_core.stage.pipes import arrival
+from improv_core.stage.robot_messages import FaultMessage, Instant
 from improv_core.stage.sinks import Alarm, Edge, RawPose, RawPoses
 from tests.stage.test_player import Memory, score
 
@@ -283,6 +285,22 @@ def test_a_score_from_before_the_machine_slept_is_refused_and_one_from_after_it_
 def test_the_simulator_goes_on_after_the_machine_has_slept() -> None:
     told = perform(Memory(), (0, load("r $ repeat forward\n")), (9, End()), real=False, sleeps_at=2)
     assert errors(told) == []
+
+
+@pytest.mark.parametrize(
+    ("response", "over", "stands_at"), [("stand", False, 0.5), ("stand", True, 0.9), ("tell", False, 0.9)]
+)
+def test_a_simulated_robot_stands_as_soon_as_the_real_one_does_because_of_a_fault(
+    response: Response, over: bool, stands_at: float
+) -> None:
+    when: Instant = {"beat": 1.0, "performed": 0.5, "wall": 0}
+    fault: FaultMessage = {
+        **when, "type": "fault", "generation": 1, "robot": "r", "fault": "off_path", "over": over,
+        "response": response, "worst": {}, "message": "r is off its path", "line": "",
+    }  # fmt: skip
+    sink = Memory()
+    perform(sink, (0, load("r $ repeat forward\n")), (0.5, fault), (0.9, End()), real=False)
+    assert zeros(sink, "r")[0] == stands_at
 
 
 def test_an_alarm_stops_moving_robots_and_says_why() -> None:

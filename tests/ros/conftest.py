@@ -231,6 +231,7 @@ PATIENT = {
     "stage.relief.START_LIMIT": LIMIT,
     "stage.relief.READY_LIMIT": LIMIT,
     "stage.decide.LATE": 20.0,
+    "stage.faults.LATE": 20.0,
     "stage.sinks.ros.STANDBY_LIMIT": 20.0,
     "stage.sinks.ros_reader.START_LIMIT": LIMIT,
     "stage.sinks.ros_reader.SILENT_LIMIT": 20.0,

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import functools
 import gzip
-import http.server
 import tempfile
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -21,6 +18,7 @@ from tests.benchmarks.chromium import chromium
 from tests.benchmarks.tables import print_row
 from tests.site.test_website import PYODIDE
 from tests.stage.viewer.conftest import wait
+from tests.web_server import served
 
 RATE = 10_000_000 / 8
 """Bytes a second."""
@@ -84,7 +82,7 @@ def run(quick: bool) -> None:
         build(site, PYODIDE)
         _print_sizes(site)
         firsts, seconds = [], []
-        with _served(site) as address, chromium() as browser:
+        with served(site) as address, chromium() as browser:
             for _ in range(1 if quick else 5):
                 context = browser.new_context(viewport={"width": 1280, "height": 800})
                 page = context.new_page()
@@ -164,16 +162,3 @@ def _print_sizes(site: Path) -> None:
     for part, size in sorted(sizes.items(), key=lambda each: -each[1]):
         print_row(part, f"{size / 1e6:.2f} MB")
     print_row("all, as a server that compresses sends it", f"{sum(sizes.values()) / 1e6:.2f} MB", "≤ 7.5 MB")
-
-
-class _Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, format: str, *arguments: object) -> None:
-        """Say nothing."""
-
-
-@contextmanager
-def _served(site: Path) -> Iterator[str]:
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(site))) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()

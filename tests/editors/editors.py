@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
+from tests.commands.command_line import program
 from tests.needs import lacking
 from tests.processes import wait_until_gone
 
@@ -42,8 +43,7 @@ def nothing_left() -> Iterator[dict[str, str]]:
 
 def noting_browser(path: Path, page: Path) -> None:
     """Make a person's browser: all it does is to note the address in a file."""
-    path.write_text(f'#!/bin/sh\necho "$1" >"{page}.new" && mv "{page}.new" "{page}"\n')
-    path.chmod(0o755)
+    program(path, f'echo "$1" >"{page}.new" && mv "{page}.new" "{page}"')
 
 
 def slow_server(folder: Path) -> tuple[Path, Path]:

@@ -7,7 +7,7 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from urllib.parse import quote, urlsplit
@@ -206,23 +206,23 @@ def _escape_stops_with_a_widget(page: Page, key: str, widget: str) -> None:
 
 def _open_actions(page: Page) -> None:
     """Whatever changes while VS Code waits for the actions, such as what a save colors, keeps their menu closed."""
-    menu = page.locator(".action-widget")
-    for _ in range(10):
-        page.keyboard.press("Control+.")
-        with suppress(AssertionError):
-            expect(menu).to_be_visible(timeout=PATIENCE * 100)
-            return
+    _until_visible(page.locator(".action-widget"), lambda: page.keyboard.press("Control+."))
 
 
 def _offered_as_it_is_typed(page: Page, letter: str, offered: Locator) -> None:
     """Completion comes by itself. On a machine so busy that VS Code gives up on it, it comes with the next letter."""
+    _until_visible(offered, lambda: page.keyboard.type(letter), lambda: page.keyboard.press("Backspace"))
+
+
+def _until_visible(shown: Locator, ask: Callable[[], object], take_back: Callable[[], object] = lambda: None) -> None:
+    """Ask for something, again and again if it does not show soon."""
     for _ in range(10):
-        page.keyboard.type(letter)
+        ask()
         with suppress(AssertionError):
-            expect(offered).to_be_visible(timeout=PATIENCE * 100)
+            expect(shown).to_be_visible(timeout=PATIENCE * 100)
             return
-        page.keyboard.press("Backspace")
-    raise AssertionError("nothing is offered")
+        take_back()
+    expect(shown).to_be_visible()
 
 
 def _escape_twice(page: Page, key: str, widget: str) -> None:
@@ -489,12 +489,12 @@ def _kill_the_editor(env: Mapping[str, str]) -> None:
 def _explained(page: Page, name: str) -> Locator:
     """What is shown with the mouse over a word. Lines may still move from under it, as what is above them comes."""
     hover = page.locator(".monaco-hover:visible", has_text=f"{name}: ")
-    for _ in range(10):
+
+    def point() -> None:
         page.mouse.move(0, 0)
         word(page, name).hover()
-        with suppress(AssertionError):
-            expect(hover).to_be_visible(timeout=PATIENCE * 100)
-            break
+
+    _until_visible(hover, point)
     return hover
 
 

@@ -189,7 +189,7 @@ def test_what_is_sent_half_leaves_nothing(tmp_path: Path, cut: int) -> None:
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
-def test_what_is_there_is_not_sent_again(tmp_path: Path) -> None:
+def test_a_stage_that_is_there_already_is_not_sent_again(tmp_path: Path) -> None:
     first, again = (started_there(tmp_path, boot_line(bundle(), ["--look"]) + data) for data in (bundle().data, b""))
     assert b'"wants": true' in first
     assert b'"wants": false' in again

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.site.conftest import open_site, play, served
+from tests.site.conftest import open_site, play
 from tests.stage.viewer.conftest import Keep, wait
+from tests.web_server import served
 
 FULL = """() => {
   for (let size = 2 ** 21; size >= 1; size = size >> 1)

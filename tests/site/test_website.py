@@ -18,9 +18,10 @@ from improv_core.site.compiled import compiled
 from improv_core.site.website import LIBRARY, MARK, SiteError, build
 from tests.needs import lacking
 from tests.pyodide import imitate
-from tests.site.conftest import OPENED, open_site, play, served
+from tests.site.conftest import OPENED, open_site, play
 from tests.stage.viewer.conftest import Keep, wait
 from tests.stage.viewer.songs import clicks
+from tests.web_server import served
 
 PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
 BREAK = """async () => {

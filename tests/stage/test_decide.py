@@ -453,7 +453,7 @@ def test_all_ends(is_real: bool) -> None:
     assert done == [Rest(), *([] if is_real else [Look(DANCE.parts)]), Report()]
 
 
-def test_at_the_end_a_robot_that_drives_back_stands() -> None:
+def test_a_robot_that_drives_back_stands_at_the_end() -> None:
     before = run("playing", dance=replace(DANCE, safety=Safety(rejoin="return")))
     _, done = decide(before, Due(8.0, Rank.END), real(8, standing=frozenset({"a"})))
     assert done == [Rest(), Guide("a", STILL), Report()]

@@ -24,7 +24,6 @@ from tests.stage.viewer.conftest import (
     at,
     next_frame,
     play_anew,
-    served,
     shared_page,
     switch_to,
     transport,
@@ -32,6 +31,7 @@ from tests.stage.viewer.conftest import (
     watch,
 )
 from tests.stage.viewer.looks import COUNT, PIXEL
+from tests.web_server import served
 
 ROOT = Path(__file__).parents[3]
 

@@ -15,7 +15,8 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, link, next_frame, part, served, transport, wait
+from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, link, next_frame, part, transport, wait
+from tests.web_server import served
 
 
 def open_page(page: Page, viewer: Viewer) -> None:

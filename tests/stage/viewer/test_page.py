@@ -84,6 +84,20 @@ def test_the_page_counts_the_beat_itself(page: Page, viewer: Viewer) -> None:
     expect(page.locator("#state")).to_have_text("ended")
 
 
+def test_the_page_shows_the_beat_that_it_is_also_if_it_heard_late_what_time_it_is(page: Page, viewer: Viewer) -> None:
+    page.add_init_script(
+        """const parse = JSON.parse
+        JSON.parse = (text) => {
+          const message = parse(text)
+          return message?.type === "time" ? { ...message, wall: message.wall - 5 } : message
+        }"""
+    )
+    open_page(page, viewer)
+    viewer.publish(transport(1, "playing", beats=None, beat=10.0))
+    wait(page, "improv.transport.state === 'playing'")
+    wait(page, "Math.abs(10 + Date.now() / 1000 - improv.transport.wall - improv.beat) < 0.1")
+
+
 def test_a_new_program_starts_with_a_clean_stage(page: Page, viewer: Viewer, simulator: Simulator) -> None:
     open_page(page, viewer)
     simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose()), "bo": part("bo", Pose(0.0, 2.0))}), restart=True)

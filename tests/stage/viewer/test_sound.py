@@ -144,7 +144,7 @@ def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> N
     watch(page, show, DANCE)
     wait(page, "improv.beat > 1")
     assert "sound.js" in asked
-    assert not {"audio.js", "grains.js", "music.js", "song", "time"} & set(asked)
+    assert not {"audio.js", "grains.js", "music.js", "song"} & set(asked)
     expect(page.get_by_role("slider", name="Beat 0 in the song, in seconds")).to_be_hidden()
 
 
@@ -157,7 +157,7 @@ def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) ->
     wait(page, "window.clicks.length > 6")
     made = page.evaluate("clicks.map(({ at, frequency }) => [at, frequency])")
     gaps = [later - before for (before, _), (later, _) in pairwise(made)]
-    assert all(abs(gap - 0.2) < 0.05 for gap in gaps), gaps  # how late sound is heard becomes known ever better
+    assert all(abs(gap - 0.2) < 0.1 for gap in gaps), gaps  # how late sound is heard becomes known ever better
     high = [frequency > 1500 for _, frequency in made]
     first = high.index(True)
     assert high == [(place - first) % 3 == 0 for place in range(len(high))]

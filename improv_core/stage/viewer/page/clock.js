@@ -1,6 +1,9 @@
 // @ts-check
 // The position in the score: the latest transport message, advanced by the tempo. There are no messages for beats.
 
+import { aheadBy, answered } from "./ahead.js"
+
+/** @import { TimeAnswer } from "./ahead.js" */
 /** @import { Messages } from "./messages.js" */
 /** @typedef {Omit<Messages["transport"], "type" | "speed" | "muted" | "soloed"> &
  *   { speed: number, muted: string[], soloed: string[] }} Transport */
@@ -11,12 +14,30 @@ export class Clock {
   /** @type {Transport} */
   transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", behind: 0, poses: undefined, muted: [], soloed: [] }
 
-  /** The server's clock minus the page's, in seconds: over SSH, they are on two machines. */
+  /** The server's clock minus that of the page's machine, in seconds: over SSH, they are two. */
   #ahead = 0
+  /** @type {TimeAnswer[]} */
+  #answers = []
 
-  /** Takes the server's time, which arrives first. @param {Messages["time"]} message */
+  /** A connection begins, perhaps to another server. */
+  connect() {
+    this.#answers = []
+  }
+
+  /** Takes the server's time, which arrives first, but nobody knows how late. @param {Messages["time"]} message */
   takeTime({ wall }) {
-    this.#ahead = wall - Date.now() / 1000
+    if (this.#answers.length === 0) this.#ahead = wall - Date.now() / 1000
+  }
+
+  /** Takes an answer about the server's time, which says more. @param {TimeAnswer} answer */
+  takeAnswer(answer) {
+    this.#answers = answered(this.#answers, answer)
+    this.#ahead = this.ahead - answer.own
+  }
+
+  /** By how many seconds the server's Unix time is ahead of the page's `performance.now()`. */
+  get ahead() {
+    return aheadBy(this.#answers) ?? this.now() - performance.now() / 1000
   }
 
   /**

@@ -26,6 +26,7 @@ import { Program } from "./program.js"
 import { Scenes } from "./scenes.js"
 import { Lights, Score } from "./score.js"
 import { Senses } from "./senses.js"
+import { ServerTime } from "./server-time.js"
 import { Sound } from "./sound.js"
 import { Stage } from "./stage.js"
 import { StartPoses } from "./start-poses.js"
@@ -38,6 +39,7 @@ import { offerHelp } from "./writing.js"
 /** @import { Message, Messages } from "./messages.js" */
 
 const clock = new Clock()
+const serverTime = new ServerTime(clock)
 const motion = new Motion()
 const trails = new Trails()
 const measured = new Measured()
@@ -72,7 +74,7 @@ const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (name) => wall.lost(name), (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const wall = new Wall(clock, measured, resize)
 const scenes = new Scenes(clock, (beat) => controls.seek(beat))
-const sound = new Sound(clock, { say: (line) => notices.announce(line), resize })
+const sound = new Sound(clock, { say: (line) => notices.announce(line), resize, askTime: (on) => serverTime.keepAsking(on) })
 const senses = new Senses(clock, send, () => view.touch())
 const formation = new Formation()
 const startPoses = new StartPoses(() => view.touch())
@@ -254,6 +256,7 @@ function change(now) {
     motion.clear() // nobody knows where the robots went in the meantime
     bumps.clear()
     program.reconnect()
+    serverTime.connect()
   }
   notices.change(now)
   editor.connect(now === "open")

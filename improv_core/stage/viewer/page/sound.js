@@ -1,22 +1,18 @@
 // @ts-check
 // The sound of a dance: its song, from the server or from a file that somebody drops onto the page, and a click.
 
-import { aheadBy, answered } from "./ahead.js"
 import { find, findA } from "./elements.js"
-import { fetchSong, fetchTime } from "./home.js"
+import { fetchSong } from "./home.js"
 import { settings } from "./keys.js"
 import { Offer } from "./offer.js"
 import { ENOUGH, tapped, tempoOf } from "./tapping.js"
 import { Waveform } from "./waveform.js"
 
-/** @import { TimeAnswer } from "./ahead.js" */
 /** @import { Audio, Performance, Song } from "./audio.js" */
 /** @import { Clock } from "./clock.js" */
 /** @import { Messages } from "./messages.js" */
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
-const ASKING = 2000 // milliseconds between two questions about the server's time
-const FIRST = [0, 50, 100, 200, 400, 800] // milliseconds after which it is asked at first
 const PATIENCE = 300 // milliseconds in which a browser turns sound on, if it does without a click
 const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
 const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
@@ -48,14 +44,12 @@ export class Sound {
   #clicks = false
   /** @type {Performance["counting"]} */
   #counting = null
-  /** @type {TimeAnswer[]} */
-  #answers = []
-  #asking = 0 // the timer that asks for the time
 
   /**
-   * `say` tells people, also those who listen, and `resize` makes room for a song, or for what was below it.
+   * `say` tells people, also those who listen, `resize` makes room for a song, or for what was below it, and `askTime`
+   * keeps asking what time it is.
    * @param {Clock} clock
-   * @param {{ say: (line: string) => void, resize: () => void }} page
+   * @param {{ say: (line: string) => void, resize: () => void, askTime: (on: boolean) => void }} page
    */
   constructor(clock, page) {
     this.#clock = clock
@@ -91,7 +85,6 @@ export class Sound {
   /** Whether the server is heard: without it, nobody knows whether robots still dance. @param {boolean} open */
   connect(open) {
     this.#open = open
-    this.#answers = []
     if (open && this.#music) this.#load(this.#music)
     this.#run()
   }
@@ -146,8 +139,7 @@ export class Sound {
 
   /** @returns {Performance} */
   #performance() {
-    const ahead = aheadBy(this.#answers) ?? this.#clock.now() - performance.now() / 1000
-    const { transport: shown } = this.#clock
+    const { transport: shown, ahead } = this.#clock
     const transport = this.#open ? { ...shown, wall: shown.wall - (shown.behind ?? 0) } : NOTHING // real robots are ahead
     const { tempo = 60, bar = null } = this.#score ?? {}
     const counting = this.#open ? this.#counting : null
@@ -212,22 +204,8 @@ export class Sound {
   #run() {
     const runs = this.#has && this.#open && (this.#clock.playing || this.#counting !== null)
     this.#loaded?.run(runs)
-    if (runs && !this.#asking) {
-      this.#asking = window.setInterval(() => this.#ask(), ASKING)
-      for (const wait of FIRST) setTimeout(() => this.#ask(), wait)
-    }
-    if (!runs) {
-      clearInterval(this.#asking)
-      this.#asking = 0
-    }
+    this.#page.askTime(runs)
     this.#showOff()
-  }
-
-  async #ask() {
-    const sent = performance.now() / 1000
-    const wall = await fetchTime()
-    const received = performance.now() / 1000
-    if (wall !== null) this.#answers = answered(this.#answers, { sent, wall, received, own: Date.now() / 1000 - received })
   }
 
   /** Says that sound needs a click, if it does. */

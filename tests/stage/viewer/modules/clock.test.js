@@ -17,6 +17,20 @@ test("a page counts on from the beat of the latest message, also if its clock is
   }
 })
 
+test("a page that heard late what time it is at the server asks, and is right then", (context) => {
+  context.mock.timers.enable({ apis: ["Date"], now: 5_000_000 })
+  for (const ahead of [0, 3600]) {
+    const clock = new Clock()
+    clock.takeTime({ type: "time", wall: 4999.6 + ahead })
+    clock.take({ type: "transport", ...playing, wall: 4999 + ahead })
+    clock.takeAnswer({ sent: 9.9, wall: 5000 + ahead, received: 10.1, own: 4990 })
+    assert.ok(Math.abs(clock.beat() - 3) < 1e-9)
+    assert.ok(Math.abs(clock.ahead - (4990 + ahead)) < 1e-9)
+    clock.takeTime({ type: "time", wall: 4999 + ahead })
+    assert.ok(Math.abs(clock.beat() - 3) < 1e-9, "an answer says more")
+  }
+})
+
 test("the beats before beat 0 are counted from 1, and only these", () => {
   const armed = { type: "armed", generation: 1, armed: true, begins: 100, count: { beats: 4, period: 0.5 } }
   const counted = (now) => countIn(armed, now).number

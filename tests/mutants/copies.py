@@ -56,11 +56,11 @@ def _environment(copy: Path) -> Path:
             else:
                 (own / script.name).symlink_to(script)
     packages = Path(sysconfig.get_path("purelib"))
-    _site(copy / ".venv").joinpath("copy.pth").write_text(f"{copy}\n{packages}\n" + _MEASURED.format(""))
+    _site(copy / ".venv").joinpath("copy.pth").write_text(f"{copy}\n{packages}\n" + _MEASURED)
     return own / "python"
 
 
-def measure_ros(copy: Path, settings: Path) -> None:
+def measure_ros(copy: Path) -> None:
     """Let ROS's Python measure, too: a copy of it in which `coverage` is installed."""
     shared = copy / ".cache" / "ros"
     if not shared.exists():
@@ -69,8 +69,7 @@ def measure_ros(copy: Path, settings: Path) -> None:
     shared.unlink()
     shutil.copytree(original, shared, symlinks=True)
     shutil.copytree(Path(sysconfig.get_path("platlib")) / "coverage", _site(shared) / "coverage")
-    setting = f"os.environ.update(COVERAGE_PROCESS_START={str(settings)!r});"
-    _site(shared).joinpath("measured.pth").write_text(_MEASURED.format(setting))
+    _site(shared).joinpath("measured.pth").write_text(_MEASURED)
 
 
 def _site(environment: Path) -> Path:
@@ -78,7 +77,7 @@ def _site(environment: Path) -> Path:
 
 
 _MEASURED = (
-    "import os; 'COVERAGE_PROCESS_START' in os.environ and exec(\"{}import coverage; coverage.process_startup()\")\n"
+    "import os; 'COVERAGE_PROCESS_START' in os.environ and exec('import coverage; coverage.process_startup()')\n"
 )
 
 assert sys.prefix != sys.base_prefix, "start this in the environment in which Improv is installed"

@@ -17,7 +17,7 @@ from coverage import CoverageData
 
 from tests.mutants.copies import RESULTS, copy_tree, measure_ros
 from tests.mutants.faults import Fault
-from tests.mutants.plugin import TIMES
+from tests.mutants.plugin import CHILDREN, START, TIMES
 
 SETTINGS = """\
 [run]
@@ -40,13 +40,14 @@ def measure(commit: str | None, jobs: int, wanted: list[str]) -> None:
         copy, folder = Path(temporary) / "copy", Path(temporary) / "data"
         folder.mkdir()
         python = copy_tree(commit, copy)
-        settings = {name: folder / f"{name}.ini" for name in ("ours", "ros")}
-        for name, concurrency in (("ours", "thread, greenlet"), ("ros", "thread")):  # ROS's Python has no greenlet
+        settings = {name: folder / f"{name}.ini" for name in ("tests", "children")}
+        for name, concurrency in (("tests", "thread, greenlet"), ("children", "thread")):
             settings[name].write_text(SETTINGS.format(folder=folder, concurrency=concurrency, copy=copy))
-        measure_ros(copy, settings["ros"])
+        measure_ros(copy)
         kept = RESULTS / (commit or "tree")
         kept.mkdir(parents=True, exist_ok=True)
-        env = {**os.environ, "COVERAGE_PROCESS_START": str(settings["ours"]), TIMES: str(kept / "times.json")}
+        files = {START: settings["tests"], CHILDREN: settings["children"], TIMES: kept / "times.json"}
+        env = {**os.environ, **{name: str(file) for name, file in files.items()}}
         pytest: list[str | Path] = [python, "-m", "pytest", "-p", "tests.mutants.plugin", "-q", "--timeout", "300"]
         subprocess.run([*pytest, "-n", str(jobs), "--dist", "loadfile", *wanted], cwd=copy, env=env)
         (kept / "map").unlink(missing_ok=True)

@@ -9,6 +9,7 @@ import json
 import os
 import subprocess
 import tempfile
+import weakref
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -23,15 +24,32 @@ TIMES = "IMPROV_MUTANTS_TIMES"
 CONTEXT = "IMPROV_MUTANTS_CONTEXT"
 """The test that started a process, for which `coverage` records the lines that the process runs."""
 
+START = "COVERAGE_PROCESS_START"
+"""Names the settings with which `coverage` measures a process from its start."""
+CHILDREN = "IMPROV_MUTANTS_CHILDREN"
+"""Names those for what tests start: `coverage` looks for greenlets in the tests alone."""
+
 _runtime = tempfile.TemporaryDirectory(prefix="improv-mutants-")
 _ended: dict[str, tuple[str, float]] = {}
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     # Older versions of the tests give their workers no folder of their own for `improv stop`.
     os.environ["XDG_RUNTIME_DIR"] = _runtime.name
-    if "COVERAGE_PROCESS_START" in os.environ:
+    if measuring := Coverage.current():
+        _look_for_greenlets_in_the_main_thread(measuring)
+    if hasattr(config, "workerinput") and CHILDREN in os.environ:
+        os.environ[START] = os.environ[CHILDREN]
         _tell_processes()
+
+
+def _look_for_greenlets_in_the_main_thread(measuring: Coverage) -> None:
+    """Playwright's are there. If `coverage` looks for greenlets in other threads, each of these leaves the main thread
+    something to do when it ends. While that thread waits, those that are traced try it again without end (Python 3.11).
+    """
+    same: Any = weakref.ref(pytest_configure)  # each thread has a tracer of its own, so one key is enough
+    if collector := measuring._collector:
+        collector.concur_id_func = same
 
 
 def _tell_processes() -> None:
@@ -39,7 +57,7 @@ def _tell_processes() -> None:
     start: Any = subprocess.Popen.__init__
 
     def measured(self: Any, *positional: Any, env: Any = None, **named: Any) -> None:
-        ours = {name: os.environ[name] for name in (CONTEXT, "COVERAGE_PROCESS_START") if name in os.environ}
+        ours = {name: os.environ[name] for name in (CONTEXT, START) if name in os.environ}
         start(self, *positional, env={**(os.environ if env is None else env), **ours}, **named)
 
     subprocess.Popen.__init__ = measured  # type: ignore[method-assign]

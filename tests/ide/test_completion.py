@@ -164,6 +164,8 @@ message = "sensor_msgs/LaserScan"
 below = 0.5
 from = -30
 to = 30
+[senses.kick]
+osc = "kick"
 """
 
 
@@ -173,9 +175,10 @@ def test_conditions_offer_senses_and_where_they_come_from() -> None:
     check("x = if not |>", "bump", "near", "cue")
     assert "else" in [item.label for item in offered("x = if near left |>").items]
     found = {item.label: item.detail for item in offered("r $ until |>", SENSES).items if item.kind == "sense"}
-    assert list(found) == ["bump", "near", "cue", "drop"]
+    assert list(found) == ["bump", "near", "cue", "drop", "kick"]
     assert found["near"] == "topic scan (sensor_msgs/LaserScan) below 0.5, -30° to 30°"
     assert found["drop"] == "key d, while it is held on the page"
+    assert found["kick"] == "OSC messages /improv/sense kick"
     assert found["bump"].startswith("in the simulator")
     analysis, _ = at_cursor("r $ |>")
     shown = document(analysis, Item("near", "sense"), 0, pictures=False)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.ide.references import symbol_at
-from improv_core.ide.rename import RefusalError, renamable, rename, rename_section
+from improv_core.ide.rename import RefusalError, renamable, rename, rename_robot, rename_section
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
@@ -54,6 +54,10 @@ def test_renames_that_change_the_meaning_are_refused() -> None:
         "y = up\n|>x = left\nr $ x\nr $ y", "y", "`y` on line 4 would then mean this one: choose another name"
     )
     check_refused("|>x = left\nr $ y", "y", "`y` on line 2 would then mean this one: choose another name")
+
+
+def test_a_robot_that_keeps_its_name_changes_nothing() -> None:
+    assert rename_robot(analyze("r $ up"), "r", "r") == []
 
 
 def test_a_parameter() -> None:

@@ -7,7 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from lsprotocol import types
 
+from improv_core.text import LineIndex
+from improv_ls.documents import RobotsFile, changed_file
 from tests.ls.client import QUIET, Client
 from tests.robots.test_skeletons import TOML, URDF
 
@@ -81,6 +84,17 @@ def test_robots_in_an_unreadable_file_do_not_move(tmp_path: Path, make: Callable
         robots.unlink()
         client.save(program.as_uri())
         assert client.wait_for_line("▶").startswith("▶ r ∞")
+
+
+def test_each_change_of_an_open_file_applies_to_the_result_of_the_one_before() -> None:
+    def change(line: int, start: int, end: int, text: str) -> types.TextDocumentContentChangePartial:
+        span = types.Range(types.Position(line, start), types.Position(line, end))
+        return types.TextDocumentContentChangePartial(span, text)
+
+    file = RobotsFile("file:///improv.toml", 1, LineIndex("# \U0001f422 [robots.ada]\n"))
+    changes = [change(0, 0, 5, ""), change(1, 0, 0, 'profile = ""\n'), change(1, 11, 11, "turtlesim")]
+    after = changed_file(file, 2, changes, types.PositionEncodingKind.Utf16)  # a turtle is two units
+    assert (after.version, after.lines.text) == (2, '[robots.ada]\nprofile = "turtlesim"\n')
 
 
 def test_a_document_that_is_too_long_has_one_diagnostic(tmp_path: Path) -> None:

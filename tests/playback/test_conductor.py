@@ -125,6 +125,20 @@ def test_a_clock_that_stands_pauses_all_and_they_come_in_when_it_is_at_their_bea
     assert story.troupe.mode == "playing"
 
 
+def test_who_seeks_while_all_wait_for_their_beat_has_them_come_in_at_another_one() -> None:
+    story = playing(beat=20.0)
+    hear(story, 20.0, tempo=0.0)
+    for host in (HERE, PI):
+        story.is_at(host, "paused", 20.0)
+    story.now += 10
+    hear(story, 5.0)
+    assert story.told("seek", beat=13.0) == both("seek")
+    for host in (HERE, PI):
+        story.is_at(host, "paused", 13.0)
+    assert story.waits() == both("bend", "resume")
+    assert story.sent(PI)[1]["at"] == pytest.approx(NOW + 20 + 4 / 2), "the second beat of a bar"
+
+
 @pytest.mark.parametrize("kind", ["pause", "stop"])
 def test_what_a_person_has_paused_or_stopped_goes_on_only_if_a_person_says_so(kind: str) -> None:
     story = playing(beat=20.0)
@@ -135,7 +149,9 @@ def test_what_a_person_has_paused_or_stopped_goes_on_only_if_a_person_says_so(ki
     assert hear(story, 20.0) == []
     assert (story.troupe.mode, story.troupe.enters) == ("paused" if kind == "pause" else "stopped", math.inf)
     if kind == "pause":
-        story.told("resume")
+        hear(story, 22.0, tempo=0.0)
+        assert story.told("resume") == [], "the clock stands: all wait for it"
+        hear(story, 20.0)
         assert (story.words or story.waits())[-2:] == both("resume")
 
 

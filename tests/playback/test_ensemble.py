@@ -17,8 +17,9 @@ from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_core.playback.troupe import HERE
+from improv_core.score.score_json import RowsWritten, to_json
 from tests.playback.fakes import LIMIT, Fake
-from tests.playback.story import DANCE
+from tests.playback.story import DANCE, at
 from tests.playback.test_together import PI, on_hosts
 
 
@@ -27,6 +28,7 @@ class Members:
 
     def __init__(self, unreachable: set[str]) -> None:
         self.unreachable = unreachable
+        self.problem = "ssh can't find {}"
         self.failed = 0
         self.stages: dict[str, Fake] = {}
         self.heard: list[Any] = []
@@ -36,7 +38,7 @@ class Members:
         self.news.set()
         if host in self.unreachable:
             self.failed += 1
-            raise StageError(f"ssh can't find {host}")
+            raise StageError(self.problem.format(host))
         self.stages[host] = Fake("ros", Options(), hear, Stops())
         return self.stages[host]
 
@@ -98,9 +100,45 @@ async def test_a_host_that_cannot_be_reached_is_named_and_tried_again(members: M
     assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
 
 
-def test_nothing_starts_if_the_stage_here_fails() -> None:
-    with pytest.raises(StageError, match=r"ssh can't find $"):
-        performed(HERE)(lambda members, all_: asyncio.sleep(0))()
+@performed(PI)
+async def test_another_reason_why_a_host_cannot_be_reached_is_told_once(members: Members, all_: Ensemble) -> None:
+    await members.until(lambda: members.failed > 1)
+    members.problem = "ssh refuses {}"
+    seen = members.failed
+    await members.until(lambda: members.failed > seen + 2)
+    assert members.lines == [
+        f"{PI} can't be reached: {problem} {PI} (Improv goes on trying)"
+        for problem in ("ssh can't find", "ssh refuses")
+    ]
+
+
+@performed()
+async def test_robots_that_have_not_confirmed_a_stop_are_named_in_time(members: Members, all_: Ensemble) -> None:
+    score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
+    all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
+    for stage in members.stages.values():
+        stage.say(at("playing", 1))
+    all_.send({"type": "stop"})
+    members.stages[HERE].say(at("stopped", 1))
+    await members.until(lambda: any(each["type"] == "unreached" for each in members.heard))
+    (line,) = (each["message"] for each in members.heard if each["type"] == "unreached")
+    assert line == f"p, q may still be moving: {PI} has not confirmed the stop"
+
+
+@pytest.mark.parametrize(
+    ("unreachable", "problem"), [((HERE,), r"ssh can't find $"), ((HERE, PI), r"ssh can't find $")]
+)
+def test_nothing_starts_if_the_stage_here_fails(unreachable: tuple[str, ...], problem: str) -> None:
+    with pytest.raises(StageError, match=problem):
+        performed(*unreachable)(lambda members, all_: asyncio.sleep(0))()
+
+
+def test_nothing_starts_if_there_can_be_no_stage_at_all() -> None:
+    async def none(host: str, hear: Any) -> None:
+        return None
+
+    with pytest.raises(StageError, match="no stage could be started"):
+        asyncio.run(Ensemble.start([HERE, PI], none, lambda *_: None))
 
 
 @performed()

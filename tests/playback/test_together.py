@@ -115,6 +115,15 @@ def test_a_host_is_as_patient_as_the_least_patient_of_its_robots() -> None:
     assert story.sent(PI)[0]["patience"] == 3.0
 
 
+def test_a_pause_before_all_are_ready_means_that_nobody_begins() -> None:
+    story = Story(HERE, PI)
+    story.plays()
+    story.told("pause")
+    story.said(HERE, "armed", generation=1, armed=True, begins=None)
+    assert story.said(PI, "armed", generation=1, armed=True, begins=None) == []
+    assert (story.troupe.mode, story.told("resume")) == ("stopped", [])
+
+
 def test_beat_0_is_at_one_instant_once_all_are_ready() -> None:
     story = Story()
     story.plays()
@@ -218,6 +227,19 @@ def test_a_score_takes_over_after_all_have_it_and_not_at_the_edge_of_a_beat() ->
         assert [act.message["at"] for act in story.acts] == [pytest.approx(instant)] * 3  # type: ignore[union-attr, typeddict-item]
 
 
+def test_a_dance_that_has_ended_does_not_go_on() -> None:
+    story = Story.playing()
+    assert story.is_at(HERE, "ended", 20.0) == ["say ended"]
+    assert story.told("resume") == []
+
+
+def test_what_a_stage_says_of_an_earlier_score_is_only_where_it_is() -> None:
+    story = Story.playing()
+    story.plays(when="end")
+    assert story.is_at(HERE, "playing", 3.0, generation=1) == ["say playing"]
+    assert story.is_at(PI, "stopped", 3.0, generation=1) == [], "nobody else stops"
+
+
 def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     story = Story.playing()
     pause: Any = {"type": "pause"}
@@ -272,6 +294,18 @@ def test_a_stage_that_pauses_by_itself_pauses_all_until_it_goes_on() -> None:
         "say playing",
     ]
     assert story.sent(HERE)[0]["beat"] == pytest.approx(3.0 + 2 * SPARE)
+
+
+def test_of_two_stages_that_pause_by_themselves_the_first_that_could_go_on_waits_for_the_other() -> None:
+    story = Story.playing(HERE, PI)
+    held = {"waits_for": ["button 4 on /joy"]}
+    story.now += 1
+    for host in (HERE, PI):
+        story.is_at(host, "paused", 2.0, **held)
+    story.now += 1
+    assert story.is_at(HERE, "playing", 2.0) == ["here: pause"]
+    story.is_at(HERE, "paused", 2.1)
+    assert story.is_at(PI, "playing", 2.0) == ["here: seek", "here: resume", "say playing"]
 
 
 def seen(*robots: str, at: float = NOW) -> dict[str, Any]:
@@ -409,6 +443,36 @@ def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_go_on() -> 
     assert story.is_at(HERE, "playing", 2.0) == ["say playing", f"{PI}: load"]
 
 
+def test_a_host_that_comes_back_while_robots_are_waited_for_gets_ready_with_the_others() -> None:
+    story = Story(HERE, PI)
+    story.plays()
+    story.said(PI, "gone", message="it was rebooted")
+    assert story.said(PI, "armed", generation=1, armed=True, begins=None) == [], "what it said before is no news"
+    story.troupe, story.acts = together.started(story.troupe, PI, Times(story.now))
+    assert (story.words, story.sent(PI)[0]["arming"]) == ([f"{PI}: load"], {})
+    assert story.said(HERE, "armed", generation=1, armed=True, begins=None) == []
+    assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["here: resume", f"{PI}: resume"]
+
+
+def test_a_host_that_lacks_what_a_score_builds_on_gets_it_whole_and_joins() -> None:
+    story = Story.playing(HERE, PI)
+    assert story.said(PI, "lacks", generation=1) == [f"{PI}: load"]
+    assert story.sent(PI)[0]["score"]["known"] == 0
+
+
+def test_if_all_who_are_left_have_yet_to_join_the_dance_is_over() -> None:
+    story = Story.playing(HERE, PI)
+    story.told("pause")
+    story.is_at(HERE, "paused", 2.0)
+    story.said(PI, "gone", message="it was rebooted")
+    story.troupe, _ = together.started(story.troupe, PI, Times(story.now))
+    assert story.said(HERE, "gone", message="it was killed") == [
+        "say the stage here: it was killed",
+        "start  again",
+        "say stopped",
+    ]
+
+
 def test_a_host_whose_link_was_silent_joins_again_unless_people_have_stopped() -> None:
     story = Story.playing()
     line = f"say {PI} heard nothing from here for 3 s, so its robots stopped"
@@ -441,6 +505,9 @@ def test_a_stage_speaks_only_of_its_own_robots() -> None:
     story = Story.playing()
     assert story.said(PI, "fault", robot="p") == ["say fault"]
     assert story.said(PI, "fault", robot="a") == []
+    assert story.said(PI, "measured", robots={"a": 1}) == []
+    story.said(PI, "measured", robots={"a": 1, "p": 2})
+    assert story.acts[0].message["robots"] == {"p": 2}  # type: ignore[union-attr, typeddict-item]
     story.said(PI, "vitals", robots={"a": 1, "p": 2})
     story.said(HERE, "vitals", robots={"a": 3, "p": 4})
     assert story.acts[0].message["robots"] == {"a": 3, "p": 2}  # type: ignore[union-attr, typeddict-item]
@@ -467,7 +534,15 @@ def test_emergency_stops_are_counted_by_each_stage_and_known_together() -> None:
     story.said(PAD, "pressed", topics=["/halt"], count=1)
     assert story.acts == [Say({"type": "pressed", "topics": ["/halt", "/stop"], "count": 3})]
     story.plays(stops=3)
-    assert {host: story.sent(host)[0]["stops"] for host in (HERE, PI, PAD)} == {HERE: 0, PI: 2, PAD: 1}
+    counts = {HERE: 0, PI: 2, PAD: 1}
+    assert {host: story.sent(host)[0]["stops"] for host in counts} == counts
+    story.told("pressed", topics=["/halt"], count=3)
+    assert {host: story.sent(host)[0]["count"] for host in counts} == counts
+
+
+def test_what_is_for_pages_goes_to_the_stage_here_which_has_them() -> None:
+    assert Story().told("program", text="") == ["here: program"]
+    assert Story(PI).told("program", text="") == []
 
 
 def test_what_holds_for_later_is_told_to_stages_that_start_later() -> None:

@@ -55,6 +55,37 @@ def test_a_pose_that_only_this_part_lacks_is_a_warning() -> None:
     assert analysis.ok
 
 
+def test_a_direction_that_a_part_lacks_is_marked_where_a_line_asks_it_also_through_names_and_phrases() -> None:
+    lacks = "`head` has no direction `forward`, so `forward` and `backward` do nothing: use another, or declare it in"
+    lacks += " the profile p"
+    check(
+        f"""
+        x = backward
+        twice (m) = m m
+        nod = head x
+        r1 $ head x nod
+                  ^ part-direction: {lacks}
+                    ^^^ part-direction: {lacks}
+        r1 $ head twice (up forward)
+                            ^^^^^^^ part-direction: {lacks}
+        r1 $ head twice x || twice forward
+                        ^ part-direction: {lacks}
+        """,
+        robots=PUPPET,
+    )
+
+
+def test_a_pose_that_a_part_lacks_is_marked_through_names() -> None:
+    check(
+        """
+        x = to high
+        r1 $ head x left_arm x
+                  ^ no-such-pose: `head` has no pose `high`, so it rests: declare it in the profile p
+        """,
+        robots=PUPPET,
+    )
+
+
 def test_poses_beside_other_voices_are_marked_through_names() -> None:
     why = "another voice moves `left_shoulder_pitch` too, so it ends elsewhere: play one after the other"
     check(

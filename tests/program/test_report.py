@@ -45,6 +45,25 @@ def test_the_robot_that_ended_farthest_off_comes_first() -> None:
     assert [line.split()[0] for line in errors.lines()] == ["b", "c", "a"]
 
 
+def test_the_worst_of_a_link_is_kept() -> None:
+    errors = Errors()
+    for error, lag in ((0.002, 0.05), (0.001, 0.2)):
+        errors.take_link({"host": "pi", "error": error, "lag": lag})
+    assert errors.links == {"pi": {"error": 0.002, "lag": 0.2}}
+
+
+def test_a_fault_lasts_until_it_is_over() -> None:
+    errors = Errors()
+    began = {"robot": "r", "fault": "slips", "over": False, "worst": {"distance": 0.1}}
+    errors.note({**began, "beat": 2.0})
+    errors.note({**began, "robot": "s", "beat": 3.0})
+    errors.note({**began, "over": True, "beat": 4.0, "worst": {"distance": 0.3}})
+    assert errors.faults_as_json() == [
+        {"robot": "r", "kind": "slips", "from": 2.0, "to": 4.0, "worst": {"distance": 0.3}},
+        {"robot": "s", "kind": "slips", "from": 3.0, "to": None, "worst": {"distance": 0.1}},
+    ]
+
+
 def test_github_accepts_no_columns_of_a_place_on_several_lines() -> None:
     several = Diagnostic("empty-group", Span(1, 5), "50% is empty")
     assert as_annotation(Path("/a,b.improv"), LineIndex("abc\ndef"), several) == (

@@ -218,6 +218,16 @@ def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> 
     assert lines(stage) == [f"the MIDI clock runs at 115: r {said}", f"the MIDI clock runs at 125: r {said}"]
 
 
+def test_a_tempo_that_no_dance_keeps_up_with_is_said() -> None:
+    stage = stage_following("midi")
+    play(stage, anchors(steady(110), 5, 1 / 48), 5)
+    for count, tempo in enumerate([500, 510, 110]):
+        stage.player.hear_clock(Anchor(stage.now, count * 4.0, tempo / 60, 0.02), stage.now)
+        stage.run(1.5)
+    line = "the MIDI clock runs at 500: the dance plays from 12 to 480 beats per minute, so it can't keep up"
+    assert lines(stage) == [line]
+
+
 def test_the_speed_still_counts() -> None:
     stage = stage_following("midi")
     phase = steady(120)
@@ -272,6 +282,19 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     later = clock_of(lambda now: 1.0, 20)
     play(stage, [each for each in later if each.at >= START + 12], 20)
     assert stage.states[-1] == "stopped"
+
+
+def test_a_simulation_whose_time_jumps_takes_the_dance_along_from_where_it_is() -> None:
+    stage = stage_following("ros")
+    play(stage, clock_of(lambda now: 1.0, 5), 5)
+    beat = stage.player.run.beat(stage.now, math.inf)
+    stage.player.hear_clock(Anchor(stage.now, 700.0, 1.0, 0.01, jumps=1), stage.now)
+    assert lines(stage)[-1] == "the time on /clock has jumped: the dance goes on from where it is"
+    assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(beat)
+    for tenth in range(1, 11):
+        stage.run(0.1)
+        stage.player.hear_clock(Anchor(stage.now, 700 + tenth / 10, 1.0, 0.01, jumps=1), stage.now)
+    assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(beat + 2, abs=0.01)
 
 
 # The simulator beside real robots

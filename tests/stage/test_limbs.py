@@ -13,6 +13,7 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import joint_moments, limbs_of
 from improv_core.score.score import Score
+from improv_core.stage.messages import When
 from improv_core.stage.sinks.simulator import Simulator
 from tests.stage.test_continuing import Continuing
 from tests.stage.test_player import Stage
@@ -152,6 +153,26 @@ def test_after_a_save_a_body_part_that_left_stands() -> None:
     stage.run(1)
     assert stage.turns() == [(0, 0, 30), (1, 30, 0)]
     assert [round(at, 9) for _, at, joints in stage.sink.joints if not joints["yaw"].velocity] == [1, 1.05, 1.1]
+
+
+def test_after_a_save_with_another_body_joints_go_on_from_where_they_are_within_their_new_limits() -> None:
+    stage = Bodies("a $ head (left left left)")
+    stage.run(1.5)
+    narrower = TOML.replace("min = -90\nmax = 90", "min = -40\nmax = 40").replace("left = 60", "left = 30")
+    stage.save(score_of(analyzed("a $ repeat head right", narrower)))
+    stage.run(1)
+    assert stage.turns() == [(0, 0, 30), (2, 60, 0), (2, 40, -30)]
+
+
+def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are() -> None:
+    stage = Bodies("a $ head left\nb $ repeat head (left right)")
+    stage.run(1.5)
+    alone, together = score_of(analyzed("b $ repeat head (left right)")), score_of(analyzed("a b $ repeat head right"))
+    saves: list[tuple[Score, When]] = [(alone, "now"), (alone, "restart"), (together, "now")]
+    for score, when in saves:
+        stage.save(score, when)
+        stage.run(0.5)
+    assert stage.turns()[-1][1:] == (30, -30)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from improv_core.score.senses import Key, RobotSense
 from improv_core.score.world import World
 from improv_core.stage.arrivals import Arrival, End, First, Play
 from improv_core.stage.beginning import WAITS
+from improv_core.stage.clock_messages import BendMessage
 from improv_core.stage.commands import Force, Held, KeySense, Released, Seek, Speed
 from improv_core.stage.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
 from improv_core.stage.listeners import PATIENCE
@@ -301,6 +302,13 @@ def test_a_simulated_robot_stands_as_soon_as_the_real_one_does_because_of_a_faul
     sink = Memory()
     perform(sink, (0, load("r $ repeat forward\n")), (0.5, fault), (0.9, End()), real=False)
     assert zeros(sink, "r")[0] == stands_at
+
+
+def test_a_stage_that_does_not_lead_plays_at_the_pace_of_the_one_that_does() -> None:
+    sink = Memory()
+    bend: BendMessage = {"type": "bend", "at": START + 0.5, "beat": 0.5, "pace": 2.0}
+    perform(sink, (0, load("beat 60\nr $ forward\n")), (0.5, bend), (3, End()))
+    assert zeros(sink, "r")[0] == 0.75
 
 
 def test_an_alarm_stops_moving_robots_and_says_why() -> None:

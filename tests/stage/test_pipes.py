@@ -1,11 +1,20 @@
-"""The stage's messages to its parent: what overtakes what."""
+"""What a stage reads, and its messages to its parent: what overtakes what."""
 
 from __future__ import annotations
 
+import io
+import os
 import threading
+from typing import Any
 
+import pytest
+
+from improv_core.stage import pipes
+from improv_core.stage.arrivals import Arrival, End, First
 from improv_core.stage.messages import FromStage, Pong, Sent
-from improv_core.stage.pipes import Outbox
+from improv_core.stage.parent import Parent
+from improv_core.stage.pipes import TOO_LONG, Outbox, read_arrivals, read_stops
+from improv_core.stage.urgent_queue import UrgentQueue
 
 
 def sent(robot: str) -> Sent:
@@ -32,3 +41,42 @@ def test_an_answer_wakes_anything_waiting_for_a_message() -> None:
     outbox.put(sent("a"))
     waiting.join(60)
     assert got == [pong(1), sent("a")]
+
+
+def read(monkeypatch: pytest.MonkeyPatch, text: bytes) -> list[Arrival]:
+    """What arrives if standard input has this text, of which no line may have more than 40 bytes."""
+    monkeypatch.setattr(pipes, "LONGEST", 40)
+    opened: Any = lambda *_, **__: io.BytesIO(text)  # noqa: E731
+    monkeypatch.setattr(pipes, "open", opened, raising=False)
+    inbox: UrgentQueue[Arrival] = UrgentQueue()
+    read_arrivals(inbox, Parent())
+    return everything(inbox)
+
+
+def everything(inbox: UrgentQueue[Arrival]) -> list[Arrival]:
+    arrivals: list[Arrival] = []
+    while not arrivals or not isinstance(arrivals[-1], End):
+        arrivals.append(inbox.get(timeout=0.0))
+    return arrivals
+
+
+def test_a_line_that_is_too_long_is_a_score_that_cannot_be_played_and_the_next_one_is_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stop: Any = {"type": "stop"}
+    assert read(monkeypatch, b"x" * 100 + b'\n{"type": "stop"}\n') == [TOO_LONG, stop, End()]
+    assert read(monkeypatch, b"x" * 100) == [TOO_LONG, End()]
+    assert read(monkeypatch, b'{"type": "stop"}') == [End()], "the end came in the middle of a line"
+
+
+def test_what_is_no_stop_on_the_channel_of_stops_ends_the_stage() -> None:
+    reading, writing = os.pipe()
+    os.write(writing, b'{"type": "pause", "number": 3}\n{"type": "load"}\n')
+    os.close(writing)
+    inbox: UrgentQueue[Arrival] = UrgentQueue()
+    read_stops(reading, inbox, Parent())
+    os.close(reading)
+    first, end = everything(inbox)
+    assert isinstance(first, First)
+    assert isinstance(end, End)
+    assert end.problem.startswith("the stage can't read stops: ")

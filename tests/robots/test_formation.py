@@ -9,7 +9,7 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
-from tests.robots.test_config import check
+from tests.robots.drawing import check
 
 LISTED = "".join(f"[robots.{name}]\n" for name in "abcd")
 

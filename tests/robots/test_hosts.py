@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from improv_core.score.score import Host
-from tests.robots.test_config import check
+from tests.robots.drawing import check
 
 
 def test_a_robot_is_moved_by_the_stage_of_its_host() -> None:

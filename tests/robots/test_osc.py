@@ -6,7 +6,7 @@ import pytest
 
 from improv_core.robots.config import read_robots
 from improv_core.score.osc import Osc, Peer
-from tests.robots.test_config import check
+from tests.robots.drawing import check
 
 QLAB = Peer("127.0.0.1", 9000)
 

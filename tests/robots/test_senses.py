@@ -9,7 +9,7 @@ import pytest
 
 from improv_core.robots.config import read_robots
 from improv_core.score.senses import BuiltIn, Key, OscName, Source, Topic, from_json, to_json
-from tests.robots.test_config import check
+from tests.robots.drawing import check
 
 ROBOTS = (
     '[ros]\nnamespace = "lab"\n[robots.anna]\n[robots.bert]\nprofile = "near"\n[profiles.near]\nstep = 1\nnear = 2\n'

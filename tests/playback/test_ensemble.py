@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback import ensemble
+from improv_core.playback import ensemble, together
 from improv_core.playback.ensemble import Ensemble
 from improv_core.playback.playback import Playback
 from improv_core.playback.show import PlayScore
@@ -73,8 +73,9 @@ def performed(*unreachable: str) -> Callable[[Callable[..., Awaitable[None]]], C
 
 
 @pytest.fixture(autouse=True)
-def _no_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+def _short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ensemble, "PAUSES", (0.0,))
+    monkeypatch.setattr(together, "CONFIRM_LIMIT", 0.05)
 
 
 @performed()

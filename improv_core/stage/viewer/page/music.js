@@ -15,7 +15,7 @@
  * @typedef {{ act: "end", at: number } | { act: "start", at: number, position: number, speed: number }
  *   | { act: "bend", at: number, speed: number } | { act: "grain", at: number, position: number, length: number }} Act
  */
-/** @typedef {{ until: number, line: BeatLine } | null} Clicks those up to a time are scheduled, for a line */
+/** @typedef {{ next: number, line: BeatLine } | null} Clicks those before a beat are scheduled, for a line */
 /** @typedef {{ act: "click", at: number, high: boolean } | { act: "unclick", at: number }} ClickAct */
 
 export const SLOWEST = 0.5 // of the song's own speed: beyond these two, there is no song
@@ -34,6 +34,7 @@ const OLD = 5 // seconds after which one no longer counts: two clocks drift
 const MOVED = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
 const AGREEING = 3 // hearings that have to differ
 const SAME = 0.003 // seconds by which clicks may be off before they are scheduled again
+const LATE = 0.05 // seconds by which a click may be late: beyond that, there is none
 
 /**
  * What is heard now, as a browser says it: which time of its own the context plays when. A browser that doesn't say that
@@ -93,6 +94,11 @@ export function countLine(counting, lead) {
 /** @param {BeatLine} line @param {number} time */
 export function beatAt({ time: begun, beat, pace }, time) {
   return beat + (time - begun) * pace
+}
+
+/** @param {BeatLine} line @param {number} beat */
+function timeAt({ time: begun, beat: first, pace }, beat) {
+  return begun + (beat - first) / pace
 }
 
 /**
@@ -189,15 +195,17 @@ function within(value, most) {
  * @returns {[Clicks, ClickAct[]]}
  */
 export function click(clicks, line, { now, ahead, bar }) {
-  const off = clicks && (!line || Math.abs(beatAt(clicks.line, clicks.until) - beatAt(line, clicks.until)) > SAME * line.pace)
+  const off = clicks && (!line || Math.abs(beatAt(line, timeAt(clicks.line, clicks.next)) - clicks.next) > SAME * line.pace)
   /** @type {ClickAct[]} */
   const acts = off ? [{ act: "unclick", at: now }] : []
   if (!line) return [null, acts]
-  const from = Math.max(clicks && !off ? clicks.until : now, now)
-  const [first, end] = [beatAt(line, from), Math.min(beatAt(line, Math.max(ahead, from)), line.until - 1e-6)]
-  for (let beat = Math.ceil(Math.max(first, line.beat) - 1e-6); beat < end; beat++) {
-    const at = line.time + (beat - line.beat) / line.pace
-    if (at >= from - 1e-6) acts.push({ act: "click", at, high: bar !== null && beat % bar === 0 })
+  const present = beatAt(line, now)
+  const heard = clicks && off ? beatAt(clicks.line, now) : clicks?.next
+  const goesOn = heard !== undefined && (!off || Math.abs(heard - present) < 0.5) // otherwise it is elsewhere in the dance
+  const first = goesOn ? Math.max(heard, beatAt(line, now - LATE)) : present
+  let next = Math.ceil(Math.max(first, line.beat) - 1e-6)
+  for (const end = Math.min(beatAt(line, ahead), line.until - 1e-6); next < end; next++) {
+    acts.push({ act: "click", at: Math.max(timeAt(line, next), now), high: bar !== null && next % bar === 0 })
   }
-  return [{ until: Math.max(ahead, from), line }, acts]
+  return [{ next, line }, acts]
 }

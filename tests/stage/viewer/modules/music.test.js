@@ -57,6 +57,12 @@ function obey(voices, act) {
 const lineFrom = (more, lead = 0) => songLine(beatLine(transport(more), lead), SONG)
 const names = (acts) => acts.map(({ act }) => act)
 
+/** Numbers from 0 to 1, the same in each run. */
+function randomness() {
+  let seed = 1
+  return () => (seed = (seed * 16807) % 2147483647) / 2147483647
+}
+
 test("the song begins with the dance: at beat 0, where its first beat is", () => {
   const { acts, off } = played(() => lineFrom())
   assert.equal(names(acts).join(), "start")
@@ -104,8 +110,7 @@ test("what is off by less than 8 ms is bent until it is right, by 0.5% at most",
 
 test("hearings that jitter by 3 ms don't make it wobble", () => {
   let hearings = []
-  let seed = 1
-  const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647
+  const random = randomness()
   const { acts, off } = played((time) => {
     hearings = heard(hearings, { page: time, audio: time + (random() - 0.5) * 0.006 })
     return lineFrom({}, shift(hearings))
@@ -243,6 +248,16 @@ test("clicks that were scheduled for a tempo are taken back when it changes, and
   const found = clicked((time) => (time < 11 ? beatsFrom() : beatsFrom({ tempo: 60, beat: 2, wall: 11 })), { bar: null })
   assert.deepEqual(found.map(([at]) => at), [10.5, 11, 12, 13, 14])
 })
+
+for (const jitter of [0.0005, 0.0014, 0.02]) {
+  test(`no click is lost or heard twice while it is known to ${jitter * 1000} ms how late sound is heard`, () => {
+    const chance = randomness()
+    const found = clicked(() => beatLine(transport(), jitter * (2 * chance() - 1)), { bar: null, seconds: 60 })
+    const gaps = found.slice(1).map(([at], place) => at - found[place][0])
+    assert.equal(found.length, 120)
+    assert.ok(gaps.every((gap) => Math.abs(gap - 0.5) < 0.001 + 2 * jitter), gaps)
+  })
+}
 
 test("after a pause, only the beats that play click, and none after the last one", () => {
   const found = clicked((time) => (time < 11.2 ? beatsFrom({ beats: 6 }) : time < 12.1 ? null : beatsFrom({ beat: 2.4, beats: 6, wall: 12.1 })), { bar: null, seconds: 5 })

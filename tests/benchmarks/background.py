@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from random import Random
@@ -13,7 +14,7 @@ from playwright.sync_api import Page
 
 from tests.benchmarks.chromium import chromium
 from tests.benchmarks.documents import IMPROV, edits, improv
-from tests.benchmarks.servers import OURS, Server
+from tests.benchmarks.servers import LIMIT, OURS, Server
 
 TYPED_LINES = 1_000
 KEYS_A_SECOND = 20
@@ -30,13 +31,13 @@ def busy_editor() -> Iterator[None]:
         with playing(server):
             server.replace(improv(TYPED_LINES))
             ended = threading.Event()
-            typist = threading.Thread(target=_type, args=(server, ended))
-            typist.start()
-            try:
-                yield
-            finally:
-                ended.set()
-                typist.join()
+            with ThreadPoolExecutor() as pool:
+                typist = pool.submit(_type, server, ended)
+                try:
+                    yield
+                finally:
+                    ended.set()
+                typist.result()
 
 
 @contextmanager
@@ -53,8 +54,11 @@ def playing(server: Server) -> Iterator[None]:
 def page_of(server: Server) -> Iterator[Page]:
     """Save the document, and open the page that shows it play in a browser."""
     server.save()
+    end = time.monotonic() + LIMIT
     while not server.page:
         server.ask("foldingRange")
+        if time.monotonic() > end:
+            raise RuntimeError(f"the server has shown no page within {LIMIT} s")
     with chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(server.page)

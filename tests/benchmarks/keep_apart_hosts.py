@@ -77,7 +77,12 @@ class Process:
         """The time of the next line that begins like this."""
         end = time.monotonic() + LIMIT
         while True:
-            line = self._lines.get(timeout=max(end - time.monotonic(), 0.001))
+            try:
+                line = self._lines.get(timeout=max(end - time.monotonic(), 0.001))
+            except queue.Empty:
+                line = ""
+            if not line:
+                raise RuntimeError(f"it did not say {what!r}, but {self.said[-10:]}")
             self.said.append(line)
             if line.startswith(what):
                 return float(line.split()[-1])
@@ -91,6 +96,7 @@ class Process:
         assert self._process.stdout
         for line in self._process.stdout:
             self._lines.put(line.rstrip())
+        self._lines.put("")  # it has ended
 
 
 @contextmanager
@@ -102,7 +108,11 @@ def running(command: Sequence[str], env: Mapping[str, str]) -> Iterator[Process]
         finally:
             assert process.stdin
             process.stdin.close()
-            process.wait(LIMIT)
+            try:
+                process.wait(LIMIT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
 
 
 def delays(rounds: int, link: Sequence[str]) -> Delays:

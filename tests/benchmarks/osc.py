@@ -14,7 +14,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from statistics import median
 from typing import NamedTuple
@@ -35,6 +35,11 @@ ROBOTS = [f"r{number}" for number in range(10)]
 PROGRAM = f"beat 240\nbar 4\n{' '.join(ROBOTS)} $ repeat (forward left)\n"
 RATE = 10_000
 """Datagrams in a second."""
+BURST = 200
+"""The most that are sent at once after the process had to wait: more would only overflow the port."""
+LIMIT = 60.0
+AGAIN = 0.1
+"""Seconds after which a stop that was not obeyed is sent again, for the flood may have taken its place."""
 SINCE_1900 = 2_208_988_800
 """Seconds from the epoch of time tags to that of Unix."""
 
@@ -46,9 +51,10 @@ to = "127.0.0.1", int(sys.argv[1])
 sent = [plain("/improv/dance", [1]), b"#bundle\\0" + bytes(8) + b"\\x7f\\xff\\xff\\xff/a", plain("/improv/cue", [])]
 begin, count = time.monotonic(), 0
 while True:
-    while count < (time.monotonic() - begin) * {RATE}:
-        port.sendto(sent[count % 3], to)
-        count += 1
+    due = int((time.monotonic() - begin) * {RATE})
+    for number in range(max(count, due - {BURST}), due):
+        port.sendto(sent[number % 3], to)
+    count = due
     time.sleep(0.005)
 """
 
@@ -105,7 +111,7 @@ async def measure(seconds: float, flooded: bool) -> Measured:
     changed: list[tuple[float, bool]] = []  # when a robot was told to move otherwise, and whether to move
     latest: dict[str, Sequence[float]] = {}
     transports: list[TransportMessage] = []
-    stopped = asyncio.Event()
+    playing, stopped = asyncio.Event(), asyncio.Event()
 
     def hear(message: News, leads: bool) -> None:
         if message["type"] == "sent":
@@ -114,7 +120,9 @@ async def measure(seconds: float, flooded: bool) -> Measured:
             latest[message["robot"]] = message["twist"]
         elif message["type"] == "transport":
             transports.append(message)
-            if message["state"] == "stopped":
+            if message["state"] == "playing":
+                playing.set()
+            elif message["state"] == "stopped":
                 stopped.set()
 
     playback = Playback(Options("sim", report_sent=True), hear, Stops())
@@ -123,10 +131,14 @@ async def measure(seconds: float, flooded: bool) -> Measured:
     try:
         with flood(ear.free, flooded):
             await playback.play(PlayScore(score, "dance", 0))
+            await asyncio.wait_for(playing.wait(), LIMIT)
             await asyncio.sleep(seconds)
             asked = time.time()
-            ear.socket.sendto(written([("/improv/stop", [])], asked), ("127.0.0.1", ear.free))
-            await stopped.wait()
+            async with asyncio.timeout(LIMIT):
+                while not stopped.is_set():
+                    ear.socket.sendto(written([("/improv/stop", [])], time.time()), ("127.0.0.1", ear.free))
+                    with suppress(TimeoutError):
+                        await asyncio.wait_for(stopped.wait(), AGAIN)
     finally:
         await playback.close()
         loop.remove_reader(ear.socket)

@@ -114,6 +114,7 @@ class Server:
         self._version = 0
         self._next_id = 0
         self._changed = 0.0
+        self._deadline = 0.0  # of what is waited for
         self._bytes = bytearray()
         self._pulls = kind.pulls
         self._begun: set[int] = set()
@@ -215,6 +216,7 @@ class Server:
 
     def _published(self, begin: float) -> Seen:
         """The next diagnostics of the version that the server has now."""
+        self._deadline = perf_counter() + LIMIT
         while True:
             body, end = self._read()
             found = self._take(body)
@@ -229,6 +231,7 @@ class Server:
         self._next_id += 1
         message = _framed({"id": self._next_id, "method": method, "params": params})
         begin = perf_counter()
+        self._deadline = begin + LIMIT
         self._write(message)
         while True:
             body, end = self._read()
@@ -275,8 +278,9 @@ class Server:
 
     def _more(self) -> bytes:
         assert self._process.stdout
-        if not select.select([self._process.stdout], [], [], LIMIT)[0]:
-            raise RuntimeError(f"nothing from the server within {LIMIT} s")
+        left = self._deadline - perf_counter()
+        if left < 0 or not select.select([self._process.stdout], [], [], left)[0]:
+            raise RuntimeError(f"the server did not say what was waited for within {LIMIT} s")
         more = os.read(self._process.stdout.fileno(), 1 << 20)
         if not more:
             raise RuntimeError("the server has ended")

@@ -21,7 +21,10 @@ def descendants(pid: int) -> dict[int, int]:
     a browser are left out: all tests of a worker share it, and it starts new ones at any time."""
     found: dict[int, int] = {}
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in map(int, task.read_text().split()):
+        children = ""
+        with suppress(ProcessLookupError, FileNotFoundError):  # the thread has ended meanwhile
+            children = task.read_text()
+        for child in map(int, children.split()):
             if b"playwright/driver" in command_of(child):
                 continue
             with suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile

@@ -11,7 +11,7 @@ from hypothesis import settings
 
 TESTS = Path(__file__).parent
 PURE = {"ide", "playback", "program", "remote", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
-BUT = {
+NOT_PURE = {
     "playback/test_clock_process.py",
     "playback/test_interpreter.py",
     "playback/test_isolation.py",
@@ -33,7 +33,7 @@ BUT = {
 """What starts something, or takes long, in the folders of the pure tests."""
 EXAMPLES = 10
 """How many random examples each test tries: enough to see a slip at once. The whole suite tries more."""
-STARTS = {"subprocess.Popen", "os.exec", "os.fork", "os.forkpty", "os.posix_spawn"}
+STARTS = {"subprocess.Popen", "os.system", "os.spawn", "os.exec", "os.fork", "os.forkpty", "os.posix_spawn"}
 
 _in_pure_test = False
 
@@ -46,7 +46,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     if not config.getoption("pure") or collection_path == TESTS:
         return None
     name = collection_path.relative_to(TESTS)
-    return name.parts[0] not in PURE or name.as_posix() in BUT or None
+    return name.parts[0] not in PURE or name.as_posix() in NOT_PURE or None
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

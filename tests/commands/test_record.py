@@ -102,6 +102,7 @@ def test_terminated_while_it_computes_nothing_is_left(endless: Path, tmp_path: P
         # Not before something is written: Python's exit code differs if it is interrupted while it imports mcap.
         if any(".mcap" in each.name and each.stat().st_size for each in tmp_path.iterdir()):
             break
+        assert process.poll() is None
     process.send_signal(signal.SIGTERM)
     assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} was not written\n"
     assert process.returncode == 130

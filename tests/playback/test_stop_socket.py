@@ -65,7 +65,7 @@ def test_a_silent_process_delays_nobody(runtime: Path) -> None:
 
 
 @pytest.mark.usefixtures("made")
-def test_nobody_else_can_enter(runtime: Path) -> None:
+def test_only_the_user_can_open_the_socket(runtime: Path) -> None:
     (path,) = runtime.iterdir()
     assert runtime.stat().st_mode & 0o777 == 0o700
     assert path.stat().st_mode & 0o777 == 0o600
@@ -136,7 +136,7 @@ def test_sudo_stops_its_callers_robots(taken: bool) -> None:
             shutil.rmtree(each, ignore_errors=True)
 
 
-def test_one_that_was_killed(runtime: Path) -> None:
+def test_the_socket_of_a_process_that_was_killed_is_removed(runtime: Path) -> None:
     runtime.mkdir(0o700)
     with socket.socket(socket.AF_UNIX) as killed:
         killed.bind(str(runtime / "1-a.sock"))

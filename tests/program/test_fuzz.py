@@ -166,6 +166,7 @@ def test_nothing_raises_and_nothing_hangs(source: Callable[[random.Random], str]
         count += 1
         if count % 1000 == 0:
             gc.collect()
+    assert count
     print(f"{source.__name__}: {count} programs")
 
 

@@ -10,8 +10,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import pytest
-
 from improv_core.child import Child, Policy
 from improv_core.score.algebra import repeat
 from improv_core.score.reactions import pause
@@ -143,22 +141,18 @@ def telling(port: int, *, time_tags: bool) -> ToOsc:
     return {"type": "exchange", "send": [{"host": "localhost", "port": port}], "listen": None, "time_tags": time_tags}
 
 
-@pytest.fixture
-def port() -> int:
-    """A UDP port that nobody uses."""
-    with bound(0) as free:
-        return int(free.getsockname()[1])
+@contextmanager
+def bound() -> Iterator[tuple[socket.socket, int]]:
+    """A socket that hears what comes to a port of this machine, and that port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
+        made.bind(("127.0.0.1", 0))
+        made.settimeout(LIMIT)
+        yield made, made.getsockname()[1]
 
 
-def bound(port: int) -> socket.socket:
-    """A socket that hears what comes to a port of this machine."""
-    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    made.bind(("127.0.0.1", port))
-    made.settimeout(LIMIT)
-    return made
-
-
-def test_a_real_datagram_is_a_request(port: int) -> None:
+def test_a_real_datagram_is_a_request() -> None:
+    with bound() as (_, port):
+        pass
     with running(exchange(port)) as child, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         end, said = time.monotonic() + LIMIT, list[Any]()
         while not said and time.monotonic() < end:  # until it listens
@@ -167,10 +161,10 @@ def test_a_real_datagram_is_a_request(port: int) -> None:
     assert said[0] == {"type": "request", "command": {"type": "seek", "beat": 8.0}}
 
 
-def test_beats_are_heard_as_they_are_due(port: int) -> None:
-    with bound(port) as other:
+def test_beats_are_heard_as_they_are_due() -> None:
+    with bound() as (other, port):
         play: ToOsc = {"type": "plays", "generation": 1, "score": to_json(score("r $ repeat forward"), RowsWritten())}
-        now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=600.0)
+        now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=240.0)
         heard: list[tuple[OscMessage, int]] = []
         with running(telling(port, time_tags=True), play, now):
             while len(heard) < 6:  # state, word, and four beats
@@ -181,25 +175,25 @@ def test_beats_are_heard_as_they_are_due(port: int) -> None:
     assert said[0] == ("/improv/state", "playing")
     assert ("/improv/word", "r", "forward") in said
     beats = [tag / 2**32 for each, tag in heard if each.address == "/improv/beat"]
-    assert [round(later - beat, 3) for beat, later in itertools.pairwise(beats)] == [0.1] * 3
+    assert [round(later - beat, 3) for beat, later in itertools.pairwise(beats)] == [0.25] * 3
 
 
-def test_programs_that_read_no_bundles_hear_messages(port: int) -> None:
-    with bound(port) as other, running(telling(port, time_tags=False), at("paused", 1)):
+def test_programs_that_read_no_bundles_hear_messages() -> None:
+    with bound() as (other, port), running(telling(port, time_tags=False), at("paused", 1)):
         assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
 
-def test_a_port_that_is_taken_for_a_moment_is_tried_again(port: int) -> None:
+def test_a_port_that_is_taken_for_a_moment_is_tried_again() -> None:
     turned = Turned()
-    with bound(port):
+    with bound() as (_, port):
         turned.desk.take(exchange(port))
         turned.turn(1.0)
     turned.turn(0.5)
     assert (len(turned.desk.sockets), turned.lines) == (1, [])
 
 
-def test_a_port_that_is_taken_is_said(port: int) -> None:
-    with bound(port), running(exchange(port)) as child:
+def test_a_port_that_is_taken_is_said() -> None:
+    with bound() as (_, port), running(exchange(port)) as child:
         alive, said = said_by(child, 2)
     assert alive == {"type": "alive"}
     why = "Address already in use; change `listen` under [osc] in improv.toml, then save"

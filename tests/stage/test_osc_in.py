@@ -76,7 +76,9 @@ def test_what_can_not_be_done_is_said() -> None:
         ("stopped", {"type": "restart"}),
     ],
 )
-def test_play_does_what_the_service_of_ros_does(state: State | None, expected: dict[str, Any] | str | None) -> None:
+def test_play_resumes_what_is_paused_and_restarts_what_is_over(
+    state: State | None, expected: dict[str, Any] | str | None
+) -> None:
     check("play", [], expected, Situation(Heard(state)))
 
 

@@ -90,13 +90,13 @@ def another_program(reading: Reading) -> None:
         (another_program, [("anna", True), ("bert", True), ("anna", None), ("bert", None)]),
     ],
 )
-def test_what_is_told(story: Callable[[Reading], None], expected: Told) -> None:
+def test_changes_are_told_once_and_silence_as_not_known(story: Callable[[Reading], None], expected: Told) -> None:
     reading = Reading({ANNA: HIT})
     story(reading)
     assert reading.told == expected
 
 
-def test_a_sensor_that_sends_only_changes() -> None:
+def test_a_sensor_that_sends_only_changes_counts_as_long_as_it_has_a_publisher() -> None:
     reading = Reading({ANNA: CHANGES})
     reading.published = False
     reading.wait(1)

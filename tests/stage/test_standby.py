@@ -43,18 +43,20 @@ def verdict(story: Story, now: float, gone: bool = False, halted: bool = False) 
         ([], 11.0, False),
     ],
 )
-def test_a_stage_that_says_nothing(story: Story, now: float, expected: bool) -> None:
+def test_a_stage_that_says_nothing_for_too_long_is_relieved_while_robots_move(
+    story: Story, now: float, expected: bool
+) -> None:
     assert verdict(story, now) is expected
 
 
 @pytest.mark.parametrize("how", ["gone", "halted"])
-def test_a_stage_that_is_gone_or_halted(how: str) -> None:
+def test_a_stage_that_is_gone_or_halted_is_relieved_while_robots_move(how: str) -> None:
     assert verdict([(0.0, MOVES)], 0.3, **{how: True})
     known = [(0.0, MOVES), (0.1, STANDS), (0.2, PAID)]
     assert not verdict(known, 0.3, **{how: True}), "robots stand, and have heard it: they are somebody else's"
 
 
-def test_robots_that_may_not_have_heard_that_they_were_stopped() -> None:
+def test_for_robots_that_may_not_have_heard_a_stop_only_a_halted_stage_is_killed() -> None:
     """They stand as far as is known, so only a stage that is halted has to be killed; one that is gone leaves the debt
     to the standby."""
     stopped: Story = [(0.0, MOVES), (0.1, STANDS)]
@@ -79,14 +81,16 @@ OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
         ([MOVES, OWES], {"/s/cmd_vel"}, {"/r/cmd_vel"}),
     ],
 )
-def test_robots_that_are_owed_a_zero(said: list[ToStandby], owed: set[str], moved: set[str]) -> None:
+def test_robots_that_stand_are_owed_a_zero_until_they_have_heard_it(
+    said: list[ToStandby], owed: set[str], moved: set[str]
+) -> None:
     watch = ParentWatch(0.0)
     for message in said:
         watch.take(message, 0.0)
     assert ({*watch.owed}, {*watch.moved}) == (owed, moved)
 
 
-def test_a_standby_that_was_itself_halted() -> None:
+def test_a_standby_that_was_itself_halted_gives_the_stage_as_much_time_again() -> None:
     watch = ParentWatch(0.0)
     watch.take(MOVES, 0.0)
     looks = [watch.must_stop(5.0 + look * LOOK, gone=False, halted=False) for look in range(6)]

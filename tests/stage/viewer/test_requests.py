@@ -92,4 +92,7 @@ def test_an_invalid_request_is_dropped() -> None:
 
 
 def test_the_longest_text_fits_into_a_message() -> None:
-    assert len(json.dumps(RIGHT[-4])) + 1000 < MAX_MESSAGE
+    for request in ({"type": "analyze"}, {"type": "write", "revision": "0"}):
+        longest = {**request, "number": 1, "text": "é" * LONGEST_TEXT}
+        assert read(json.dumps(longest)) == longest
+        assert len(json.dumps(longest)) + 1000 < MAX_MESSAGE

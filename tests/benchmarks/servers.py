@@ -10,6 +10,7 @@ import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +23,8 @@ from tests.processes import command_of, descendants
 Message = dict[str, Any]
 LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
+SETTLES = 1.0
+"""Seconds after which a server has no more to publish about a change."""
 
 # No pull diagnostics unless a kind asks for them: ruff then publishes them after every change, as our server does.
 _CAPABILITIES: Mapping[str, Any] = {
@@ -115,6 +118,7 @@ class Server:
         self._next_id = 0
         self._changed = 0.0
         self._deadline = 0.0  # of what is waited for
+        self._seen = Seen(0.0, 0)  # after the latest change
         self._bytes = bytearray()
         self._pulls = kind.pulls
         self._begun: set[int] = set()
@@ -181,9 +185,11 @@ class Server:
         return begin
 
     def settle(self) -> float:
-        """How many seconds after the latest change was written its diagnostics are published again, which our server
-        does once everything that depends on the change is up to date."""
-        return self._published(self._changed).seconds
+        """How many seconds after the latest change was written everything that depends on it was up to date: then our
+        server publishes its diagnostics again, unless there was nothing left to do when it did so first."""
+        with suppress(TimeoutError):
+            self._seen = self._published(self._changed, SETTLES)
+        return self._seen.seconds
 
     def ask(self, method: str, **params: Any) -> tuple[float, Any]:
         """How many seconds it takes until a request about the document is answered, and the answer."""
@@ -210,13 +216,14 @@ class Server:
         self._changed = perf_counter()
         self._write(message)
         if not self._pulls:
-            return self._published(self._changed)
+            self._seen = self._published(self._changed)
+            return self._seen
         items = self.ask("diagnostic")[1]["items"]
         return Seen(perf_counter() - self._changed, _mistakes(items))
 
-    def _published(self, begin: float) -> Seen:
-        """The next diagnostics of the version that the server has now."""
-        self._deadline = perf_counter() + LIMIT
+    def _published(self, begin: float, limit: float = LIMIT) -> Seen:
+        """The next diagnostics of the version that the server has now. Raises TimeoutError."""
+        self._deadline = perf_counter() + limit
         while True:
             body, end = self._read()
             found = self._take(body)
@@ -280,7 +287,7 @@ class Server:
         assert self._process.stdout
         left = self._deadline - perf_counter()
         if left < 0 or not select.select([self._process.stdout], [], [], left)[0]:
-            raise RuntimeError(f"the server did not say what was waited for within {LIMIT} s")
+            raise TimeoutError("the server did not say in time what was waited for")
         more = os.read(self._process.stdout.fileno(), 1 << 20)
         if not more:
             raise RuntimeError("the server has ended")

@@ -18,6 +18,7 @@ EMPTY = (
     types.TEXT_DOCUMENT_FORMATTING,
     types.TEXT_DOCUMENT_RANGE_FORMATTING,
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING,
+    types.TEXT_DOCUMENT_DECLARATION,
     types.TEXT_DOCUMENT_DEFINITION,
     types.TEXT_DOCUMENT_REFERENCES,
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT,
@@ -69,6 +70,11 @@ def workspace_diagnostic(params: types.WorkspaceDiagnosticParams) -> types.Works
 
 @server.feature(types.COMPLETION_ITEM_RESOLVE)
 def resolve(params: types.CompletionItem) -> types.CompletionItem:
+    return params
+
+
+@server.feature(types.CODE_ACTION_RESOLVE)
+def resolve_action(params: types.CodeAction) -> types.CodeAction:
     return params
 
 

@@ -15,7 +15,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -77,10 +77,9 @@ class Process:
         """The time of the next line that begins like this."""
         end = time.monotonic() + LIMIT
         while True:
-            try:
+            line = ""
+            with suppress(queue.Empty):
                 line = self._lines.get(timeout=max(end - time.monotonic(), 0.001))
-            except queue.Empty:
-                line = ""
             if not line:
                 raise RuntimeError(f"it did not say {what!r}, but {self.said[-10:]}")
             self.said.append(line)

@@ -29,6 +29,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.osc import Osc, Peer
 from improv_core.stage.messages import TransportMessage
 from improv_core.stage.osc_wire import written
+from tests.benchmarks.robots import LIMIT
 from tests.benchmarks.tables import p99, print_head, print_row
 
 ROBOTS = [f"r{number}" for number in range(10)]
@@ -37,7 +38,6 @@ RATE = 10_000
 """Datagrams in a second."""
 BURST = 200
 """The most that are sent at once after the process had to wait: more would only overflow the port."""
-LIMIT = 60.0
 AGAIN = 0.1
 """Seconds after which a stop that was not obeyed is sent again, for the flood may have taken its place."""
 SINCE_1900 = 2_208_988_800

@@ -227,7 +227,7 @@ def test_a_score_takes_over_after_all_have_it_and_not_at_the_edge_of_a_beat() ->
         assert [act.message["at"] for act in story.acts] == [pytest.approx(instant)] * 3  # type: ignore[union-attr, typeddict-item]
 
 
-def test_a_dance_that_has_ended_does_not_go_on() -> None:
+def test_nothing_resumes_after_the_end() -> None:
     story = Story.playing()
     assert story.is_at(HERE, "ended", 20.0) == ["say ended"]
     assert story.told("resume") == []

@@ -48,7 +48,7 @@ def test_topics_that_ros_takes_and_those_that_it_refuses() -> None:
         assert found.robots["a"].topic == "/a/cmd_vel"
 
 
-def test_names_of_ros_are_not_too_long() -> None:
+def test_names_that_ros_refuses_are_marked() -> None:
     check("""
         [robots.b]
         topic = "/b/cmd-vel"
@@ -186,7 +186,7 @@ def near(topic: str) -> Topic:
     return Topic(topic, "sensor_msgs/LaserScan", 0.5)
 
 
-def test_one_robot_has_one_role() -> None:
+def test_two_robots_cannot_have_the_same_namespace() -> None:
     for text in (
         '[robots.ada]\nnamespace = "tb3"\n[robots.bo]\nnamespace = "/tb3"\n',
         '[robots.ada]\nnamespace = "bo"\n[robots.bo]\n',
@@ -206,7 +206,7 @@ def test_one_robot_has_one_role() -> None:
         ('[robots.ada]\nnamespace = "tb3"\n[robots.bo]\ntopic = "/tb3/cmd_vel"\n', "ada", 0),
     ],
 )
-def test_one_topic_has_one_role(text: str, other: str, at: int) -> None:
+def test_two_robots_cannot_listen_on_the_same_topic(text: str, other: str, at: int) -> None:
     robots = read_robots(text)
     (found,) = robots.diagnostics
     assert found.message == f"`{other}` listens on this topic too: give each its own"

@@ -10,7 +10,7 @@ from improv_core.score.score_json import from_json, to_json
 from tests.robots.drawing import check
 
 
-def test_stop_and_deadman_settings() -> None:
+def test_an_emergency_stop_and_a_deadman_button_can_be_set() -> None:
     found = check("""
         [ros]
         namespace = "lab"

@@ -218,7 +218,7 @@ def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> 
     assert lines(stage) == [f"the MIDI clock runs at 115: r {said}", f"the MIDI clock runs at 125: r {said}"]
 
 
-def test_a_tempo_that_no_dance_keeps_up_with_is_said() -> None:
+def test_a_tempo_at_which_no_dance_can_keep_up_is_said() -> None:
     stage = stage_following("midi")
     play(stage, anchors(steady(110), 5, 1 / 48), 5)
     for count, tempo in enumerate([500, 510, 110]):
@@ -284,7 +284,7 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     assert stage.states[-1] == "stopped"
 
 
-def test_a_simulation_whose_time_jumps_takes_the_dance_along_from_where_it_is() -> None:
+def test_the_dance_goes_on_from_where_it_is_when_the_time_of_a_simulation_jumps() -> None:
     stage = stage_following("ros")
     play(stage, clock_of(lambda now: 1.0, 5), 5)
     beat = stage.player.run.beat(stage.now, math.inf)

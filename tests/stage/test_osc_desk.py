@@ -183,7 +183,7 @@ def test_programs_that_read_no_bundles_hear_messages() -> None:
         assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
 
-def test_a_port_that_is_taken_for_a_moment_is_tried_again() -> None:
+def test_a_port_that_is_briefly_taken_is_tried_again() -> None:
     turned = Turned()
     with bound() as (_, port):
         turned.desk.take(exchange(port))

@@ -46,8 +46,7 @@ def test_an_answer_wakes_anything_waiting_for_a_message() -> None:
 def read(monkeypatch: pytest.MonkeyPatch, text: bytes) -> list[Arrival]:
     """What arrives if standard input has this text, of which no line may have more than 40 bytes."""
     monkeypatch.setattr(pipes, "LONGEST", 40)
-    opened: Any = lambda *_, **__: io.BytesIO(text)  # noqa: E731
-    monkeypatch.setattr(pipes, "open", opened, raising=False)
+    monkeypatch.setattr(pipes, "open", lambda *_, **__: io.BytesIO(text), raising=False)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     read_arrivals(inbox, Parent())
     return everything(inbox)

@@ -43,14 +43,14 @@ def verdict(story: Story, now: float, gone: bool = False, halted: bool = False) 
         ([], 11.0, False),
     ],
 )
-def test_a_stage_that_says_nothing_for_too_long_is_relieved_while_robots_move(
+def test_the_standby_stops_moving_robots_whose_stage_says_nothing_for_too_long(
     story: Story, now: float, expected: bool
 ) -> None:
     assert verdict(story, now) is expected
 
 
 @pytest.mark.parametrize("how", ["gone", "halted"])
-def test_a_stage_that_is_gone_or_halted_is_relieved_while_robots_move(how: str) -> None:
+def test_the_standby_stops_moving_robots_whose_stage_is_gone_or_halted(how: str) -> None:
     assert verdict([(0.0, MOVES)], 0.3, **{how: True})
     known = [(0.0, MOVES), (0.1, STANDS), (0.2, PAID)]
     assert not verdict(known, 0.3, **{how: True}), "robots stand, and have heard it: they are somebody else's"

@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from tests.stage.viewer.conftest import LIMIT, Chromium, Keep, Show, next_frame, play_anew, shared_page, wait, watch
 from tests.stage.viewer.editing import Edit
@@ -104,6 +104,23 @@ def test_a_song_that_is_not_there_is_one_line_and_the_dance_plays(shared: tuple[
     play_anew(page, show, DANCE, '[music]\nfile = "gone.mp3"', folder=tmp_path)
     expect(page.get_by_text("gone.mp3 is not beside improv.toml: put it there, and play again.").first).to_be_visible()
     assert page.evaluate("improv.transport.state") == "playing"
+
+
+def test_a_song_ends_when_a_dance_with_another_one_begins_also_before_that_one_has_arrived(
+    page: Page, show: Show, tmp_path: Path
+) -> None:
+    watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    page.locator("#stage").click()
+    wait(page, RIGHT)
+    held: list[Route] = []
+    page.route(re.compile("/song"), lambda route: held.append(route))
+    (tmp_path / "other.wav").write_bytes(SONG)
+    with page.expect_request(re.compile("/song")):
+        play_anew(page, show, DANCE, '[music]\nfile = "other.wav"\nfirst_beat = 0.5', folder=tmp_path)
+    expect(page.locator("#song-name")).to_have_text(re.compile("^none"))
+    wait(page, "improv.song === null")
+    held[0].continue_()
+    wait(page, RIGHT)
 
 
 def test_a_file_that_is_no_song_is_one_line(shared: tuple[Show, Page], tmp_path: Path) -> None:

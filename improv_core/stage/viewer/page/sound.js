@@ -94,8 +94,8 @@ export class Sound {
     const isNew = score.generation !== this.#score?.generation
     this.#score = score
     this.#music = score.music
-    if (!score.music?.file) this.#served = null
-    else if (isNew) this.#load(score.music)
+    if (score.music?.file !== this.#served?.file) this.#served = null
+    if (score.music?.file && isNew) this.#load(score.music)
     this.#showSong()
     this.#run()
   }
@@ -149,8 +149,7 @@ export class Sound {
   /** Gets the song from the server, unless it is here already. @param {Music} music */
   async #load({ file }) {
     const audio = await this.#ready()
-    const known = this.#served?.file === file ? this.#served : null
-    const answer = await fetchSong(file, known?.tag ?? "")
+    const answer = await fetchSong(file, this.#served?.tag ?? "")
     if (this.#music?.file !== file || answer.same) return
     this.#served = null
     const buffer = answer.bytes && (await decoded(audio, answer.bytes))

@@ -67,8 +67,9 @@ def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
 
 @pytest.fixture
 def dance(shared: tuple[Show, Page], tmp_path: Path) -> Page:
-    """A page on which DANCE plays with its song, whose first beat is after half a second."""
+    """A page on which DANCE plays with its song, whose first beat is after half a second. No earlier song is left."""
     show, page = shared
+    play_anew(page, show, DANCE)
     play_anew(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
     page.locator("#stage").click()  # before that, browsers play nothing
     return page
@@ -94,6 +95,7 @@ def test_a_save_plays_on_with_the_song_which_is_not_sent_again(
     show, _ = shared
     wait(dance, RIGHT)
     with dance.expect_response(re.compile("/song")) as answer:
+        next_frame(dance)  # Playwright listens only once it has answered something
         show.play(DANCE, '[music]\nfile = "song.wav"\nfirst_beat = 0.5', when="now", folder=tmp_path)
     assert answer.value.status == 304
     wait(dance, RIGHT)

@@ -25,6 +25,8 @@ from std_srvs.srv import Empty
 
 LOOK = 0.02
 """Seconds between two looks at who publishes on a listener's topics."""
+MOST = 0.05
+"""Seconds of ours for which a simulation goes on at once, however long this process has stood."""
 TWISTS = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
 POSES = "nav_msgs/Odometry", "geometry_msgs/PoseStamped"
 
@@ -212,7 +214,7 @@ class Publisher:
 
 
 class Simulation:
-    """Publishes the time on /clock, a hundred times a second: it makes `rate` seconds a second."""
+    """Publishes the time on /clock, a hundred times a second: it makes `rate` seconds a second, but never jumps."""
 
     def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
         self._node = node
@@ -227,7 +229,7 @@ class Simulation:
 
     def _go_on(self) -> None:
         now = time.monotonic()
-        self._time, self._at = self._time + (now - self._at) * self._rate, now
+        self._time, self._at = self._time + min(now - self._at, MOST) * self._rate, now
         message = self._kind()
         message.clock.sec, message.clock.nanosec = int(self._time), int(self._time % 1 * 1e9)
         self._publisher.publish(message)

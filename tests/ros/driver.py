@@ -140,8 +140,15 @@ def wait_for_reset() -> float:
 
 def find(lines: str, robot: str, part: str) -> str:
     """The line about a robot among these ("missing" or "warnings"), once it has this part in it."""
-    until(lambda: part in methods[lines]().get(robot, ""), asks=lines == "missing")
-    return str(methods[lines]()[robot])
+    found = ""
+
+    def fits() -> bool:
+        nonlocal found
+        found = methods[lines]().get(robot, "")
+        return part in found
+
+    until(fits, asks=lines == "missing")
+    return found
 
 
 def battery(robot: str) -> float:

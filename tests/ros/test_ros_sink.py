@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator, Mapping
 from itertools import dropwhile
 from typing import Any
 
@@ -89,20 +90,28 @@ def test_a_killed_listener_affects_no_other_and_is_served_when_it_returns(
     sink.repeat(listen("/turtle2/cmd_vel"), "send", "turtle2", 0, 0, 0, 9)
 
 
-def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Start, fragile: Others) -> None:
+@pytest.fixture
+def halted(ros_python: str, alone: Mapping[str, str]) -> Iterator[Others]:
+    """Others to be halted, whom nobody misses soon."""
+    others = Others(ros_python, alone)
+    yield others
+    others.close()
+
+
+def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Start, halted: Others) -> None:
     """It is halted: so it has not found the publisher that has found it."""
-    listener = Listener(fragile, "/turtle1/cmd_vel", "/turtle2/cmd_vel")
+    listener = Listener(halted, "/turtle1/cmd_vel", "/turtle2/cmd_vel")
     sink = start(**with_limits(stage__hearing__ANSWER_LIMIT=1.0))
     sink("prepare", {"turtle2": "/turtle2/cmd_vel"})
     sink("wait")
-    os.kill(fragile.pid, signal.SIGSTOP)
+    os.kill(halted.pid, signal.SIGSTOP)
     try:
         sink("prepare", TURTLE)
         assert sink("missing") == {"turtle1": ""}
         line = sink("find", "missing", "turtle1", "confirm")
         assert line.startswith("a listener on /turtle1/cmd_vel doesn't confirm that it hears anything: look whether ")
     finally:
-        os.kill(fragile.pid, signal.SIGCONT)
+        os.kill(halted.pid, signal.SIGCONT)
     sink("wait")
     sink("send", "turtle1", 0, 0, 0, 9)
     listener.wait(last)

@@ -25,6 +25,8 @@ NAME = "robot"
 LIMIT = 60.0
 SLOW = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
 """A Wi-Fi with 2 to 100 ms of random delay each way, which loses 2%."""
+TRIES = 5
+"""Ports that are tried: one that was free may be taken before the server listens."""
 SSHD = Path("/usr/sbin/sshd")
 
 
@@ -40,7 +42,6 @@ class Host:
         self.config = folder / "ssh_config"
         self.authorized = folder / "authorized"
         self.known = folder / "known"
-        self.port = _free_port()
         self.home = folder / "there" / "home"
         self.bin = folder / "there" / "bin"
         for path in (self.home, self.bin, self.cache):
@@ -49,8 +50,6 @@ class Host:
         self.make_key("server")
         self.make_key("ours")
         self.authorized.write_text((folder / "ours.pub").read_text())
-        self.trust()
-        self._write_configs()
         if os.getuid() == 0:
             Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # where it wants to be if it runs as root
         self.server = self._started()
@@ -117,14 +116,18 @@ class Host:
         self.server.wait(LIMIT)
 
     def _started(self) -> subprocess.Popen[bytes]:
-        server = subprocess.Popen([SSHD, "-D", "-e", "-f", self.folder / "sshd_config"], stderr=subprocess.DEVNULL)
-        end = time.monotonic() + LIMIT
-        while time.monotonic() < end:  # nothing else tells when it listens
-            assert server.poll() is None, "sshd does not start"
-            with suppress(OSError), socket.create_connection(("127.0.0.1", self.port), LIMIT) as connection:
-                connection.recv(4)
-                return server
-        raise AssertionError("sshd does not listen")
+        for _ in range(TRIES):
+            self.port = _free_port()
+            self.trust()
+            self._write_configs()
+            server = subprocess.Popen([SSHD, "-D", "-e", "-f", self.folder / "sshd_config"], stderr=subprocess.DEVNULL)
+            end = time.monotonic() + LIMIT
+            while server.poll() is None:  # nothing else tells when it listens
+                assert time.monotonic() < end, "sshd does not listen"
+                with suppress(OSError), socket.create_connection(("127.0.0.1", self.port), LIMIT) as connection:
+                    if connection.recv(4) == b"SSH-":
+                        return server
+        raise AssertionError("sshd does not start")
 
     def _write_configs(self) -> None:
         there = {

@@ -19,13 +19,14 @@ import rclpy
 rclpy.init()
 node = rclpy.create_node("witness")
 command = [sys.executable, {str(FOLDER)!r}, "graph", "look", "/topic"]
-looking = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+looking = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL)
 def until(fits, limit):
     end = time.monotonic() + limit
     while not fits() and time.monotonic() < end:
         time.sleep(0.01)
     return fits()
 came = until(lambda: "improv_look" in node.get_node_names(), {LIMIT})
+looking.stdin.close()
 code = looking.wait()
 # Well before the lease of a node that says nothing is over, after 300 s here.
 left = until(lambda: "improv_look" not in node.get_node_names(), {LIMIT})
@@ -34,12 +35,14 @@ print(came, code, left)
 
 
 BROKEN = """
+import sys
 try:
     from rclpy.node import Node
 except ImportError:  # in another Python
     pass
 else:
     def fail(self, topic):
+        sys.stdin.read()
         raise RuntimeError(topic)
 
     Node.get_subscriptions_info_by_topic = fail

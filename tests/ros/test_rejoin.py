@@ -58,7 +58,7 @@ def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     """In tests/stage, test_player.py and test_returning.py ask for other ways to join again, and for the way back."""
     listener = listen("/bo/cmd_vel")
     (tmp_path / "improv.toml").write_text(TOML)
-    (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat 5 forward repeat 14 rest backward\n")
+    (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat 5 forward repeat 14 rest repeat 2 backward\n")
     bases = {"ada": script(BASE, "ada", *IDEAL), "bo": script(BASE, "bo", *IDEAL, "--start", "0", "1", "0")}
     command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", "--force", "dance.improv"]
     env = ros_env | with_limits(stage__listeners__PATIENCE=LIMIT)  # ada, too, is found before beat 0
@@ -73,4 +73,5 @@ def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
         assert playing.stderr
         rest = playing.stderr.read()
         assert playing.wait() == 0, rest
-    assert where(again)[0] == pytest.approx(0.8, abs=0.1)
+    # A base moves 0.2 m in a second that a busy machine adds or takes.
+    assert where(again)[0] == pytest.approx(0.6, abs=0.25)

@@ -113,7 +113,8 @@ def test_a_watched_file_plays_on_after_its_stage_has_ended_and_robots_stand_whil
 
 
 def test_ctrl_c_ends_what_plays_a_file(turtle: Listener, alone: Mapping[str, str], tmp_path: Path) -> None:
-    with Terminal("play", tmp_path / "dance.improv", alone) as terminal:
+    env = {**alone, **with_limits(stage__listeners__PATIENCE=LIMIT)}
+    with Terminal("play", tmp_path / "dance.improv", env) as terminal:
         dances(terminal, turtle)
         ours = descendants(terminal.pid)
         assert len(ours) == 2

@@ -15,7 +15,7 @@ import pytest
 
 from tests.processes import descendants, wait_until_gone
 from tests.recordings import Message, Velocity, read, topics
-from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener
+from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, with_limits
 from tests.ros.dance import moving, still
 
 pytestmark = pytest.mark.slow("starts what plays and records")
@@ -76,7 +76,8 @@ def test_a_recording_is_what_a_subscriber_heard(
     robot = '[robots.turtle1]\nprofile = "turtlebot3_burger"\nmessage = "TwistStamped"\n'
     path.with_name("improv.toml").write_text(robot)
     listener = listen(TOPIC, type=STAMPED)
-    process = record("beat 90\nturtle1 $ (fast 3 forward [left right left]) || slow 5/2 left\n", ros_env)
+    env = {**ros_env, **with_limits(stage__listeners__PATIENCE=LIMIT)}
+    process = record("beat 90\nturtle1 $ (fast 3 forward [left right left]) || slow 5/2 left\n", env)
     out, _ = process.communicate(timeout=LIMIT)
     listener.wait(moving)  # zeros before that ask whether it hears
     hear_the_end(listener)

@@ -21,6 +21,8 @@ from typing import Any
 import pytest
 
 import improv_core
+from improv_core.playback import stage_process, watch
+from improv_core.playback.watch import Watch
 from tests.needs import lacking
 
 LIMIT = 60.0
@@ -237,6 +239,7 @@ PATIENT = {
     "stage.sinks.ros_reader.SILENT_LIMIT": 20.0,
     "stage.sinks.ros_reader.ALIVE_LIMIT": 20.0,
     "playback.interpreter.PROBE_LIMIT": LIMIT,
+    "playback.watch.HARMLESS_HANG_LIMIT": 20.0,
 }
 """Limits with which nothing of ours counts as failed because the machine is busy, and beat 0 waits for the standby."""
 
@@ -249,6 +252,12 @@ def with_limits(**limits: float) -> dict[str, str]:
         source = Path(improv_core.__file__).parent.joinpath(*module.split(".")).with_suffix(".py")
         assert f"\n{limit} = " in source.read_text(encoding="utf-8"), f"there is no {name}"
     return {"IMPROV_TEST_LIMITS": json.dumps(PATIENT | named), "PYTHONPATH": str(SITE)}
+
+
+def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same for stages of a playback in this process, for which no variable sets limits."""
+    monkeypatch.setattr(stage_process, "Watch", lambda now, limit: Watch(now, LIMIT))
+    monkeypatch.setattr(watch, "HARMLESS_HANG_LIMIT", LIMIT)
 
 
 def with_code(code: str) -> dict[str, str]:

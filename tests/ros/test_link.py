@@ -51,7 +51,8 @@ class Parent:
         self._changed = threading.Condition()
         self._loop = asyncio.new_event_loop()
         threading.Thread(target=self._loop.run_forever, daemon=True).start()
-        self.stage: Stage = self._do(Stage.start(command, host.env, self._hear, Stops()))
+        env = {**host.env, **with_limits()}
+        self.stage: Stage = self._do(Stage.start(command, env, self._hear, Stops(), LIMIT))
 
     def send(self, message: ToStage) -> None:
         self._loop.call_soon_threadsafe(self.stage.send, message)
@@ -157,13 +158,13 @@ def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Hos
 def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
     host: Host, ros_env: Mapping[str, str], listen: Listen
 ) -> None:
-    host.install_python(set_there(ros_env, stage__limits__SILENCE_LIMIT=0.5))
+    host.install_python(set_there(ros_env, stage__limits__SILENCE_LIMIT=3.0))
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
-        plays(parent, turtle, patience=0.5)
+        plays(parent, turtle, patience=3.0)
         os.kill(process_of("ssh -T"), signal.SIGSTOP)
         turtle.wait(lambda heard: heard["x"] == 0)
-        parent.wait(says("error", message="the link has been silent for 1.5 s; its robots have stopped by themselves"))
+        parent.wait(says("error", message="the link has been silent for 4 s; its robots have stopped by themselves"))
         parent.wait(says("gone"))
 
 

@@ -19,7 +19,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from tests.remote.sshd import NAME, Host, a_host
-from tests.ros.conftest import LIMIT, Listen
+from tests.ros.conftest import LIMIT, Listen, be_patient
 from tests.ros.dance import moving, still
 from tests.ros.test_link import process_of
 
@@ -39,6 +39,7 @@ def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPat
         ssh.chmod(0o755)
         for name, value in {**alone, **made.env, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
             monkeypatch.setenv(name, value)
+        be_patient(monkeypatch)
         yield made
 
 

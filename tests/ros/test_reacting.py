@@ -13,7 +13,7 @@ from improv_core.commands.terminal import performance
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from tests.ros.conftest import LIMIT, Listen, Listener, Publish, scan
+from tests.ros.conftest import LIMIT, Listen, Listener, Publish, be_patient, scan
 
 pytestmark = pytest.mark.slow("starts a stage, and a sensor falls silent")
 
@@ -50,6 +50,7 @@ Wait = Callable[[Callable[[Message], bool]], Coroutine[Any, Any, Any]]
 def robot(listen: Listen, ros_env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Listener:
     for name, value in ros_env.items():
         monkeypatch.setenv(name, value)
+    be_patient(monkeypatch)
     return listen(CMD)
 
 

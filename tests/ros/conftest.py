@@ -235,6 +235,7 @@ PATIENT = {
     "stage.decide.LATE": 20.0,
     "stage.faults.LATE": 20.0,
     "stage.sinks.ros.STANDBY_LIMIT": 20.0,
+    "stage.sinks.ros_reset.LIMIT": 20.0,
     "stage.sinks.ros_reader.START_LIMIT": LIMIT,
     "stage.sinks.ros_reader.SILENT_LIMIT": 20.0,
     "stage.sinks.ros_reader.ALIVE_LIMIT": 20.0,

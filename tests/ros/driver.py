@@ -112,9 +112,14 @@ def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
         time.sleep(0.01)
 
 
-def wait() -> None:
-    """Until the player would begin."""
-    until(lambda: not (sink.resetting() or sink.missing()), asks=True)
+def wait(listeners: int = 0) -> None:
+    """Until the player would begin, and so many have been found on each topic and hear it."""
+
+    def ready() -> bool:
+        found = all(topic.count_listeners() >= listeners for topic in sink._topics.values())
+        return not (sink.resetting() or sink.missing()) and found
+
+    until(ready, asks=True)
 
 
 def bring_home() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.ros.conftest import Listen, Sink
+from tests.ros.conftest import Listen, Sink, Start, with_limits
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -14,10 +14,10 @@ TOPICS = {"turtle1": "/turtle1/cmd_vel", "turtle2": "/turtle2/cmd_vel"}
 def test_robots_are_stopped_reset_once_and_heard_again(sink: Sink, listen: Listen) -> None:
     turtles, witness = listen(*TOPICS.values(), reset="/reset"), listen(*TOPICS.values(), name="witness")
     sink("prepare", TOPICS)
-    sink("wait")
+    sink("wait", listeners=2)
     sink("send", "turtle1", 1, 0, 0, 0)
     sink("prepare", TOPICS, reset="/reset")
-    sink("wait")
+    sink("wait", listeners=2)
     assert sink("warnings") == {}
     # The listeners are new ones, as after turtlesim's reset: the first command must not be lost.
     sink("send", "turtle1", 2, 0, 0, 0)
@@ -48,7 +48,8 @@ def test_only_a_restart_resets(sink: Sink, listen: Listen) -> None:
     assert {message["topic"] for message in turtles.heard} == set(TOPICS.values())
 
 
-def test_a_missing_service_is_reported_once(sink: Sink) -> None:
+def test_a_missing_service_is_reported_once(start: Start) -> None:
+    sink = start(**with_limits(stage__sinks__ros_reset__LIMIT=0.5))
     sink("prepare", TOPICS, reset="/lab/reset")
     sink("wait_for_reset")
     line = "no node offers the service /lab/reset (std_srvs/srv/Empty), so these were not reset: turtle1, turtle2"
@@ -57,7 +58,8 @@ def test_a_missing_service_is_reported_once(sink: Sink) -> None:
     assert sink("warnings") == {}
 
 
-def test_a_service_that_does_not_answer_is_reported(sink: Sink, listen: Listen) -> None:
+def test_a_service_that_does_not_answer_is_reported(start: Start, listen: Listen) -> None:
+    sink = start(**with_limits(stage__sinks__ros_reset__LIMIT=3.0))  # it is found by then
     turtle = listen("/turtle1/cmd_vel", reset="/reset", deaf=True, name="deaf")
     sink("prepare", {"turtle1": "/turtle1/cmd_vel"})
     sink("wait")

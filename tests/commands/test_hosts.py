@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -84,8 +85,7 @@ def test_doctor_says_what_holds_on_a_host_and_how_well_its_clock_is_known(robot:
     assert ros == (
         "✗ robot: no ROS 2: no Python there has rclpy: run `improv ros setup --host robot`, or install ROS 2 there"
     )
-    assert clock.startswith("✓ robot: its clock is 0.0")
-    assert "known to 0." in clock
+    assert re.search(r"robot: its clock is 0\.0\d+ s .*known to \d+\.\d ms", clock)  # how well, the machine decides
 
 
 def test_doctor_says_what_keeps_it_from_a_host(robot: Host) -> None:

@@ -6,6 +6,7 @@ import asyncio
 import os
 import socket
 import tempfile
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from improv_core.playback import stop_socket
 from improv_core.playback.stage_process import Stage
 from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.playback.stops import Stops
+from improv_core.services import saves
+from improv_core.services.saves import Saved
 from tests.commands.command_line import LIMIT, SIMULATED, Running, playing, run, written
 from tests.ls.client import QUIET, Client, place
 from tests.stage_on_thread import Hear, StageOnThread
@@ -31,6 +34,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
         for name in ("RUNTIME", "SHARED"):  # here, but not in other processes: others test beside us
             monkeypatch.setattr(stop_socket, name, Path(folder))
+        monkeypatch.setattr(stop_socket, "LIMIT", LIMIT)
         yield Path(folder, "improv")
 
 
@@ -69,9 +73,17 @@ def test_a_terminal_a_watched_file_and_an_editor(program: Path, watch: Running) 
     watch.wait("▶ r 1 beat")
 
 
-def test_a_save_that_is_older_than_the_stop(program: Path, watch: Running) -> None:
-    program.write_text("s $ repeat forward")  # without the end of its line, it is played half a second later
+def test_a_save_that_is_older_than_the_stop(program: Path, watch: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    stopped = threading.Event()
+
+    async def settle(path: Path) -> Saved:
+        await asyncio.to_thread(stopped.wait, LIMIT)
+        return await saves.settle(path)
+
+    monkeypatch.setattr("improv_core.commands.watch.settle", settle)
+    program.write_text("s $ repeat forward\n")
     assert list(stop_all()) == ["stopped dance.improv on simulator"]
+    stopped.set()
     watch.wait(LINE)
     assert watch.next() == "■ dance.improv was stopped before it began\n"
     for _ in range(2):
@@ -132,11 +144,16 @@ def test_a_socket_that_can_not_be_made_keeps_only_real_robots_from_playing(
 
 def test_one_that_does_not_answer_is_a_failure(runtime: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stop_socket, "LIMIT", 0.1)
-    made = StopSocket(lambda: "stopped \x1b]0;x\x07.improv")  # names can't steer the terminal
+    runtime.mkdir(mode=0o700)
     with socket.socket(socket.AF_UNIX) as hangs:
         hangs.bind(str(runtime / "7-hangs.sock"))
         hangs.listen()
-        check(r"stopped \x1b]0;x\x07.improv", "process 7 does not answer: end it with `kill`", code=1)
+        check("process 7 does not answer: end it with `kill`", code=1)
+
+
+def test_names_do_not_steer_the_terminal() -> None:
+    made = StopSocket(lambda: "stopped \x1b]0;x\x07.improv")
+    check(r"stopped \x1b]0;x\x07.improv")
     made.close()
 
 

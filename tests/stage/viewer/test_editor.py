@@ -69,10 +69,14 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     write(page, ")\nbo $ left\n")  # Enter is a new line, also while words are offered
     expect(page.locator("#ink .error")).to_have_text(["forwrd"])
     expect(fix).to_have_text(["Change to forward"])
+    pressed = fix.element_handle()
     keep(page, "edit-mistake.png")
     page.keyboard.press("Control+Enter")
     expect(page.get_by_role("alert").first).to_contain_text("dance.improv can't play")
     assert edited.wait("unknown-name")
+    page.locator("#ink .function").first.hover(force=True)
+    expect(page.get_by_role("tooltip")).to_be_visible()  # so the page has analyzed what was saved
+    assert pressed.evaluate("button => button.isConnected")  # a button that is being pressed is not replaced
     fix.click()
     whole = "# 🤖🤖\nbeat 60\nada $ repeat (forward || left)\nbo $ left\n"
     expect(text).to_have_value(whole)
@@ -88,6 +92,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     lit = page.locator("#ink .lit")
     expect(lit).to_contain_text(["forward"])
     write(page, "# more")  # the words that play stay lit where they are now
+    expect(page.locator("#ink .comment").last).to_have_text("# more")
     expect(lit).to_contain_text(["forward"])
     page.locator("#ink .function").first.hover(force=True)
     expect(page.get_by_role("tooltip")).to_contain_text("forward: One step forward.")
@@ -217,6 +222,7 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     one.get_by_role("button", name="Show it instead").click()  # it can still be opened
     expect(one.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
     keep(one, "edit-kept.png")
+    expect(two.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
     write(two, "# two\n")
     one.keyboard.press("Control+Enter")
     expect(two.locator("#versions")).to_be_visible()
@@ -297,7 +303,7 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
 
 @pytest.mark.slow("drags a ring, types, and plays")
 def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str], Edit], keep: Keep) -> None:
-    before = "beat 60\nada bo cleo at line 2\nada bo cleo $ repeat 4 (forward left)\n"
+    before = "beat 6\nada bo cleo at line 2\nada bo cleo $ repeat 4 (forward left)\n"
     edited = edit(before)
     page = edited.page()
     text = page.locator("#text")

@@ -49,6 +49,7 @@ export class Editor {
   #count = 0 // of mistakes, also of those that the server has not sent
   /** @type {Mistake[]} */
   #shown = [] // of the mistakes
+  #listed = "" // what the list says, and about which text
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
   #played = ""
@@ -277,13 +278,17 @@ export class Editor {
   #showMistakes() {
     this.#shown = this.#mistakes
     const number = this.#number
-    list(
-      this.#shown,
-      this.#count,
-      this.#text,
-      (offset) => this.#go(offset),
-      (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
-    )
+    const listed = JSON.stringify([number, this.#count, this.#shown])
+    if (listed !== this.#listed) {
+      list(
+        this.#shown,
+        this.#count,
+        this.#text,
+        (offset) => this.#go(offset),
+        (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
+      )
+    }
+    this.#listed = listed // the same rows stay, so that a button that is being pressed is not replaced
     this.#draw()
   }
 

@@ -19,8 +19,10 @@ from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import (
     TOKEN,
     Chromium,
+    Commands,
     Keep,
     Show,
+    asked,
     at,
     link,
     play_anew,
@@ -143,7 +145,7 @@ def stands_where_it_should(stage: Page, beat: int) -> None:
 def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Show, Page], stage: Page) -> None:
     show, page = shared
     expect(page.locator("#scenes")).to_be_hidden()  # there is nothing to choose
-    scenes = "beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ right\n"
+    scenes = "beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ repeat 20 right\n"
     play_anew(page, show, scenes)
     wait(page, "improv.transport.state === 'playing'")
     scene = page.get_by_label("Scene")
@@ -348,3 +350,19 @@ def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, kee
         dialog.get_by_role("button", name="Close").click()
         expect(dialog).to_be_hidden()
     viewer.close()
+
+
+def test_a_step_goes_on_from_the_one_before_also_while_the_server_is_late(
+    still: Callable[..., Page], viewer: Viewer, commands: Commands
+) -> None:
+    page = still("beat 60\nada $ repeat 8 forward\n")
+    page.get_by_role("slider", name="Position in beats").focus()
+    page.keyboard.press("ArrowRight")
+    page.evaluate("(now => { performance.now = () => now() + 1000 })(performance.now.bind(performance))")
+    page.keyboard.press("ArrowRight")
+    assert [asked(commands)["beat"] for _ in range(2)] == [1, 2]
+    for beat in (2.0, 5.0):  # confirmed, then somebody else has it continue elsewhere
+        viewer.publish(transport(1, "paused", beat=beat))
+        wait(page, f"improv.beat === {beat}")
+    page.keyboard.press("ArrowRight")
+    assert asked(commands)["beat"] == 6

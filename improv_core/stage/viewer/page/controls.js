@@ -12,14 +12,15 @@ import { LIMITS } from "./requests.js"
 
 const [SLOWEST, FASTEST] = LIMITS.speed.factor
 const SPEEDS = [SLOWEST, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, FASTEST]
-const SOON = 400 // milliseconds in which another step starts from the target of the last one
+const SOON = 2000 // milliseconds in which another step starts from the target of the last one, unless the server has confirmed it
+const NOWHERE = { beat: 0, at: -Infinity }
 
 export class Controls {
   #clock
   #send
   /** @type {Messages["armed"] | null} */
   #armed = null // everything is ready, and waits for a person or a time
-  #target = { beat: 0, at: -Infinity } // of the last seek, until the server confirms it
+  #target = NOWHERE // of the last seek, until the server confirms it
   /** @type {(() => boolean) | null} */
   writes = null // saves and plays the text on this page, if there is one that does not play; whether it did
 
@@ -120,7 +121,8 @@ export class Controls {
    */
   show(connection) {
     const open = connection === "open"
-    const { generation, state, beats, tempo, speed, backend } = this.#clock.transport
+    const { generation, state, beat, beats, tempo, speed, backend } = this.#clock.transport
+    if (beat === this.#target.beat) this.#target = NOWHERE
     const played = generation > 0
     document.body.dataset.state = this.#armed ? "armed" : state
     const playing = state === "playing"

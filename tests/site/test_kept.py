@@ -84,7 +84,7 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
     play(page, "cy $ forward")
     expect(page.locator("#file-state")).to_have_text("saved")
     page.evaluate(FULL)
-    play(page, "cy $ forward backward # longer")
+    play(page, "cy $ repeat (forward backward) # longer")
     expect(page.locator("#file-state")).to_contain_text("not saved: this browser has no room for it")
     expect(page.locator("#state")).to_have_text("playing")
     page.locator("#text").fill("cy $ forward")  # as it was kept: nothing asks whether to leave the page

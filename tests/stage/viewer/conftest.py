@@ -218,8 +218,15 @@ def page(window: BrowserContext) -> Iterator[Page]:
     """A page on which no error goes unnoticed."""
     page, wrong = new_page(window)
     yield page
-    page.close()
+    leave(page)
     assert wrong == []
+
+
+def leave(page: Page) -> None:
+    """Close a page, and forget its settings: a later server may get the same port."""
+    if not page.is_closed():
+        page.evaluate("() => { try { localStorage.clear() } catch {} }")
+        page.close()
 
 
 def new_page(window: BrowserContext) -> tuple[Page, list[str]]:
@@ -307,7 +314,7 @@ def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]
         watch(page, show)
     yield show, page
     with using(chromium):
-        page.close()
+        leave(page)
     show.close()
     assert wrong == []
 

@@ -9,7 +9,7 @@ from playwright.sync_api import BrowserContext, Page
 from improv_core.stage.tickets import issue
 from tests.commands.command_line import Running
 from tests.page import token_behind
-from tests.stage.viewer.conftest import new_page, wait
+from tests.stage.viewer.conftest import leave, new_page, wait
 
 IDLE = "document.querySelector('#file-state').textContent === 'saved'"
 PLAYING = "improv.transport.state === 'playing'"
@@ -37,6 +37,6 @@ class Edit:
 
     def close(self) -> None:
         for page, _ in self._pages:
-            page.close()
+            leave(page)
         self._running.close()
         assert [wrong for _, wrong in self._pages if wrong] == []

@@ -153,12 +153,16 @@ def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before
     expect(view).to_be_focused()
 
 
+LOADED = "performance.getEntriesByType('resource')"
+
+
 def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
     page: Page, show: Show, keep: Keep, tmp_path: Path
 ) -> None:
     program = "beat 60\nada $ forward left slow 100 forward\n"
     watch(page, show, program)
     wait(page, "improv.robots.ada.x > 0.2")
+    wait(page, f"{LOADED}.some(({{ name, responseEnd }}) => name.includes('/path.svg') && responseEnd)")
     show.end_stage()
     notice = page.locator("#notice")
     expect(notice).to_have_text("The performance is over. Play again from your editor or terminal.")
@@ -169,8 +173,8 @@ def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
     assert downloaded(page, "SVG", tmp_path / "paths.svg").read_text() == plot(score_of(analyze(program)))
     keep(page, "page-over.png")
     expect(page.get_by_role("button", name="Play")).to_have_attribute("aria-disabled", "true")
-    show.play("beat 60\nbo $ forward left\n")
-    wait(page, "improv.connected && improv.known.bo === 2 && improv.transport.state === 'playing'")
+    show.play("beat 60\nbo $ slow 100 forward\n")
+    wait(page, "improv.connected && improv.known.bo === 100 && improv.transport.state === 'playing'")
     expect(notice).to_be_hidden()
 
 

@@ -38,6 +38,7 @@ def test_a_click_on_a_mark_or_near_it_seeks_there(
     still: Callable[..., Page], viewer: Viewer, commands: Commands, keep: Keep
 ) -> None:
     page = still(PROGRAM)
+    expect(page.get_by_role("button", name="1 meeting ahead")).to_be_visible()  # as the server has found by now
     viewer.publish(cast(Any, MEETINGS))
     button = page.get_by_role("button", name="2 meetings ahead")
     expect(button).to_have_attribute("title", "beat 2: ada and bo meet, 0.00 m apart\nbeat 4: bo hits wall 1")

@@ -65,7 +65,7 @@ def _plays(page: Page, program: str, generation: int) -> None:
         f"improv.transport.generation === {generation} && Object.keys(improv.robots).join() === '{','.join(robots)}'",
     )
     starts = json.dumps({name: each["start"] for name, each in robots.items()})
-    moved = "([name, [x, y]]) => Math.hypot(improv.robots[name].x - x, improv.robots[name].y - y) > 0.1"
+    moved = "([name, [x, y]]) => improv.trails[name]?.some(([a, b]) => Math.hypot(a - x, b - y) > 0.1)"
     wait(page, f"Object.entries({starts}).every({moved})")
 
 

@@ -127,6 +127,7 @@ def test_the_wall_opens_by_a_key_and_its_first_robots_are_in_trouble(page: Page,
     assert [rows.nth(place).locator("th").text_content() for place in range(4)] == ["tb11", "tb3", "tb6", "tb1"]
     page.keyboard.press("Escape")
     expect(page.locator("#wall")).to_be_hidden()
+    wait(page, "improv.transport.state === 'stopped'")
 
 
 def test_a_robot_that_was_away_and_does_not_play_its_part_is_told_apart(page: Page, show: Show) -> None:

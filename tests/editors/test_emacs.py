@@ -129,8 +129,9 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
 
             terminal.type("C-c", "C-c")
             terminal.see("▶ turtle1 ∞, endless at beat 30, simulator")
-            for beat, word in ((3, "forward"), (4, "left")):
-                terminal.see(f"(Improv ▶ beat {beat}/∞, 30 beats/min, simulator")
+            terminal.see("(Improv ▶ beat ")
+            terminal.see("/∞, 30 beats/min, simulator")
+            for word in ("forward", "left"):
                 wait_until_lit(word)
             terminal.type("C-c", "C-k")
             terminal.see("(Improv ■ stopped")

@@ -8,7 +8,6 @@ import re
 import shutil
 import signal
 import sys
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -314,8 +313,7 @@ def _beat(terminal: Terminal, least: int = 1) -> int:
 
 
 def _escape(terminal: Terminal) -> None:
-    terminal.type("Escape")
-    time.sleep(0.2)  # or the terminal takes it and the next key for one
+    terminal.write("\x1b[27u")  # a byte alone and the next key might be taken for one
 
 
 def _scopes(screen: str) -> dict[str, str]:

@@ -7,6 +7,9 @@ import { install } from "./install";
 import { showWarning } from "./messages";
 import { findServer, onSelectedPython } from "./serverPath";
 
+/** Milliseconds in which the server stops its robots and ends, also on a busy machine; then it is killed. */
+const END_LIMIT = 10_000;
+
 /** `lost`: it ended by itself. */
 export type ServerState = "starting" | "running" | "stopped" | "lost" | "missing";
 
@@ -67,9 +70,9 @@ export class Server implements Disposable {
     else if (this.state !== "starting") void this.restart();
   }
 
-  /** Stops the server, if there is one, and starts it again. */
+  /** Stops the server, if there is one, and starts it again. What a person asks for meanwhile waits for the next one. */
   restart(): Promise<void> {
-    const stopped = this.stop(); // at once: a server that hangs while it starts must not hold up the next one
+    const stopped = this.stop("starting"); // at once: a server that hangs while it starts must not hold up the next one
     this.starting = Promise.all([this.starting, stopped])
       .then(() => this.start())
       .catch((error: Error) => this.reportFailure(error));
@@ -77,11 +80,11 @@ export class Server implements Disposable {
   }
 
   /** Ends the server, which stops its robots first. */
-  async stop(): Promise<void> {
+  async stop(next: "stopped" | "starting" = "stopped"): Promise<void> {
     const client = this.client;
     this.client = undefined;
-    this.show("stopped");
-    await client?.dispose().catch(() => undefined); // it may have ended on its own
+    this.show(next);
+    await client?.dispose(END_LIMIT).catch(() => undefined); // it may have ended on its own
   }
 
   dispose(): void {
@@ -89,8 +92,7 @@ export class Server implements Disposable {
   }
 
   private async start(): Promise<void> {
-    await this.stop(); // an earlier call may have started one meanwhile
-    this.show("starting");
+    await this.stop("starting"); // an earlier call may have started one meanwhile
     this.path = (await findServer(this.context)) ?? "";
     if (!this.path) {
       this.show("missing");

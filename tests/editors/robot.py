@@ -9,6 +9,7 @@ import asyncio
 import math
 import sys
 import tempfile
+import time
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from hashlib import sha256
@@ -38,12 +39,15 @@ async def moves(url: str) -> None:
 
 async def stands(url: str) -> None:
     """Return once no robot moves any more."""
+    end = time.monotonic() + LIMIT - 2 * STILL  # before the other limit, which says nothing
     async with asyncio.timeout(LIMIT), _live(url) as live:
         poses = _poses(live)
-        assert await anext(poses), "there is no robot"
+        assert (latest := await anext(poses)), "there is no robot"
         while True:
+            assert time.monotonic() < end, f"robots still move, and are at {latest}"
             try:
-                await asyncio.wait_for(anext(poses), STILL)
+                async with asyncio.timeout(STILL):
+                    latest = await anext(poses)
             except TimeoutError:
                 return
 

@@ -204,8 +204,7 @@ def test_the_address_of_the_page_stays_where_no_browser_can_open(home: Path) -> 
         (home / "xdg-open").write_text(f'#!/bin/sh\ntouch "{home}/asked"\nexit 3\n')
         terminal.see("●")  # `x` is not used: the server is at work
         terminal.type(":w", "Enter")
-        terminal.see("page: http://127.0.0.1:")
-        url = re.findall(r"page: (\S+)", terminal.screen())[0]
+        url = until(lambda: re.findall(r"page: (http://127\.0\.0\.1:\S+)", terminal.screen()), terminal.screen)[0]
         assert _beat(terminal) >= 2 * READING  # at beat 120; until then, one can read the address
         asyncio.run(robot.moves(url))
         assert not (home / "asked").exists()

@@ -33,7 +33,7 @@ person.session(function()
   await_lit("2:8 right, 3:13 𝒹, 4:14 left")
   vim.fn.cursor(3, 18)
   vim.api.nvim_feedkeys("viw\\\r", "x", false)
-  await_lit("3:18 forward")
+  person.await_message("▶ line 3: a 1 beat")
   assert(vim.fn.mode() == "n", vim.fn.mode())
   vim.cmd("3ImprovPlay")
   await_lit("2:8 right, 3:13 𝒹")
@@ -67,7 +67,7 @@ person.session(function()
 
   -- Elsewhere.
   vim.cmd.ImprovSeek("5000.5")
-  await_status("^▶ beat 500%d/∞")
+  await_status("^▶ beat 5%d%d%d/∞")
   await_lit("3:21 left")
   await_lit("3:13 forward")
 
@@ -110,8 +110,7 @@ person.session(function()
   vim.api.nvim_buf_set_lines(0, 1, 1, false, { "bob $ repeat left" })
   vim.cmd.write()
   assert(person.lit() == "1:13 forward" or person.lit() == "1:21 left", person.lit())
-  await_lit("1:13 forward, 2:14 left")
-  assert(person.marks() == 2)
+  person.await("bob's light", function() return person.lit():find("2:14 left", 1, true) end)
   person.set { onSave = "restart" }
 
   person.write("a $ forward")

@@ -77,8 +77,9 @@ class Session(StdioServer):
 
         Without an entry, it will be those that it has once it has been read."""
         self._reached: StopSocket | None = None
-        self.autosaving: set[str] = set()
-        """Documents that the editor is about to save by itself."""
+        self.saving: dict[str, int | None] = {}
+        """Documents that the editor is about to save: the count of stops when a person asked for that; None if the
+        editor saves by itself."""
 
     @cached_property
     def performance(self) -> Performance:

@@ -11,18 +11,17 @@ from improv_ls.session import Session
 
 
 def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
-    """Remember an autosave: robots must not move because somebody looked at another window."""
-    if params.reason != types.TextDocumentSaveReason.Manual:
-        ls.autosaving.add(params.text_document.uri)
-    else:
-        ls.autosaving.discard(params.text_document.uri)  # an autosave before may have failed
+    """Remember who saves and when: robots must not move because somebody looked at another window, nor because a slow
+    editor has saved only after a stop."""
+    by_person = params.reason == types.TextDocumentSaveReason.Manual
+    ls.saving[params.text_document.uri] = ls.arrival.stops if by_person else None
 
 
 def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     uri = params.text_document.uri
     _show_lenses_of_new_scenes(ls, uri)
-    if uri in ls.autosaving:
-        ls.autosaving.remove(uri)
+    asked = ls.saving.pop(uri, ls.arrival.stops)
+    if asked is None:
         return
     refresh_robots(ls)
     # The saved text is what plays, no matter what is typed from here on.
@@ -30,7 +29,7 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     if document and ls.editor.settings.study_log:
         ls.editor.soon(_record(ls, document, params.text))
     if document and ls.editor.settings.on_save != "off":
-        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, "save", params.text))
+        ls.editor.soon(ls.performance.play(document, asked, "save", params.text))
 
 
 def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:

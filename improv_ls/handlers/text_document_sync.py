@@ -52,7 +52,7 @@ def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
         ls.sent_tokens.pop(uri, None)
         ls.sent_diagnostics.pop(uri, None)
         ls.scenes_with_lenses.pop(uri, None)
-        ls.autosaving.discard(uri)
+        ls.saving.pop(uri, None)
         withdraw(ls, document)
         ls.files_changed()  # from now on, its diagnostics are those of its file
 

@@ -198,19 +198,31 @@ def test_the_saved_text_plays_and_not_later_edits() -> None:
         client.wait_for_line("✗ line 1")
 
 
-def test_an_autosave_moves_nothing_and_one_that_failed_does_not_keep_the_next_save_from_playing(client: Client) -> None:
-    def will_save(reason: int) -> None:
-        client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
+def will_save(client: Client, reason: int) -> None:
+    client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
 
+
+def test_an_autosave_moves_nothing_and_one_that_failed_does_not_keep_the_next_save_from_playing(client: Client) -> None:
     client.open(URI, "r $ repeat left\n")
     for reason in (2, 3):  # after a delay, when the focus left
-        will_save(reason)
+        will_save(client, reason)
         client.save(URI)
     client.change(URI, 2, {"text": "s $ repeat left\n"})
-    will_save(2)
-    will_save(1)
+    will_save(client, 2)
+    will_save(client, 1)
     client.save(URI)
     assert client.wait_for_line("▶").startswith("▶ s ∞")
+
+
+def test_a_save_that_ends_after_a_stop_plays_nothing_if_it_began_before_that(client: Client) -> None:
+    client.open(URI, "r $ repeat left\n")
+    will_save(client, 1)
+    client.command("hush")
+    client.save(URI)
+    assert client.wait_for_line("r").startswith("■ dance.improv was stopped before it began")
+    will_save(client, 1)
+    client.save(URI)
+    client.wait_for_line("▶ r ∞")
 
 
 def test_page_is_shown_once() -> None:

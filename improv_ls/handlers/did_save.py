@@ -11,8 +11,8 @@ from improv_ls.session import Session
 
 
 def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
-    """Remember who saves and when: robots must not move because somebody looked at another window, nor because a slow
-    editor has saved only after a stop."""
+    """Remember whether a person saves, and when they asked for it: robots must not move because of an autosave, or of a
+    save that somebody stopped before the editor had finished it."""
     by_person = params.reason == types.TextDocumentSaveReason.Manual
     ls.saving[params.text_document.uri] = ls.arrival.stops if by_person else None
 

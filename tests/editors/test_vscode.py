@@ -133,7 +133,6 @@ def test_what_is_asked_for_while_the_server_starts(vscode: VSCode, tmp_path: Pat
         _the_context_menu_plays(page)
         _a_killed_server_says_that_the_dance_ended(page, env)
         _a_server_that_is_killed_again_and_again_is_started_by_a_save(page, env)
-
         _a_save_is_played_by_the_next_server_while_the_one_before_ends(page, env)
 
         gate.unlink()

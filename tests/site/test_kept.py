@@ -92,7 +92,6 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
     open_site(page, f"{address}{fragment(text='dee $ left')}")
     expect(page.locator("#notice")).to_contain_text("this browser has no room for another dance")
     expect(page.locator("#text")).to_have_value("cy $ forward")
-    page.evaluate("localStorage.clear()")
 
 
 @pytest.mark.slow("a browser on a busy machine")

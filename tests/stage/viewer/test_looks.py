@@ -153,16 +153,14 @@ def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before
     expect(view).to_be_focused()
 
 
-LOADED = "performance.getEntriesByType('resource')"
-
-
 def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
     page: Page, show: Show, keep: Keep, tmp_path: Path
 ) -> None:
     program = "beat 60\nada $ forward left slow 100 forward\n"
     watch(page, show, program)
     wait(page, "improv.robots.ada.x > 0.2")
-    wait(page, f"{LOADED}.some(({{ name, responseEnd }}) => name.includes('/path.svg') && responseEnd)")
+    loaded = "({ name, responseEnd }) => name.includes('/path.svg') && responseEnd"
+    wait(page, f"performance.getEntriesByType('resource').some({loaded})")
     show.end_stage()
     notice = page.locator("#notice")
     expect(notice).to_have_text("The performance is over. Play again from your editor or terminal.")

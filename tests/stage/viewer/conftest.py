@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import queue
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -48,6 +49,14 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+SERVER_IS_GONE = re.compile(
+    "net::ERR_(CONNECTION_|SOCKET_NOT_CONNECTED|EMPTY_RESPONSE|INCOMPLETE_CHUNKED_ENCODING|CONTENT_LENGTH_MISMATCH)"
+    "|Connection closed before receiving a handshake response"
+)
+"""What Chromium says of a server that closes before it accepts a connection, or before or while it answers.
+
+That is an error to the browser, not to us. Each was seen with a server that closes at that moment.
+"""
 LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
@@ -234,8 +243,7 @@ def new_page(window: BrowserContext) -> tuple[Page, list[str]]:
     wrong: list[str] = []
 
     def listen(message: ConsoleMessage) -> None:
-        # A server that went away is an error to the browser, not to us.
-        if message.type in ("error", "warning") and "net::ERR_CONNECTION" not in message.text:
+        if message.type in ("error", "warning") and not SERVER_IS_GONE.search(message.text):
             wrong.append(message.text)
 
     page = window.new_page()

@@ -136,11 +136,19 @@ def hears_and_is_heard(pair: Pair) -> None:
         pair.robot.wait(lambda message: message["x"] > 0)
         pair.stop({"data": True})
         pair.robot.wait(lambda message: message["x"] == 0)
-        assert playing.stderr
-        assert any("the emergency stop on /e_stop is on" in line for line in playing.stderr)
+        wait_for(playing, "the emergency stop on /e_stop is on")
     finally:
         playing.terminate()
         playing.communicate(timeout=LIMIT)
+
+
+def wait_for(playing: subprocess.Popen[str], part: str) -> None:
+    """Wait until it says something with this in it."""
+    assert playing.stderr
+    said: list[str] = []
+    while part not in (line := playing.stderr.readline()):
+        assert line, f"it has ended: {''.join(said)}"
+        said.append(line)
 
 
 def test_in_one_subnet(hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:
@@ -188,8 +196,7 @@ def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_
     with pair(hosts, True, ros_python, env, tmp_path, early=True) as both:
         assert f"{DEAF}\n" in both.doctor(DEAF)
         playing = both.improv("play", "--backend", "ros")
-        assert playing.stderr
-        assert any("look whether it hangs or started before its network was up" in line for line in playing.stderr)
+        wait_for(playing, "look whether it hangs or started before its network was up")
         playing.terminate()
         playing.communicate(timeout=LIMIT)
         both.robot.hear_all()

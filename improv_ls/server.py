@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import import_module
@@ -119,7 +118,10 @@ def serve() -> int:
     """Serve one editor over standard input and output. Returns the exit code."""
     # Editors show standard error as errors, and every message that matters reaches the person through LSP.
     logging.basicConfig(level=logging.CRITICAL)
-    return create_server().serve(0, sys.stdout.buffer)
+    # Under `PYTHONUNBUFFERED`, `sys.stdout` has no buffer: if the process is halted while it writes to a full pipe, the
+    # rest of the message is lost.
+    with open(1, "wb", closefd=False) as output:
+        return create_server().serve(0, output)
 
 
 def _loaded_later(handler: str) -> Callable[..., Any]:

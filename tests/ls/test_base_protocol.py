@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
@@ -18,6 +19,7 @@ from improv_core import __version__
 from improv_ls.__main__ import main
 from improv_ls.server import create_server
 from tests.ls.client import LIMIT, QUIET, Client, place
+from tests.processes import wait_until_full
 from tests.stage_on_thread import running
 
 URI = "file:///dance.improv"
@@ -156,6 +158,23 @@ def test_an_unreadable_stream_ends_the_server(capsys: pytest.CaptureFixture[str]
 
 def test_an_unreadable_stream_stops_the_robots() -> None:
     ends_and_stops_the_robots(lambda client: client.send_bytes(UNREADABLE))
+
+
+def test_a_message_stays_whole_if_the_server_is_halted_while_it_writes() -> None:
+    """Python's unbuffered output writes only part of it then."""
+    program = {"uri": URI, "languageId": "improv", "version": 1, "text": "r $ forwrd\n" * 1000}
+    opened = {"method": "textDocument/didOpen", "params": {"textDocument": program}}
+    command, env = [sys.executable, "-m", "improv_ls"], {**os.environ, "PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env) as server:
+        assert server.stdin
+        server.stdin.write(framed(INITIALIZE) + framed(opened))
+        server.stdin.flush()
+        wait_until_full(server.pid, LIMIT)
+        server.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, server.pid, os.WSTOPPED)
+        server.send_signal(signal.SIGCONT)
+        output, _ = server.communicate(framed(SHUTDOWN) + framed(EXIT), timeout=LIMIT)
+    assert [each["id"] for each in told(output) if "result" in each] == [1, 2]
 
 
 def test_the_command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,64 @@
+"""Runs tests while processes below them are halted at random, one at a time, as on a machine that is far too busy.
+
+    python -m tests.halting [arguments of pytest]
+
+Shows which tests, and which code, count on other processes being fast. Halts are written to `halts.txt` in the folder
+`.cache`, each with the time at which it ended. Improv's own processes are halted for less than they allow each other:
+longer, and robots would stop, as they should. A test that halts a process itself may fail because that was continued
+here. Linux only.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from tests.processes import command_of
+
+HALT, OWN_HALT, REST = 2.5, 0.4, 0.3
+"""Seconds for which a process is halted at most, one of Improv's, and the longest time between two halts."""
+OWN = (b"improv_", b"improv-", b"/bin/improv", b"tests/ros/base.py")
+"""What the commands of Improv's processes have in them, and of a base that drives a robot."""
+HALTS = Path(__file__).parents[1] / ".cache" / "halts.txt"
+
+
+def main(arguments: list[str]) -> int:
+    HALTS.parent.mkdir(exist_ok=True)
+    tests = subprocess.Popen([sys.executable, "-m", "pytest", *arguments])
+    with HALTS.open("w") as halts:
+        while tests.poll() is None:
+            if running := list(below(tests.pid)):
+                pid = random.choice(running)
+                command = command_of(pid)
+                halt(pid, random.uniform(0, OWN_HALT if any(word in command for word in OWN) else HALT))
+                print(time.strftime("%X"), pid, command.decode().replace("\0", " "), file=halts, flush=True)
+            time.sleep(random.uniform(0, REST))
+    return tests.returncode
+
+
+def halt(pid: int, seconds: float) -> None:
+    with suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(seconds)
+        os.kill(pid, signal.SIGCONT)
+
+
+def below(pid: int) -> Iterator[int]:
+    """The processes below this one that aren't halted, also those of browsers."""
+    for children in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):  # the thread, or a process, has ended meanwhile
+            for child in map(int, children.read_text().split()):
+                yield from below(child)
+                if Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0] in "RSD":
+                    yield child
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -13,7 +13,8 @@ from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient
 from tests.page import connected, heard, live_behind
 
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
-HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 5_000))
+HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 60_000)) + "r $ forwrd\n"
+"""It takes seconds to analyze, and only then is the error in its last line known."""
 STOP, PAUSE = (
     {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
     for name in ("hush", "pause")
@@ -54,16 +55,20 @@ class Dancer(Client):
             "params": {"textDocument": document, "contentChanges": [{"text": text}]},
         }
 
-    def has_analyzed(self, uri: str) -> bool:
-        """Whether the server has published the diagnostics of a program."""
+    def has_analyzed_huge(self) -> bool:
+        """Whether the server has published the error of the huge program."""
         published = [each.message for each in list(self.log) if each.message.get("method") == PUBLISHED]
-        return any(each["params"]["uri"] == uri for each in published)
+        return any(is_error_of_huge(each["params"]) for each in published)
 
     def played_since(self, number: int) -> list[Any]:
         """What has begun to play since the answer to a request."""
         messages = [spoken.message for spoken in list(self.log) if spoken.by_server]
         since = next(place for place, each in enumerate(messages) if each.get("id") == number and "method" not in each)
         return [each for each in messages[since:] if "▶" in str(each.get("params"))]
+
+
+def is_error_of_huge(published: Any) -> bool:
+    return bool(published["uri"] == HUGE and published["diagnostics"])
 
 
 class DancerProcess(Dancer, ProcessClient):
@@ -131,7 +136,7 @@ def test_a_stop_while_a_huge_program_is_analyzed() -> None:
 
 def stop_while_analyzing(client: Dancer) -> None:
     analyzed: list[bool] = []  # when the robots stop
-    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
+    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed_huge()))
     client.open(HUGE, HUGE_PROGRAM)
     client._write(SAVE)
     number = client.write(STOP)
@@ -143,13 +148,15 @@ def stop_while_analyzing(client: Dancer) -> None:
     client.answer(number)
     assert client.wait_for_line("▶ s ∞")
     assert len(client.played_since(number)) == 1
+    if not client.has_analyzed_huge():
+        client.wait(PUBLISHED, is_error_of_huge)
 
 
 @pytest.mark.slow("a huge program is analyzed")
 def test_the_end_of_the_editor_while_a_huge_program_is_analyzed() -> None:
     client = DancerProcess()
     analyzed: list[bool] = []
-    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
+    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed_huge()))
     client.open(HUGE, HUGE_PROGRAM)
     assert client.process.stdin
     client.process.stdin.close()

@@ -78,8 +78,8 @@ class Session(StdioServer):
         Without an entry, it will be those that it has once it has been read."""
         self._reached: StopSocket | None = None
         self.saving: dict[str, int | None] = {}
-        """The documents that are being saved, each with the count of stops when a person asked for it, or None if the
-        editor saves on its own."""
+        """The documents that are being saved, each with how many stops there had been when a person asked for the save,
+        or None if the editor saves on its own."""
 
     @cached_property
     def performance(self) -> Performance:

@@ -2,10 +2,10 @@
 
     python -m tests.halting [arguments of pytest]
 
-Shows which tests, and which code, count on other processes being fast. Halts are written to `halts.txt` in the folder
-`.cache`, each with the time at which it ended. Improv's own processes are halted for less than they allow each other:
-longer, and robots would stop, as they should. A test that halts a process itself may fail because that was continued
-here. Linux only.
+Shows which tests, and which code, count on other processes being fast. Each halt is written to `.cache/halts.txt`, with
+the time at which it ended. Improv's own processes are halted for less time than they allow each other: any longer, and
+the robots would stop, as they should. A test that halts a process itself may fail, because this may continue it. Linux
+only.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from tests.processes import command_of
+from tests.processes import children, command_of, stat_of
 
 HALT, OWN_HALT, REST = 2.5, 0.4, 0.3
-"""Seconds for which a process is halted at most, one of Improv's, and the longest time between two halts."""
+"""Seconds: the longest halt of a process, of one of Improv's, and the longest rest between two halts."""
 OWN = (b"improv_", b"improv-", b"/bin/improv", b"tests/ros/base.py")
-"""What the commands of Improv's processes have in them, and of a base that drives a robot."""
+"""Parts of the commands that start Improv's processes, and a base that drives a robot."""
 HALTS = Path(__file__).parents[1] / ".cache" / "halts.txt"
 
 
@@ -52,12 +52,11 @@ def halt(pid: int, seconds: float) -> None:
 
 def below(pid: int) -> Iterator[int]:
     """The processes below this one that aren't halted, also those of browsers."""
-    for children in Path(f"/proc/{pid}/task").glob("*/children"):
-        with suppress(OSError):  # the thread, or a process, has ended meanwhile
-            for child in map(int, children.read_text().split()):
-                yield from below(child)
-                if Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0] in "RSD":
-                    yield child
+    for child in children(pid):
+        yield from below(child)
+        with suppress(OSError):  # it has ended meanwhile
+            if stat_of(child)[0] in "RSD":
+                yield child
 
 
 if __name__ == "__main__":

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import select
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import IO
 
 
 class Descriptor(int):
@@ -20,17 +22,20 @@ def descendants(pid: int) -> dict[int, int]:
     """All processes below this one, each with a descriptor that stays its own after its number is used again. Those of
     a browser are left out: all tests of a worker share it, and it starts new ones at any time."""
     found: dict[int, int] = {}
-    for task in Path(f"/proc/{pid}/task").glob("*/children"):
-        children = ""
-        with suppress(ProcessLookupError, FileNotFoundError):  # the thread has ended meanwhile
-            children = task.read_text()
-        for child in map(int, children.split()):
-            if b"playwright/driver" in command_of(child):
-                continue
-            with suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile
-                found[child] = Descriptor(os.pidfd_open(child))
-                found.update(descendants(child))
+    for child in children(pid):
+        if b"playwright/driver" in command_of(child):
+            continue
+        with suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile
+            found[child] = Descriptor(os.pidfd_open(child))
+            found.update(descendants(child))
     return found
+
+
+def children(pid: int) -> Iterator[int]:
+    """The processes that any thread of this one has started."""
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(ProcessLookupError, FileNotFoundError):  # the thread has ended meanwhile
+            yield from map(int, task.read_text().split())
 
 
 def players(pid: int) -> dict[int, int]:
@@ -51,6 +56,22 @@ def command_of(pid: int) -> bytes:
         return b""
 
 
+def stat_of(pid: int) -> list[str]:
+    """The fields of a process after its name, from its state on (proc_pid_stat(5)). Raises OSError if it has ended."""
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+
+
+def lines_until(part: str, stream: IO[str] | None) -> list[str]:
+    """What a process says, up to a line with this in it, which is the last. Raises AssertionError if it ends before."""
+    assert stream
+    said: list[str] = []
+    for line in stream:
+        said.append(line)
+        if part in line:
+            return said
+    raise AssertionError(f"it ended without {part!r}: {said}")
+
+
 def wait_until_gone(processes: dict[int, int], limit: float) -> None:
     """Wait until all have ended. Raises AssertionError if one still runs after `limit` seconds."""
     end = time.monotonic() + limit
@@ -64,13 +85,10 @@ def wait_until_gone(processes: dict[int, int], limit: float) -> None:
 def in_session(leader: int) -> list[int]:
     """All processes of a session, whose parents may have ended."""
     found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text().rpartition(")")[2].split()
-        except OSError:  # it has ended meanwhile
-            continue
-        if int(fields[3]) == leader:
-            found.append(int(stat.parent.name))
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):  # it has ended meanwhile
+            if int(stat_of(int(process.name))[3]) == leader:
+                found.append(int(process.name))
     return found
 
 

@@ -11,8 +11,8 @@ from improv_ls.session import Session
 
 
 def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
-    """Remember whether a person saves, and when they asked for it: robots must not move because of an autosave, or of a
-    save that somebody stopped before the editor had finished it."""
+    """Note whether a person asked for this save, and after how many stops: an autosave must not move robots, and
+    neither must a save if somebody pressed stop before the editor had finished it."""
     by_person = params.reason == types.TextDocumentSaveReason.Manual
     ls.saving[params.text_document.uri] = ls.arrival.stops if by_person else None
 

@@ -18,7 +18,7 @@ from time import perf_counter
 from typing import Any
 
 from tests.benchmarks.documents import IMPROV, PYTHON, Edit, Language
-from tests.processes import command_of, descendants
+from tests.processes import command_of, descendants, stat_of
 
 Message = dict[str, Any]
 LIMIT = 60.0
@@ -99,7 +99,7 @@ def stage_of(pid: int) -> int:
 
 def processor_time(pid: int) -> float:
     """Seconds of processor time that a process has used (Linux)."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    fields = stat_of(pid)
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 

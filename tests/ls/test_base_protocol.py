@@ -160,8 +160,8 @@ def test_an_unreadable_stream_stops_the_robots() -> None:
     ends_and_stops_the_robots(lambda client: client.send_bytes(UNREADABLE))
 
 
-def test_a_message_stays_whole_if_the_server_is_halted_while_it_writes() -> None:
-    """Python's unbuffered output writes only part of it then."""
+def test_a_message_arrives_whole_if_the_server_is_halted_while_writing_it() -> None:
+    """Otherwise, Python's unbuffered output writes only part of it."""
     program = {"uri": URI, "languageId": "improv", "version": 1, "text": "r $ forwrd\n" * 1000}
     opened = {"method": "textDocument/didOpen", "params": {"textDocument": program}}
     command, env = [sys.executable, "-m", "improv_ls"], {**os.environ, "PYTHONUNBUFFERED": "1"}

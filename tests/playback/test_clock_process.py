@@ -104,7 +104,7 @@ async def test_ticks_on_a_cable_are_heard_by_the_parent(cable: Path) -> None:
         sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
         began = time.monotonic()
         anchor = await listening.anchor(lambda each: each["beat"] > 1)
-        assert anchor["tempo"] > 0  # which one, `test_midi_time` asks: here, ticks may be late
+        assert anchor["tempo"] > 0  # `test_midi_time` asks which: here, ticks may come late
         assert began < anchor["at"] < time.monotonic()
         stands = await listening.anchor(lambda each: each["tempo"] == 0)
         assert stands["beat"] == 4

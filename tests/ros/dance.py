@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from tests.ls.client import CAPABILITIES, ProcessClient
-from tests.processes import descendants, players, wait_until_gone
+from tests.processes import descendants, lines_until, players, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 
 URI = "file:///dance.improv"
@@ -112,12 +112,7 @@ class Terminal:
 
     def wait_for_line(self, part: str) -> None:
         """Whatever comes before it is a complaint."""
-        assert self.process.stderr
-        for line in self.process.stderr:
-            if part in line:
-                return
-            self._said.append(line)
-        raise AssertionError(f"it ended without {part!r}: {self._said}")
+        self._said += lines_until(part, self.process.stderr)[:-1]
 
     def complaints(self) -> list[str]:
         said, self._said = self._said, []

@@ -19,7 +19,7 @@ from typing import Any
 
 import pytest
 
-from tests.processes import players
+from tests.processes import lines_until, players
 from tests.ros.conftest import LIMIT, Listen, Listener, Script
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
@@ -71,8 +71,7 @@ class Dance:
         self.process = subprocess.Popen(command, env={**env}, stdin=subprocess.DEVNULL, stderr=pipe, text=True)
 
     def wait_for_line(self, part: str) -> str:
-        assert self.process.stderr
-        return next(line for line in self.process.stderr if part in line)
+        return lines_until(part, self.process.stderr)[-1]
 
     def close(self) -> None:
         self.process.terminate()

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.processes import lines_until
 from tests.ros.conftest import LIMIT, Listener, Others, Publisher
 from tests.ros.hosts import FIRST, SECOND, Host, behind_a_router, on_one_link, set_link
 
@@ -136,19 +137,10 @@ def hears_and_is_heard(pair: Pair) -> None:
         pair.robot.wait(lambda message: message["x"] > 0)
         pair.stop({"data": True})
         pair.robot.wait(lambda message: message["x"] == 0)
-        wait_for(playing, "the emergency stop on /e_stop is on")
+        lines_until("the emergency stop on /e_stop is on", playing.stderr)
     finally:
         playing.terminate()
         playing.communicate(timeout=LIMIT)
-
-
-def wait_for(playing: subprocess.Popen[str], part: str) -> None:
-    """Wait until it says something with this in it."""
-    assert playing.stderr
-    said: list[str] = []
-    while part not in (line := playing.stderr.readline()):
-        assert line, f"it has ended: {''.join(said)}"
-        said.append(line)
 
 
 def test_in_one_subnet(hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:
@@ -165,8 +157,7 @@ def test_nothing_leaves_this_machine_if_discovery_is_limited_to_it(
     with pair(hosts, True, ros_python, ros_env, tmp_path) as both:
         counting = both.packets()
         playing = both.improv("play", "--backend", "ros")
-        assert playing.stderr
-        assert any("nothing is listening on /r/cmd_vel" in line for line in playing.stderr)
+        lines_until("nothing is listening on /r/cmd_vel", playing.stderr)
         playing.terminate()
         playing.communicate(timeout=LIMIT)
         assert both.robot.heard == []
@@ -196,7 +187,7 @@ def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_
     with pair(hosts, True, ros_python, env, tmp_path, early=True) as both:
         assert f"{DEAF}\n" in both.doctor(DEAF)
         playing = both.improv("play", "--backend", "ros")
-        wait_for(playing, "look whether it hangs or started before its network was up")
+        lines_until("look whether it hangs or started before its network was up", playing.stderr)
         playing.terminate()
         playing.communicate(timeout=LIMIT)
         both.robot.hear_all()

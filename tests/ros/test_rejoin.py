@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.processes import lines_until
 from tests.ros.conftest import BASE, LIMIT, Listen, Script, with_limits
 from tests.ros.dance import moving
 
@@ -42,16 +43,6 @@ def where(base: subprocess.Popen[str]) -> tuple[float, float, float]:
     return x, y, heading
 
 
-def until(playing: subprocess.Popen[str], part: str) -> str:
-    assert playing.stderr
-    said = []
-    for line in playing.stderr:
-        said.append(line)
-        if part in line:
-            return line
-    raise AssertionError(f"it ended without {part!r}: {said}")
-
-
 def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     script: Script, listen: Listen, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
@@ -67,9 +58,9 @@ def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     ) as playing:
         listener.wait(moving)
         x, y, heading = where(bases["ada"])
-        until(playing, GONE)
+        lines_until(GONE, playing.stderr)
         again = script(BASE, "ada", *IDEAL, "--start", str(x), str(y), str(heading))
-        until(playing, "ada is back in its place")
+        lines_until("ada is back in its place", playing.stderr)
         assert playing.stderr
         rest = playing.stderr.read()
         assert playing.wait() == 0, rest

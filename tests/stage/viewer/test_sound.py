@@ -109,7 +109,7 @@ def test_a_song_that_is_not_there_is_one_line_and_the_dance_plays(shared: tuple[
     assert page.evaluate("improv.transport.state") == "playing"
 
 
-def test_the_old_song_ends_as_soon_as_a_dance_with_another_song_begins(page: Page, show: Show, tmp_path: Path) -> None:
+def test_the_old_song_ends_when_a_dance_with_another_song_begins(page: Page, show: Show, tmp_path: Path) -> None:
     watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
     page.locator("#stage").click()
     wait(page, RIGHT)

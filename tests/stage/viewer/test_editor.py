@@ -6,12 +6,13 @@ import os
 import re
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, WebSocketRoute, expect
 
 from improv_core.stage.fields import LONGEST_TEXT
 from tests.axe import AXE
@@ -102,6 +103,38 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     page.keyboard.press("Escape")
     expect(page.get_by_role("tooltip")).to_be_hidden()
     expect(page.locator("#state")).to_have_text("stopped")
+
+
+@pytest.mark.slow("types in a browser six times")
+def test_a_word_takes_the_place_of_what_was_typed_after_it_was_offered(tmp_path: Path, browser: Browser) -> None:
+    answers = True
+
+    def lose_answers(page: WebSocketRoute) -> None:
+        server = page.connect_to_server()
+        server.on_message(lambda message: page.send(message) if answers or "completed" not in str(message) else None)
+
+    file = tmp_path / "dance.improv"
+    file.touch()
+    with browser.new_context() as window, closing(Edit(file, window)) as edited:
+        window.route_web_socket(re.compile(""), lose_answers)
+        page = edited.page()
+        for keys, after in {
+            "": "ada $ left",
+            "e": "ada $ left",
+            "ef": "ada $ left",
+            "\b": "ada $ left",
+            " ": "ada $ l ",
+            "(": "ada $ l(",
+        }.items():
+            page.locator("#text").fill("")
+            answers = True
+            write(page, "ada $ l")
+            expect(page.get_by_role("option", name="left").first).to_be_visible()
+            answers = False
+            for key in keys:
+                page.keyboard.press("Backspace" if key == "\b" else key)
+            page.keyboard.press("Tab")
+            expect(page.locator("#text")).to_have_value(after)
 
 
 @pytest.mark.slow("opens three pages")

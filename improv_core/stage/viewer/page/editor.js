@@ -26,6 +26,7 @@ import { Tooltip } from "./tooltip.js"
  */
 
 const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
+const PART_OF_WORD = /^[\p{L}\p{N}_]*$/u
 const MARGIN = 8 // pixels around the cursor that stay in view
 
 export class Editor {
@@ -314,10 +315,18 @@ export class Editor {
 
   /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
   #complete(asked) {
-    const { selectionStart, selectionEnd } = this.#control
-    this.#offering = null
-    if (selectionStart !== selectionEnd) return
-    this.#offering = { start: selectionEnd, end: selectionEnd, asked }
+    const { value, selectionStart, selectionEnd: end } = this.#control
+    if (selectionStart !== end) {
+      this.#offering = null
+      return
+    }
+    // Until the server answers, a word that is shown also takes the place of what has been typed since.
+    let start = Math.min(this.#offering?.start ?? end, end)
+    if (!PART_OF_WORD.test(value.slice(start, end))) {
+      this.#endOffer()
+      start = end
+    }
+    this.#offering = { start, end, asked }
     if (this.#analyzed === this.#number) this.#askForWords()
   }
 

@@ -205,6 +205,18 @@ def _escape_stops_with_a_widget(page: Page, key: str, widget: str) -> None:
     expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
 
 
+def _retype(page: Page, old: str, new: str) -> None:
+    _select(page, old)
+    page.keyboard.type(new)
+    expect(word(page, new)).to_be_visible()
+
+
+def _select(page: Page, name: str) -> None:
+    """Lines may move while a machine is busy between the two clicks, which then hit two places."""
+    selected = page.get_by_role("button", name=f"({len(name)} selected)")
+    _until_visible(selected, lambda: word(page, name).dblclick())
+
+
 def _open_actions(page: Page) -> None:
     """Whatever changes while VS Code waits for the actions, such as what a save colors, keeps their menu closed."""
     _until_visible(page.locator(".action-widget"), lambda: page.keyboard.press("Control+."))
@@ -269,8 +281,7 @@ def _a_server_that_is_killed_again_and_again_is_started_by_a_save(page: Page, en
         expect(_status(page)).to_have_text("Improv")
         killed = kill_servers(env)
         until(lambda: set(servers_from(env)) - set(killed), lambda: "no server was started again")  # noqa: B023
-    word(page, "left").dblclick()
-    page.keyboard.type("lft")
+    _retype(page, "left", "lft")
     expect(page.locator(".squiggly-error")).to_have_count(1)
     page.keyboard.press("Control+S")
     expect(_status(page)).to_have_text(re.compile(r"`lft` is not defined"))
@@ -279,8 +290,7 @@ def _a_server_that_is_killed_again_and_again_is_started_by_a_save(page: Page, en
     expect(_status(page)).to_have_text("Improv: server not running")
     keep_picture(page, "given-up")
     run_command(page, "Notifications: Clear All Notifications")
-    word(page, "lft").dblclick()
-    page.keyboard.type("left")
+    _retype(page, "lft", "left")
     page.keyboard.press("Control+S")
     _plays(page)
 
@@ -374,24 +384,21 @@ def _the_words_that_play_are_lit(page: Page) -> None:
 
 
 def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
-    word(page, "left").dblclick()
-    page.keyboard.type("lft")
+    _retype(page, "left", "lft")
     expect(page.locator(".squiggly-error")).to_have_count(1)
     page.keyboard.press("Control+S")
     expect(_status(page)).to_have_text(re.compile(r"line 4: `lft` is not defined.*beat \d+/∞$"))
     keep_picture(page, "wrong-save")
     _robot(robots, "moves")
     page.wait_for_function(IS_LIT, arg="forward")
-    word(page, "lft").dblclick()
-    page.keyboard.type("left")
+    _retype(page, "lft", "left")
     expect(_status(page)).to_have_text(re.compile(r"^ ?beat \d+/∞"))
     page.keyboard.press("Control+S")
 
 
 def _keys_stop_the_robots(page: Page, robots: str) -> None:
     page.wait_for_function(IS_LIT, arg="left")
-    word(page, "left").dblclick()
-    expect(page.get_by_role("button", name="(4 selected)")).to_be_visible()  # a selection that changes ends the menu
+    _select(page, "left")  # surely: a selection that changes ends the menu
     _open_actions(page)
     expect(page.locator(".action-widget", has_text="Stop all robots")).to_be_visible()
     keep_picture(page, "actions")

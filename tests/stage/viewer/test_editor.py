@@ -231,8 +231,12 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     wait(one, f"{IDLE} && {PLAYING}")
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# one\n")  # it had nothing of its own
     write(one, "# mine\n")
+    write(two, "")
+    two.keyboard.press("Control+Space")
+    expect(two.locator("#offers")).to_be_visible()
     edited.file.write_text(f"{SQUARE}# theirs\n")
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    expect(two.locator("#offers")).to_be_hidden()  # they were about another text
     versions = one.locator("#versions")
     expect(versions).to_contain_text("Another program has changed dance.improv")
     keep(one, "edit-versions.png")

@@ -181,6 +181,7 @@ export class Editor {
     )
     this.#put(edit, text)
     this.#control.setSelectionRange(start, end)
+    this.#endOffer() // it was about the text before
     this.#refresh()
   }
 

@@ -17,3 +17,23 @@ export function findA(id, kind) {
   if (!(element instanceof kind)) throw new Error(`the page has no ${kind.name} called ${id}`)
   return element
 }
+
+/**
+ * Has a parent hold a child for each name, in this order. A child that is there already stays, and is not made again:
+ * somebody may be pressing it.
+ * @param {HTMLElement} parent
+ * @param {string[]} names
+ * @param {(index: number) => HTMLElement} make
+ */
+export function hold(parent, names, make) {
+  const children = () => /** @type {HTMLElement[]} */ ([...parent.children])
+  const before = new Map(children().map((child) => [child.dataset.name, child]))
+  for (const child of children()) if (!names.includes(child.dataset.name ?? "")) child.remove()
+  names.forEach((name, i) => {
+    const at = children()[i]
+    if (at?.dataset.name === name) return
+    const child = before.get(name) ?? make(i)
+    child.dataset.name = name
+    parent.insertBefore(child, at ?? null)
+  })
+}

@@ -2,13 +2,16 @@
 // The list of words that may be written next. It never takes Enter, unless somebody has gone to a word with the arrows.
 // On phones and tablets, they stand in the row of words to tap instead.
 
-import { find } from "./elements.js"
-import { WORDS, offerToTap } from "./word-row.js"
+import { find, hold } from "./elements.js"
+import { WORDS, key } from "./word-row.js"
+
+const MOST_TO_TAP = 12 // words
 
 /** @typedef {{ word: string, about: string }} Word */
 
 export class Offers {
   #list = find("offers")
+  #row = find("word-offers")
   #owner
   #pick
   #chosen = -1
@@ -23,8 +26,10 @@ export class Offers {
     this.#pick = pick
     this.#list.addEventListener("pointerdown", (event) => event.preventDefault()) // the focus stays
     this.#list.addEventListener("click", (event) => {
-      const item = event.target instanceof Element && event.target.closest("li")
-      if (item) this.#take([...this.#list.children].indexOf(item))
+      if (event.target instanceof Element) this.#take(event.target.closest("li")?.dataset.name)
+    })
+    this.#row.addEventListener("click", ({ target }) => {
+      if (target instanceof HTMLButtonElement) this.#take(target.dataset.name)
     })
   }
 
@@ -37,20 +42,13 @@ export class Offers {
    * @param {{ left: number, top: number, bottom: number }} place of what is written already
    */
   show(words, place) {
-    this.#list.replaceChildren(
-      ...words.map(({ word, about }, i) => {
-        const item = document.createElement("li")
-        item.id = `offer-${i}`
-        item.role = "option"
-        item.ariaSelected = "false"
-        const name = document.createElement("b")
-        name.textContent = word
-        const detail = document.createElement("span")
-        detail.textContent = about
-        item.append(name, " ", detail)
-        return item
-      }),
-    )
+    const names = words.map(({ word }) => word)
+    hold(this.#list, names, (i) => option(names[i]))
+    this.#items.forEach((item, i) => {
+      item.id = `offer-${i}`
+      item.ariaSelected = "false"
+      if (item.lastElementChild) item.lastElementChild.textContent = words[i].about
+    })
     this.#list.hidden = false
     this.#chosen = -1
     this.#owner.removeAttribute("aria-activedescendant")
@@ -64,10 +62,8 @@ export class Offers {
    */
   tap(words, begun) {
     const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
-    offerToTap(offered, (word) => {
-      this.hide()
-      this.#pick(word)
-    })
+    const shown = offered.slice(0, MOST_TO_TAP)
+    hold(this.#row, shown, (i) => key(shown[i]))
   }
 
   /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */
@@ -86,15 +82,15 @@ export class Offers {
     if (!this.open || shiftKey) return false
     if (key === "ArrowDown" || key === "ArrowUp") this.#choose(key === "ArrowDown" ? 1 : -1)
     else if (key === "Escape") this.hide()
-    else if (key === "Tab") this.#take(Math.max(this.#chosen, 0))
-    else if (key === "Enter" && this.#chosen >= 0) this.#take(this.#chosen)
+    else if (key === "Tab") this.#take(this.#items[Math.max(this.#chosen, 0)]?.dataset.name)
+    else if (key === "Enter" && this.#chosen >= 0) this.#take(this.#items[this.#chosen].dataset.name)
     else return false
     return true
   }
 
   /** @param {number} step */
   #choose(step) {
-    const items = [...this.#list.children]
+    const items = this.#items
     const from = this.#chosen < 0 && step < 0 ? 0 : this.#chosen
     this.#chosen = (from + step + items.length) % items.length
     items.forEach((item, i) => (item.ariaSelected = String(i === this.#chosen)))
@@ -102,12 +98,26 @@ export class Offers {
     this.#owner.setAttribute("aria-activedescendant", items[this.#chosen].id)
   }
 
-  /** @param {number} index */
-  #take(index) {
-    const word = this.#list.children[index]?.querySelector("b")?.textContent
+  /** @param {string | undefined} word */
+  #take(word) {
+    if (!word) return
     this.hide()
-    if (word) this.#pick(word)
+    this.#pick(word)
   }
+
+  get #items() {
+    return /** @type {HTMLElement[]} */ ([...this.#list.children])
+  }
+}
+
+/** @param {string} word */
+function option(word) {
+  const item = document.createElement("li")
+  item.role = "option"
+  const name = document.createElement("b")
+  name.textContent = word
+  item.append(name, " ", document.createElement("span"))
+  return item
 }
 
 /**

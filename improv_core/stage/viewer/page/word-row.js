@@ -4,7 +4,6 @@
 
 import { find } from "./elements.js"
 
-const MOST = 12 // words that are offered
 export const WORDS = ["forward", "left", "right", "backward", "repeat", "(", ")", "[", "]", "$", "||", "=", "rest", "fast", "slow"]
 
 export class WordRow {
@@ -21,23 +20,8 @@ export class WordRow {
   }
 }
 
-/**
- * Shows words that may be written here.
- * @param {string[]} words
- * @param {(word: string) => void} pick gets the one that is tapped
- */
-export function offerToTap(words, pick) {
-  find("word-offers").replaceChildren(
-    ...words.slice(0, MOST).map((word) => {
-      const button = key(word)
-      button.addEventListener("click", () => pick(word))
-      return button
-    }),
-  )
-}
-
 /** @param {string} word */
-function key(word) {
+export function key(word) {
   const button = document.createElement("button")
   button.type = "button"
   button.textContent = word

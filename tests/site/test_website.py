@@ -224,6 +224,7 @@ def _first_visit(page: Page, address: str, keep: Keep) -> str:
     return link
 
 
+@pytest.mark.slow("starts Python in a browser, and plays a song")
 def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: str, page: Page) -> None:
     open_site(page, address)
     play(page, "beat 120\nbo $ repeat (forward left)\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.stage.viewer.conftest import Show, wait, watch
@@ -10,6 +11,7 @@ BEFORE = "beat 240\nanna $ repeat slow 50 forward\nbert $ repeat slow 40 left\n"
 AFTER = "# bert has another line, and anna's has moved\n" + BEFORE.replace("slow 40 left", "slow 40 right")
 
 
+@pytest.mark.slow("a browser on a busy machine")
 def test_the_page_keeps_counting_and_lights_playing_words_where_they_are_now_also_before_they_began(
     page: Page, show: Show
 ) -> None:

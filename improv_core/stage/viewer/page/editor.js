@@ -26,8 +26,8 @@ import { Tooltip } from "./tooltip.js"
  */
 
 const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
-const PART_OF_WORD = /^[\p{L}\p{N}_]*$/u
 const MARGIN = 8 // pixels around the cursor that stay in view
+const PART_OF_WORD = /^[\p{L}\p{N}_]*$/u
 
 export class Editor {
   #send

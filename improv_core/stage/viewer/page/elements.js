@@ -1,5 +1,6 @@
 // @ts-check
-// The elements of index.html by their ids. All of them exist, so a missing one is a mistake of ours.
+// The elements of index.html by their ids, and the children of those that change. All elements with ids exist, so a missing
+// one is a mistake of ours.
 
 /** @param {string} id */
 export function find(id) {
@@ -23,7 +24,7 @@ export function findA(id, kind) {
  * somebody may be pressing it.
  * @param {HTMLElement} parent
  * @param {string[]} names
- * @param {(index: number) => HTMLElement} make
+ * @param {(name: string) => HTMLElement} make
  */
 export function hold(parent, names, make) {
   const children = () => /** @type {HTMLElement[]} */ ([...parent.children])
@@ -32,7 +33,7 @@ export function hold(parent, names, make) {
   names.forEach((name, i) => {
     const at = children()[i]
     if (at?.dataset.name === name) return
-    const child = before.get(name) ?? make(i)
+    const child = before.get(name) ?? make(name)
     child.dataset.name = name
     parent.insertBefore(child, at ?? null)
   })

@@ -42,8 +42,11 @@ export class Offers {
    * @param {{ left: number, top: number, bottom: number }} place of what is written already
    */
   show(words, place) {
-    const names = words.map(({ word }) => word)
-    hold(this.#list, names, (i) => option(names[i]))
+    hold(
+      this.#list,
+      words.map(({ word }) => word),
+      option,
+    )
     this.#items.forEach((item, i) => {
       item.id = `offer-${i}`
       item.ariaSelected = "false"
@@ -62,8 +65,7 @@ export class Offers {
    */
   tap(words, begun) {
     const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
-    const shown = offered.slice(0, MOST_TO_TAP)
-    hold(this.#row, shown, (i) => key(shown[i]))
+    hold(this.#row, offered.slice(0, MOST_TO_TAP), key)
   }
 
   /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */

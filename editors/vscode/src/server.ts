@@ -21,6 +21,8 @@ export class Server implements Disposable {
   path = "";
   private client?: LanguageClient;
   private starting = Promise.resolve();
+  /** The number of the latest call of `restart` or `stop`: an earlier one that still waits gives up. */
+  private latest = 0;
   private state: ServerState = "stopped";
   /** What a person saves at the moment; undefined if VS Code saves it on its own. */
   private saving?: TextDocument;
@@ -73,8 +75,9 @@ export class Server implements Disposable {
   /** Stops the server, if there is one, and starts it again. What a person asks for meanwhile waits for the next one. */
   restart(): Promise<void> {
     const stopped = this.stop("starting"); // at once: a server that hangs while it starts must not hold up the next one
+    const call = this.latest;
     this.starting = Promise.all([this.starting, stopped])
-      .then(() => this.start())
+      .then(() => this.start(call))
       .catch((error: Error) => this.reportFailure(error));
     return this.starting;
   }
@@ -83,6 +86,7 @@ export class Server implements Disposable {
   async stop(next: "stopped" | "starting" = "stopped"): Promise<void> {
     const client = this.client;
     this.client = undefined;
+    this.latest += 1;
     this.show(next);
     await client?.dispose(END_LIMIT).catch(() => undefined); // it may have ended on its own
   }
@@ -91,25 +95,28 @@ export class Server implements Disposable {
     this.listening.forEach((each) => each.dispose());
   }
 
-  private async start(): Promise<void> {
-    await this.stop("starting"); // an earlier call may have started one meanwhile
-    this.path = (await findServer(this.context)) ?? "";
-    if (!this.path) {
+  private async start(call: number): Promise<void> {
+    const path = (await findServer(this.context)) ?? "";
+    if (call !== this.latest) return;
+    this.path = path;
+    if (!path) {
       this.show("missing");
       return void this.offer("Improv can't find its language server, improv-ls.");
     }
-    this.log.info(`starting ${this.path}`);
-    const client = createClient(this.path, this.log, this.listener);
+    this.log.info(`starting ${path}`);
+    const client = createClient(path, this.log, this.listener);
     this.client = client;
-    client.onDidChangeState(({ newState }) => {
+    client.onDidChangeState(async ({ newState }) => {
       if (client !== this.client) return;
       this.show(stateOf(newState));
-      // It runs before it has the open programs; `start` waits for that, also if the client itself starts it again.
-      if (newState === State.Running) void client.start().then(() => this.playWaiting());
+      if (newState !== State.Running) return;
+      await client.start(); // it runs before it has the open programs, also if the client itself starts it again
+      if (client === this.client) await this.playWaiting();
     });
     await client.start().catch((error: Error) => {
       if (client === this.client) throw error; // otherwise it was stopped while it started
     });
+    if (client !== this.client) await client.dispose(END_LIMIT).catch(() => undefined); // it was too early to stop it then
   }
 
   private async playWaiting(): Promise<void> {

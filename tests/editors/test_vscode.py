@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote, urlsplit
 
@@ -407,22 +407,18 @@ def _keys_stop_the_robots(page: Page, robots: str) -> None:
 
 
 def _a_save_is_played_by_the_next_server_while_the_one_before_ends(page: Page, env: Mapping[str, str]) -> None:
-    (ending,) = until(lambda: _only_server(env, ()), lambda: "there is no server, or more than one")
-    os.kill(ending, signal.SIGSTOP)
-    _restart(page)
-    word(page, "forward").click()
-    page.keyboard.press("Control+S")
-    os.kill(ending, signal.SIGCONT)
+    with _halted_server(env):
+        _restart(page)
+        word(page, "forward").click()
+        page.keyboard.press("Control+S")
     _plays(page)
 
 
 def _what_is_asked_for_between_restarts_is_played_by_one_server(page: Page, env: Mapping[str, str], gate: Path) -> None:
     gate.unlink()
-    (ending,) = until(lambda: _only_server(env, ()), lambda: "there is no server, or more than one")
-    os.kill(ending, signal.SIGSTOP)
-    _restart(page)
-    _restart(page)
-    os.kill(ending, signal.SIGCONT)
+    with _halted_server(env) as ending:
+        _restart(page)
+        _restart(page)
     until(lambda: _only_server(env, [ending]), lambda: "the server before it does not end")
     word(page, "forward").click()
     for _ in range(3):
@@ -430,6 +426,16 @@ def _what_is_asked_for_between_restarts_is_played_by_one_server(page: Page, env:
     gate.touch()
     _plays(page)
     assert len(servers_from(env)) == 1
+
+
+@contextmanager
+def _halted_server(env: Mapping[str, str]) -> Iterator[int]:
+    """While the server is halted. If that takes longer than ten seconds on a busy machine, VS Code kills it."""
+    (server,) = until(lambda: _only_server(env, ()), lambda: "there is no server, or more than one")
+    os.kill(server, signal.SIGSTOP)
+    yield server
+    with suppress(ProcessLookupError):
+        os.kill(server, signal.SIGCONT)
 
 
 def _restart(page: Page) -> None:

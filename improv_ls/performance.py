@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -88,10 +89,8 @@ class Performance:
 
     async def warm_up(self) -> None:
         """Start the stages before the first save needs them. A problem is reported once something is to play."""
-        try:
+        with suppress(StageError):
             await self._stages().open()
-        except StageError:
-            await self.close()
 
     async def play(self, document: Document, asked: int, by: By | None = "command", text: str | None = None) -> None:
         """Play a program and say so in one line, or say why not; with another `text`, if it was saved with that.

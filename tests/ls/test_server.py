@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
+from improv_core.playback.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
 from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient, place
 from tests.processes import descendants, wait_until_gone
+from tests.stage_on_thread import StageOnThread
 
 REFRESHED = {"workspace": {"configuration": True, "inlayHint": {"refreshSupport": True}}}
 URI = "file:///dance.improv"
+TURNS = 20
 
 
 @pytest.fixture
@@ -274,6 +280,27 @@ def test_an_answer_that_a_newer_one_has_overtaken_changes_no_settings() -> None:
         _hover(client)
         asked = {"textDocument": {"uri": URI}, "range": _range(0, 0, 1, 0)}
         assert client.request("textDocument/inlayHint", asked)
+
+
+def test_a_save_plays_even_if_the_stages_could_not_be_started_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a machine that is too busy for a moment."""
+    gate, start = threading.Event(), StageOnThread.start
+    failures = [StageError("the stage did not start in time: try again")]
+
+    async def start_late(*arguments: Any) -> StageOnThread | Stage:
+        await asyncio.to_thread(gate.wait, LIMIT)
+        if failures:
+            raise failures.pop()
+        return await start(*arguments)
+
+    monkeypatch.setattr(StageOnThread, "start", start_late)
+    with Client(QUIET) as client:
+        client.open(URI, "r $ left\n")
+        client.save(URI)
+        for _ in range(TURNS):  # until it waits for the stages
+            _hover(client)
+        gate.set()
+        client.wait_for_line("▶")
 
 
 def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:

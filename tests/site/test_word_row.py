@@ -21,11 +21,15 @@ def test_what_may_be_written_here_can_be_tapped(address: str, browser: Browser, 
     )
     text.fill("hill = forward left\nada $ ")
     text.press_sequentially("h")
-    expect(offered.get_by_role("button", name="hill", exact=True)).to_be_in_viewport()
+    hill = offered.get_by_role("button", name="hill", exact=True)
+    expect(hill).to_be_in_viewport()
     expect(page.locator("#offers")).to_be_hidden()  # it would cover the text
+    place = hill.bounding_box()
+    expect(page.locator("#mistakes")).to_be_visible()  # after a moment, in which somebody may be about to tap
+    assert hill.bounding_box() == place
     keep(page, "word-row.png")
     # By the mouse: if the machine is busy between the touch and its end, the browser takes a tap for a long press.
-    offered.get_by_role("button", name="hill", exact=True).hover()
+    hill.hover()
     page.mouse.down()
     page.keyboard.type("i")
     expect(offered.get_by_role("button")).to_have_count(1)
@@ -35,7 +39,7 @@ def test_what_may_be_written_here_can_be_tapped(address: str, browser: Browser, 
     row.get_by_role("button", name="repeat", exact=True).click()
     expect(text).to_have_value("hill = forward left\nada $ hill repeat ")
     row.get_by_role("button", name="(", exact=True).click()
-    expect(offered.get_by_role("button", name="hill", exact=True)).to_be_visible()  # before a letter is typed
+    expect(hill).to_be_visible()  # before a letter is typed
     expect(offered.get_by_role("button", name="forward", exact=True)).to_have_count(0)  # it is always there
     tablet.close()
     assert wrong == []

@@ -30,6 +30,8 @@ from tests.stage_on_thread import USED, StageOnThread
 Message = dict[str, Any]
 LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
+TURNS = 20
+"""Requests after which all that was asked for before has had its effect, which can take a few turns."""
 
 CONVERTER = default_converter()  # type: ignore[no-untyped-call]
 """Of all servers on threads: learning LSP's types takes longer than the rest of a server's start."""

@@ -10,11 +10,10 @@ import pytest
 from lsprotocol import types
 
 from improv_core.stage.messages import Misplaced, ToStage
-from tests.ls.client import LIMIT, Client
+from tests.ls.client import LIMIT, TURNS, Client
 from tests.stage_on_thread import StageOnThread
 
 URI = "file:///dances/dance.improv"
-TURNS = 20
 PLACE = {"x": 1.0, "y": 0.0, "z": 0.0, "heading": 0.0}
 ONE = "1 robot is not in its place, so the dance doesn't begin"
 TWO = "2 robots are not in their places, so the dance doesn't begin"

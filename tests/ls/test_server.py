@@ -14,13 +14,12 @@ import pytest
 from improv_core.playback.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
-from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient, place
+from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place
 from tests.processes import descendants, wait_until_gone
 from tests.stage_on_thread import StageOnThread
 
 REFRESHED = {"workspace": {"configuration": True, "inlayHint": {"refreshSupport": True}}}
 URI = "file:///dance.improv"
-TURNS = 20
 
 
 @pytest.fixture
@@ -282,7 +281,7 @@ def test_an_answer_that_a_newer_one_has_overtaken_changes_no_settings() -> None:
         assert client.request("textDocument/inlayHint", asked)
 
 
-def test_a_save_plays_even_if_the_stages_could_not_be_started_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_save_plays_even_if_an_earlier_start_of_the_stages_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """As on a machine that is too busy for a moment."""
     gate, start = threading.Event(), StageOnThread.start
     failures = [StageError("the stage did not start in time: try again")]

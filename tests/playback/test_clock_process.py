@@ -19,7 +19,7 @@ from improv_core.playback.clock_process import ClockProcess, HeardClock
 from improv_core.score.score import OutsideClock
 from improv_core.stage import link, midi
 from improv_core.stage.clock_messages import AnchorMessage
-from tests.needs import lacking
+from tests.needs import lacking, need
 
 LIMIT = 30.0
 TICK = 1 / 48
@@ -166,6 +166,7 @@ CLONE_NEWNET = 0x40000000
 @pytest.fixture
 def own_network() -> Iterator[None]:
     """A network of this thread's own, and of what it starts: Link speaks to everybody in the network."""
+    need("ip")
     libc = ctypes.CDLL(None, use_errno=True)
     before = os.open("/proc/thread-self/ns/net", os.O_RDONLY) if sys.platform == "linux" else -1
     if before < 0 or libc.unshare(CLONE_NEWNET):

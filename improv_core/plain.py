@@ -34,6 +34,11 @@ def message(text: str) -> str:
     return printable(text)
 
 
+def one_line(error: BaseException) -> str:
+    """An exception as one printable line of text."""
+    return message(" ".join(str(error).split()) or type(error).__name__)
+
+
 def message_without_links(text: str) -> str:
     """A message with Markdown's links taken apart: editors make links out of messages, even ones that run commands."""
     return message(text).replace("](", "] (")

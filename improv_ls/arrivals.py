@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 from lsprotocol import types
 
-from improv_core.playback.stops import Stops
-from improv_core.stage.commands import Pause, Stop
+from improv_core.protocol.commands import Pause, Stop
+from improv_core.safety.stops import Stops
 
 READ_SIZE = 65_536
 LONGEST_HEADER = 65_536

@@ -9,7 +9,7 @@ import threading
 from base64 import b64decode, b64encode
 from typing import Any
 
-from improv_core.child import Child, Policy
+from improv_core.ipc.child import Child, Policy
 
 ANSWER_LIMIT = 120.0
 """Seconds that an answer may take on a busy machine; a process that needs more counts as hung."""

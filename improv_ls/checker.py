@@ -14,8 +14,8 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.program import room
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program
+from improv_core.protocol.json_lines import own_output
 from improv_core.robots.config import Robots
-from improv_core.stage.lines import own_output
 from improv_core.text import LineIndex
 from improv_ls.asking import ANSWER_LIMIT, Answerer, packed, unpacked
 

@@ -26,7 +26,7 @@ from pygls.io_ import StdoutWriter
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, default_converter
 
-from improv_core.playback.stops import Stops
+from improv_core.safety.stops import Stops
 from improv_core.slices import checkpoint
 from improv_ls.arrivals import Arrival, Arrivals, FramingError
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
+from improv_core.protocol.commands import KeySense
+from improv_core.protocol.limits import DEADMAN_LIMIT
 from improv_core.score.senses import Key
-from improv_core.stage.commands import KeySense
-from improv_core.stage.limits import DEADMAN_LIMIT
 from improv_ls.editor import Editor
 from improv_ls.playing import Playing
 

@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from improv_core.ide.moments import Places, lit_words
+from improv_core.protocol.messages import TransportMessage, beat_at, counted, is_silent
 from improv_core.score.movement import Duration
-from improv_core.stage.messages import TransportMessage, beat_at, counted, is_silent
 from improv_core.text import Span
 from improv_ls.documents import Document
 from improv_ls.editor import Editor

@@ -8,8 +8,8 @@ import webbrowser
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
-from improv_core.playback.playback import Playback
-from improv_core.services.browser import has_screen
+from improv_core.page.browser import has_screen
+from improv_core.session.session import Playback
 from improv_ls.editor import ANSWER_LIMIT, Editor
 
 

@@ -12,21 +12,21 @@ from typing import NamedTuple
 
 from improv_core.ide.rehearsal import rehearse, scenes_named
 from improv_core.ide.selection import Selection, UnplayableError, select
-from improv_core.playback.acts import News
-from improv_core.playback.asked import Wish
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import StageError
-from improv_core.playback.start import Options
+from improv_core.ipc.stage_process import StageError
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
+from improv_core.protocol.commands import Form, PlaceRobots
+from improv_core.protocol.messages import Misplaced, TransportMessage, When
+from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME
 from improv_core.score.score import Score
-from improv_core.services.history import Played
-from improv_core.stage.commands import Form, PlaceRobots
-from improv_core.stage.messages import Misplaced, TransportMessage, When
-from improv_core.stage.robot_messages import FaultMessage
+from improv_core.session.acts import News
+from improv_core.session.on_request import Wish
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
+from improv_core.storage.history import Played
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
 from improv_ls.editor import Editor

@@ -13,9 +13,9 @@ from improv_core.diagnostics import Edit
 from improv_core.ide.placing import UNPLACED, formed, placed
 from improv_core.ide.tempo import in_tempo
 from improv_core.program.analysis import Analysis
+from improv_core.protocol.commands import Form, PlaceRobots, Tune
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import set_first_beat
-from improv_core.stage.commands import Form, PlaceRobots, Tune
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document, RobotsFile, name_of
 from improv_ls.editor import ANSWER_LIMIT, Editor

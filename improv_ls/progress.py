@@ -7,8 +7,8 @@ from uuid import uuid4
 
 from lsprotocol import types
 
-from improv_core.playback.beats import each_beat
-from improv_core.stage.messages import TransportMessage
+from improv_core.protocol.messages import TransportMessage
+from improv_core.session.shown_beats import each_beat
 from improv_ls.editor import ANSWER_LIMIT, Editor
 
 

@@ -17,9 +17,9 @@ from typing import Literal
 
 from improv_core.diagnostics import Severity
 from improv_core.program.report import problems
-from improv_core.services import history
-from improv_core.services.study import Distances, Event, Noted, append
-from improv_core.stage.messages import Sent
+from improv_core.protocol.messages import Sent
+from improv_core.storage import history
+from improv_core.storage.study import Distances, Event, Noted, append
 from improv_ls.documents import Document, name_of, path_of
 from improv_ls.editor import Editor
 

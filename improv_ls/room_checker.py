@@ -13,9 +13,9 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.joint_check import check_joints
+from improv_core.protocol.json_lines import own_output
 from improv_core.robots.config import Robots
 from improv_core.score.encounters import Known
-from improv_core.stage.lines import own_output
 from improv_core.text import difference
 from improv_ls.asking import Answerer, packed, unpacked
 

@@ -14,7 +14,7 @@ from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
 
 from improv_core import __version__
-from improv_core.playback.stop_socket import IDLE, StopSocket, listening
+from improv_core.safety.stop_socket import IDLE, StopSocket, listening
 from improv_ls.editor import Editor, Shown
 from improv_ls.framing import StdioServer
 

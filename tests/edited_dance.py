@@ -10,10 +10,10 @@ from pathlib import Path
 from improv_core.commands.record import recording
 from improv_core.commands.rehearsal import perform
 from improv_core.commands.terminal import performance
-from improv_core.playback.start import Options
+from improv_core.outputs.recording.recorder import Recorder
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.sinks.recorder import Recorder
+from improv_core.session.start import Options
 
 ANNA, BERT = "/anna/cmd_vel", "/bert/cmd_vel"
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
+from improv_core.protocol.decoding import by_type
+from improv_core.protocol.fields import LAST_BEAT
+from improv_core.protocol.page_messages import FromPage, Press
 from improv_core.score.fits import Between, hints_of
-from improv_core.stage.fields import LAST_BEAT
-from improv_core.stage.typed_lines import by_type
-from improv_core.stage.viewer.messages import FromPage, Press
 
-FILE = Path(__file__).parent.parent / "improv_core" / "stage" / "viewer" / "page" / "requests.js"
+FILE = Path(__file__).parent.parent / "improv_core" / "page" / "static" / "net" / "requests.js"
 REQUESTS = {kind: message for kind, message in by_type(FromPage).items() if message is not Press}
 NAMES = {str: "string", bool: "boolean", float: "number", int: "number", NoneType: "null"}
 

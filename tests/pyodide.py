@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 from pathlib import Path
 
-from improv_core.site.website import LIBRARY, PYODIDE
+from improv_core.website.build import LIBRARY, PYODIDE
 
 
 def imitate(folder: Path) -> Path:

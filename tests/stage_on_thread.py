@@ -14,21 +14,22 @@ from contextlib import suppress
 
 import pytest
 
-from improv_core.playback.playback import RunningStage
-from improv_core.playback.stage_process import Heard, Stage, StageError
-from improv_core.playback.start import Options, SinkName, start_stage
-from improv_core.playback.stops import Stops
+from improv_core.ipc.arrivals import Arrival, End
+from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.plain import one_line
+from improv_core.protocol.messages import FromStage, ToStage, read_from_stage
+from improv_core.protocol.sliced_json import dumps
+from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
+from improv_core.session.session import RunningStage
+from improv_core.session.start import Options, SinkName, start_stage
 from improv_core.stage.__main__ import SystemClock, open_sink, options_in, report_sent
-from improv_core.stage.arrivals import Arrival, End
-from improv_core.stage.json_pieces import dumps
-from improv_core.stage.loop import Opened, one_line, run
-from improv_core.stage.messages import FromStage, ToStage, read_from_stage
-from improv_core.stage.parent import Parent
-from improv_core.stage.pipes import arrival
-from improv_core.stage.urgent_queue import UrgentQueue
+from improv_core.stage.loop import Opened, run
+from improv_core.stage.stdio import arrival
 
-USED = "improv_core.playback.start.Stage"
+USED = "improv_core.session.start.Stage"
 """What to replace by `StageOnThread`."""
 NAME = "stage of a test"
 Hear = Callable[["StageOnThread", Heard, int], None]

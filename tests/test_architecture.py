@@ -6,7 +6,7 @@ import ast
 import re
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -16,20 +16,11 @@ ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 MODULES = [*CORE, *sorted((ROOT / "improv_ls").rglob("*.py"))]
 
-MESSAGES = [
-    "stage.clock_messages",
-    "stage.commands",
-    "stage.editing",
-    "stage.fields",
-    "stage.limits",
-    "stage.messages",
-    "stage.typed_lines",
-]
 BELOW_PROGRAM = ["slices", "plain", "text", "diagnostics", "score", "syntax", "robots"]
-ROWS: Mapping[str, Sequence[str]] = {
+PLAYING = ["protocol", "safety", "score"]
+ROWS: dict[str, Sequence[str]] = {
     "improv_core": [],
     "plain": [],
-    "child": [],
     "slices": [],
     "text": [],
     "diagnostics": ["plain", "text"],
@@ -38,70 +29,67 @@ ROWS: Mapping[str, Sequence[str]] = {
     "robots": ["slices", "syntax.vocabulary", "score", "diagnostics", "text"],
     "program": BELOW_PROGRAM,
     "ide": ["program", *BELOW_PROGRAM],
-    "stage": ["score", "child", "plain", "text"],
-    "playback": [
-        *MESSAGES,
-        "stage.asleep",
-        "stage.discovery",
-        "stage.outside_clock",
-        "stage.urgent_queue",
-        "stage.json_pieces",
-        "stage.osc_messages",
-        "stage.tickets",
-        "child",
-        "score",
-    ],
-    "remote": ["stage", "playback", "child", "plain", "score"],
-    "services": ["playback", *MESSAGES, "ide", "program", *BELOW_PROGRAM],
-    "site": ["services", "playback", "stage", "program", *BELOW_PROGRAM],
-    "classroom": ["child", "site", "services", "playback", "stage", "program", *BELOW_PROGRAM],
-    "commands": [
-        "improv_core",
-        "child",
-        "classroom",
-        "site",
-        "services",
-        "remote",
-        "playback",
-        "stage",
-        "ide",
-        "program",
-        *BELOW_PROGRAM,
-    ],
+    "protocol": ["score", "plain"],
+    "safety": ["protocol", "score"],
+    "ipc": PLAYING,
+    "player": PLAYING,
+    "preview": ["player.takeover", "protocol", "score"],
+    "outputs": ["ipc", "preview", *PLAYING, "plain"],
+    "page": ["outputs.simulator", "ipc.rate_limit", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
+    "stage": ["page.server", "outputs", "ipc", "player", *PLAYING, "plain"],
+    "music": ["ipc", "preview", *PLAYING, "plain"],
+    "hosts": ["outputs.ros.setup", "outputs.ros.discovery", "ipc", "stage.stdio", *PLAYING, "plain"],
+    "session": ["music", "ipc", "outputs.ros.setup.interpreter", "player.outside_clock", "page.tickets", *PLAYING],
+    "storage": ["protocol", "safety.stops", "program", *BELOW_PROGRAM],
+    "routines": ["protocol", "robots", "score", "slices"],
+    "website": ["page", "session", "stage", "outputs.simulator", "ipc", *PLAYING, "program", *BELOW_PROGRAM],
+    "classroom": ["website.build", "page", "session", "ipc", "protocol", "ide.merging", "program", *BELOW_PROGRAM],
     "__main__": ["commands"],
-    "improv_ls": ["improv_core", "child", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
 }
+ALL = [name for name in ROWS if name != "__main__"]
+ROWS |= {"commands": ALL, "improv_ls": ALL}
 """What each folder or module may import besides itself; of a package of ours, everything in it."""
 
-BARE = ("child", "score", "stage", "playback", "remote")
-"""What run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
+BARE = (
+    "score",
+    "protocol",
+    "safety",
+    "ipc",
+    "player",
+    "preview",
+    "outputs",
+    "page",
+    "stage",
+    "music",
+    "hosts",
+    "session",
+)
+"""What run in ROS's Python: the standard library and Python 3.10, the libraries of outputs aside."""
 LIBRARIES = {
-    "pymunk": ["stage/sinks/collisions.py"],
+    "pymunk": ["outputs/simulator/collisions.py"],
     "rclpy": [
-        "stage/graph.py",
-        *(
-            f"stage/sinks/{name}.py"
-            for name in (
-                "ros",
-                "ros_batteries",
-                "ros_clock",
-                "ros_joint_states",
-                "ros_listening",
-                "ros_nodes",
-                "ros_poses",
-                "ros_publications",
-                "ros_requests",
-                "ros_subscriptions",
-                "ros_topic",
-            )
-        ),
+        f"outputs/ros/{name}.py"
+        for name in (
+            "buttons",
+            "clock",
+            "graph",
+            "nodes",
+            "output",
+            "publisher/topics",
+            "requests",
+            "sensors/batteries",
+            "sensors/joint_states",
+            "sensors/poses",
+            "sensors/subscriptions",
+            "topic",
+        )
     ],
-    "aiohttp": ["classroom/children.py", "classroom/teacher.py", "stage/viewer/application.py", "stage/viewer/song.py"],
-    "aalink": ["stage/link.py"],
-    "mido": ["stage/midi.py"],
+    "aiohttp": ["classroom/student_server.py", "classroom/teacher_server.py", "page/routes.py", "page/song_file.py"],
+    "aalink": ["music/link.py"],
+    "mido": ["music/midi.py"],
     "defusedxml": ["robots/urdf.py"],
-    "mcap": ["stage/sinks/recorder.py"],
-    "pythonosc": ["stage/osc_wire.py"],
+    "mcap": ["outputs/recording/recorder.py"],
+    "pythonosc": ["music/osc_wire.py"],
     "resvg_py": ["commands/plot.py"],
     "tree_sitter": ["robots/toml_atoms.py"],
     "tree_sitter_toml": ["robots/toml_atoms.py"],
@@ -121,7 +109,7 @@ MESSAGES_OF_ROS = {
 
 
 def name(path: Path) -> str:
-    """`improv_core.stage.player`; a package goes by its folder."""
+    """`improv_core.player.player`; a package goes by its folder."""
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
@@ -225,7 +213,7 @@ def test_modules_that_ros_runs_use_only_the_standard_library() -> None:
 
 
 def test_the_process_that_looks_at_the_graph_sends_nothing() -> None:
-    assert "publish(" not in (ROOT / "improv_core" / "stage" / "graph.py").read_text(encoding="utf-8")
+    assert "publish(" not in (ROOT / "improv_core" / "outputs" / "ros" / "graph.py").read_text(encoding="utf-8")
 
 
 def private_parts_of_pygls(path: Path) -> set[str]:
@@ -244,7 +232,7 @@ def test_columns_are_converted_in_one_place() -> None:
 
 TO_PEOPLE = {
     "click.echo": ["commands/echo.py", "commands/format.py", "commands/screen.py"],
-    "print": ["improv_ls/__main__.py", "framing.py", "viewer/answers.py", "viewer/meetings.py", "viewer/pages.py"],
+    "print": ["improv_ls/__main__.py", "framing.py", "page/answers.py", "page/meetings.py", "page/open_pages.py"],
     "window_show_message": ["improv_ls/editor.py"],
 }
 """What shows text to people, and the modules that may call it: all others go through these, which escape it."""
@@ -289,7 +277,7 @@ def test_a_class_has_its_name_to_itself() -> None:
 
 IN_PIECES = {
     *("analysis", "cursor", "document_symbol", "formatter", "lexer", "statements", "toml_statements"),  # of a text
-    *("json_pieces", "dynamics", "side", "strokes", "svg"),  # of a line of JSON, a motion, and a path
+    *("sliced_json", "dynamics", "side", "strokes", "svg"),  # of a line of JSON, a motion, and a path
     *("algebra", "limits", "movement", "path", "ramps", "smoothing", "walk"),  # of a movement
 }
 """Modules whose code says *piece* for a piece of something. What is played is a score. Only remove names."""

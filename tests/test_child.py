@@ -12,13 +12,13 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from improv_core.child import Child, Policy
+from improv_core.ipc.child import Child, Policy
 from tests.processes import descendants, wait_until_gone
 
 LIMIT = 30.0
 PATIENT = Policy(LIMIT)
 AT_ONCE = Policy(0.0)
-SPEAK = "import os, subprocess, sys; from improv_core.stage.lines import own_output; say = own_output()"
+SPEAK = "import os, subprocess, sys; from improv_core.protocol.json_lines import own_output; say = own_output()"
 
 
 @contextmanager

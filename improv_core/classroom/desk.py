@@ -6,15 +6,15 @@ import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from improv_core.classroom.checking import DanceReader, Prepared
+from improv_core.classroom.checker import DanceReader, Prepared
 from improv_core.classroom.messages import Command, FromDesk, Perform
-from improv_core.classroom.room import Member
+from improv_core.classroom.roster import Member
+from improv_core.ipc.stage_process import StageError
 from improv_core.plain import message, printable
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import StageError
 from improv_core.robots.config import Robots
 from improv_core.score.score_json import from_json
+from improv_core.session.session import Playback
+from improv_core.session.state import PlayScore
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Literal, TypedDict
 
-from improv_core.classroom.room import MOST_CHILDREN
+from improv_core.classroom.roster import MOST_CHILDREN
 
 
 class ChildShown(TypedDict):

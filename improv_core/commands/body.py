@@ -8,16 +8,16 @@ from pathlib import Path
 
 import click
 
-from improv_core.child import output
 from improv_core.commands.echo import echo_text
 from improv_core.commands.exit_codes import CommandError
+from improv_core.ipc.child import output
+from improv_core.outputs.ros.discovery import limited
+from improv_core.outputs.ros.setup.interpreter import SETUP, InterpreterError, find_ros_python
 from improv_core.plain import printable
-from improv_core.playback.interpreter import SETUP, InterpreterError, find_ros_python
 from improv_core.program.files import STANDARD_INPUT, read_bytes
+from improv_core.protocol.limits import FOLDER
 from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
 from improv_core.robots.urdf_sections import sections
-from improv_core.stage.discovery import limited
-from improv_core.stage.limits import FOLDER
 
 
 @click.command("body")

@@ -17,17 +17,13 @@ from improv_core.commands import parameters
 from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import robots_near
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.robots.edits import calibrate as edited
 from improv_core.robots.schema import known
-from improv_core.score.motion import Pose
-from improv_core.score.profiles import Profile
-from improv_core.score.score import Score
-from improv_core.services.calibration import (
+from improv_core.routines.calibration import (
     LEAST_ROUNDS,
     MOST_ROUNDS,
     QUARTERS,
@@ -51,8 +47,12 @@ from improv_core.services.calibration import (
     turning_dance,
     with_settings,
 )
-from improv_core.services.replacing import replacing
-from improv_core.stage.odometry import CONTINUOUS
+from improv_core.safety.odometry import CONTINUOUS
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Score
+from improv_core.session.start import Options
+from improv_core.storage.atomic_write import replacing
 
 USUAL_ROOM = 2.0
 """Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""

@@ -11,18 +11,18 @@ from pathlib import Path
 
 import click
 
-from improv_core.classroom.children import Children, File, SiteFolderError, files_of
 from improv_core.classroom.desk import Desk
 from improv_core.classroom.messages import FromDesk
-from improv_core.classroom.room import Member, new_code
-from improv_core.classroom.teacher import TeacherPage
+from improv_core.classroom.roster import Member, new_code
+from improv_core.classroom.student_server import Children, File, SiteFolderError, files_of
+from improv_core.classroom.teacher_server import TeacherPage
 from improv_core.commands import parameters
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.playback.start import Options
+from improv_core.page.routes import HOST
 from improv_core.program.files import ReadError, robots_in
 from improv_core.robots.config import Robots
-from improv_core.stage.viewer.application import HOST
+from improv_core.session.start import Options
 
 NOWHERE = ("192.0.2.1", 9)
 """An address for examples (RFC 5737). A UDP socket that is connected to it sends nothing, but has a local address."""

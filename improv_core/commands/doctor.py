@@ -20,16 +20,16 @@ from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
-from improv_core.playback.hosts import HostError
-from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
+from improv_core.hosts.allowed import HostError
+from improv_core.page.browser import has_browser
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
+from improv_core.safety.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
-from improv_core.services.browser import has_browser
 
 
 @click.command("doctor")
@@ -138,13 +138,13 @@ def _named(robots: Robots) -> str:
 
 
 def _start_simulator() -> None:
-    from improv_core.stage.sinks.simulator import Simulator
+    from improv_core.outputs.simulator.simulator import Simulator
 
     Simulator().close()
 
 
 def _open_page() -> None:
-    from improv_core.stage.sinks.simulator import Simulator
-    from improv_core.stage.viewer.server import Viewer
+    from improv_core.outputs.simulator.simulator import Simulator
+    from improv_core.page.server import Viewer
 
     Viewer(0, Simulator().snapshot, lambda command: None).close()

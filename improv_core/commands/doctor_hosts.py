@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from improv_core.commands.finding import Finding, Mark
-from improv_core.playback.hosts import HostError, approved
-from improv_core.remote.connecting import ConnectError
-from improv_core.remote.looking import SeenHost, look
-from improv_core.remote.words import of_far
+from improv_core.hosts.allowed import HostError, approved
+from improv_core.hosts.connect import ConnectError
+from improv_core.hosts.probe import SeenHost, look
+from improv_core.hosts.texts import of_far
 from improv_core.robots.config import Robots
 from improv_core.score.score import Host
 

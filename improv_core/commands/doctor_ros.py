@@ -9,21 +9,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from improv_core.child import output
 from improv_core.commands.doctor_controllers import JointedRobot, joints
 from improv_core.commands.finding import Finding, Mark
-from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
-from improv_core.playback.ros_environment import AGAIN, DOWNLOAD, unsuited
+from improv_core.ipc.child import output
+from improv_core.outputs.ros.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
+from improv_core.outputs.ros.graph import VELOCITIES
+from improv_core.outputs.ros.nodes import STANDBY
+from improv_core.outputs.ros.setup.environment import AGAIN, DOWNLOAD, unsuited
+from improv_core.outputs.ros.setup.interpreter import (
+    SETUP,
+    Interpreter,
+    InterpreterError,
+    find_ros_python,
+    private_environment,
+)
+from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Graph
+from improv_core.protocol.limits import FOLDER
 from improv_core.robots.config import FILE_NAME, Robot
+from improv_core.safety.preflight import Standing, misplaced
+from improv_core.safety.preflight import advice as advice_to_move
 from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
-from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
-from improv_core.stage.graph import VELOCITIES
-from improv_core.stage.graph_messages import UNNAMED, Endpoint, Graph
-from improv_core.stage.limits import FOLDER
-from improv_core.stage.preflight import Standing, misplaced
-from improv_core.stage.preflight import advice as advice_to_move
-from improv_core.stage.sinks.ros_nodes import STANDBY
 
 LOOK_LIMIT = 30.0
 """Seconds a look at ROS 2's graph may take on a busy machine."""

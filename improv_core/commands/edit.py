@@ -19,16 +19,16 @@ from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
 from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.playback.start import Options
+from improv_core.page.program_editor import PageEditor, moved
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
+from improv_core.protocol.commands import Editing
+from improv_core.protocol.editing import Analyze, EditorAnswer, Write
+from improv_core.protocol.messages import When
 from improv_core.robots.config import absolute, find_robots_file
-from improv_core.services.page_editor import PageEditor, moved
-from improv_core.services.program_file import Version, WriteError, latest, read_version, write_text
-from improv_core.services.saves import changes, settle
-from improv_core.services.tuning import write_first_beat
-from improv_core.stage.commands import Editing
-from improv_core.stage.editing import Analyze, EditorAnswer, Write
-from improv_core.stage.messages import When
+from improv_core.session.start import Options
+from improv_core.storage.program_file import Version, WriteError, latest, read_version, write_text
+from improv_core.storage.saves import changes, settle
+from improv_core.storage.song_offset import write_first_beat
 
 PORTS = range(20_000, 30_000)
 """Where pages that edit are served: below the ports that systems give to others."""

@@ -17,7 +17,7 @@ from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.commands.programs import files_in
 from improv_core.plain import printable
 from improv_core.program.files import ENDING, STANDARD_INPUT, ReadError, read_program
-from improv_core.services.replacing import replacing
+from improv_core.storage.atomic_write import replacing
 from improv_core.syntax.formatter import format_text
 
 PAGES = ".md"

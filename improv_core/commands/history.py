@@ -17,8 +17,8 @@ from improv_core.commands.terminal import run
 from improv_core.program.analysis import analyze
 from improv_core.program.files import robots_near
 from improv_core.robots.config import Robots
-from improv_core.services import study
-from improv_core.services.history import Played, read
+from improv_core.storage import study
+from improv_core.storage.history import Played, read
 
 WIDTH = 60
 """Characters that are listed of a line."""

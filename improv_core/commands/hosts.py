@@ -10,7 +10,7 @@ import click
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.group import Group
-from improv_core.playback.hosts import HostError, approve, approved, approved_file, withdraw
+from improv_core.hosts.allowed import HostError, approve, approved, approved_file, withdraw
 
 T = TypeVar("T")
 

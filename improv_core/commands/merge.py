@@ -10,9 +10,9 @@ from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import files_in
+from improv_core.ide.merging import Dance, MergeError, merge
 from improv_core.program.files import ENDING, analyze_file
-from improv_core.services.merging import Dance, MergeError, merge
-from improv_core.services.replacing import replacing
+from improv_core.storage.atomic_write import replacing
 
 
 @click.command("merge")

@@ -9,7 +9,7 @@ import click
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
 from improv_core.program.files import ENDING
-from improv_core.services.program_file import WriteError, create
+from improv_core.storage.program_file import WriteError, create
 
 
 @click.command("new")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from improv_core.playback.start import Options
+    from improv_core.session.start import Options
 
 
 class _FileName(click.Path):
@@ -59,8 +59,8 @@ backend = click.option(
 
 def options(file: Path, backend: str, port: int, *, osc_network: bool = False) -> Options:
     """What to play a program on, with the arguments after `--ros-args`."""
-    from improv_core.playback.start import Options  # here, since only some commands need it
     from improv_core.program.files import ReadError, robots_near
+    from improv_core.session.start import Options
 
     node = None
     with suppress(ReadError):  # which is reported when the program is read

@@ -16,15 +16,15 @@ from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.playback.show import PlayScore
-from improv_core.playback.start import Options
+from improv_core.player.apply import REST
 from improv_core.program.compiler import score_of
+from improv_core.routines.place_plan import Plan, Traveler, next_ways, too_near
+from improv_core.routines.place_score import LEG, driving, looking, undrivable
+from improv_core.safety.interlocks import pose_of
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
-from improv_core.services.place_plan import Plan, Traveler, next_ways, too_near
-from improv_core.services.place_score import LEG, driving, looking, undrivable
-from improv_core.stage.doing import REST
-from improv_core.stage.interlocks import pose_of
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 
 TRIES = 5
 """How often a robot may try to get to its place, besides the drives that a long way needs."""

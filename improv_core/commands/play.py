@@ -22,17 +22,17 @@ from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
 from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import first, performance, run
-from improv_core.playback.start import Options
+from improv_core.outputs.recording.recorder import Recorder, sensed_in
+from improv_core.player.reports import Told
+from improv_core.player.sensing import foreseen
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
+from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.messages import Arming, Sensed, TransportMessage
 from improv_core.score.movement import ENDLESS
-from improv_core.stage.messages import Arming, Sensed, TransportMessage
-from improv_core.stage.reports import Told
-from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks.recorder import Recorder, sensed_in
-from improv_core.stage.typed_lines import ProtocolError
+from improv_core.session.start import Options
 
 
 def _time(text: str) -> datetime:
@@ -185,7 +185,7 @@ def play_fast(
 
     Raises ReadError and CommandError.
     """
-    from improv_core.stage.sinks.simulator import Simulator
+    from improv_core.outputs.simulator.simulator import Simulator
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS

@@ -13,7 +13,7 @@ from improv_core.commands.programs import read_to_play
 from improv_core.program.compiler import score_of
 from improv_core.score.meetings import check_room
 from improv_core.score.svg import plot
-from improv_core.services.replacing import replacing
+from improv_core.storage.atomic_write import replacing
 
 PIXELS = 2
 """Pixels of a PNG for each pixel of the SVG, so that it is sharp on a projector."""

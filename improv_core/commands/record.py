@@ -20,12 +20,12 @@ from improv_core.commands.play import play
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
 from improv_core.commands.terminal import run
-from improv_core.playback.start import Options
+from improv_core.outputs.recording.recorder import Recorder
+from improv_core.player.reports import Told
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import ENDLESS
-from improv_core.services.replacing import replacing
-from improv_core.stage.reports import Told
-from improv_core.stage.sinks.recorder import Recorder
+from improv_core.session.start import Options
+from improv_core.storage.atomic_write import replacing
 
 
 @click.command("record")
@@ -62,7 +62,7 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
 
     Raises ReadError and RecordError.
     """
-    from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
+    from improv_core.outputs.simulator.recorded import RecordedSimulator
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from improv_core.player.player import Player
+from improv_core.player.reports import Told
+from improv_core.player.sensing import Foreseen
+from improv_core.protocol.output import Sink
 from improv_core.score.score import Score
-from improv_core.stage.player import Player
-from improv_core.stage.reports import Told
-from improv_core.stage.sensing import Foreseen
-from improv_core.stage.sinks import Sink
 
 
 def perform(

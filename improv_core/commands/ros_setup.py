@@ -10,13 +10,13 @@ import click
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.group import Group
-from improv_core.playback import ros_setup
-from improv_core.playback.ros_environment import AGAIN, Say, SetupError
-from improv_core.playback.ros_proof import Proof
+from improv_core.hosts.connect import ConnectError
+from improv_core.hosts.setup import set_up_there
+from improv_core.outputs.ros.setup import setup as ros_setup
+from improv_core.outputs.ros.setup.environment import AGAIN, Say, SetupError
+from improv_core.outputs.ros.setup.proof import Proof
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.remote.connecting import ConnectError
-from improv_core.remote.setting_up import set_up_there
 from improv_core.score.score_json import to_json
 
 

@@ -11,8 +11,8 @@ import click
 
 from improv_core.commands.begin_time import countdown
 from improv_core.plain import printable
-from improv_core.playback.beats import each_beat
-from improv_core.stage.messages import CountJson, TransportMessage
+from improv_core.protocol.messages import CountJson, TransportMessage
+from improv_core.session.shown_beats import each_beat
 
 
 class Screen:

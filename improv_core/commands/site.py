@@ -8,7 +8,7 @@ import click
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
-from improv_core.site.website import SiteError, build
+from improv_core.website.build import SiteError, build
 
 
 @click.command("site")

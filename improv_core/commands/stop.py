@@ -8,7 +8,7 @@ import click
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
-from improv_core.playback.stop_socket import IDLE, StopSocketError, stop_all
+from improv_core.safety.stop_socket import IDLE, StopSocketError, stop_all
 
 
 @click.command("stop")

@@ -20,25 +20,15 @@ from improv_core.commands.keys import pressed
 from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.screen import Screen
 from improv_core.ide.selection import UnplayableError
-from improv_core.playback.acts import News
-from improv_core.playback.playback import Edit, Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import StageError
-from improv_core.playback.start import Options
-from improv_core.playback.stop_socket import StopSocket, listening
-from improv_core.playback.stops import Stops
+from improv_core.ipc.stage_process import StageError
+from improv_core.outputs.recording.recorder import Recorder
+from improv_core.page.browser import has_browser
+from improv_core.player.apply import REST
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import Mistake, as_lines, mistakes, outcome, summary
-from improv_core.robots.config import absolute
-from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Pose, Twist
-from improv_core.services.browser import has_browser
-from improv_core.services.history import keep
-from improv_core.slices import on_checkpoint
-from improv_core.stage.doing import REST
-from improv_core.stage.messages import (
+from improv_core.protocol.messages import (
     Armed,
     Arming,
     Decided,
@@ -51,9 +41,19 @@ from improv_core.stage.messages import (
     TransportMessage,
     When,
 )
-from improv_core.stage.preflight import NAMED
-from improv_core.stage.robot_messages import SentJoints
-from improv_core.stage.sinks.recorder import Recorder
+from improv_core.protocol.robot_messages import SentJoints
+from improv_core.robots.config import absolute
+from improv_core.safety.preflight import NAMED
+from improv_core.safety.stop_socket import StopSocket, listening
+from improv_core.safety.stops import Stops
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import Pose, Twist
+from improv_core.session.acts import News
+from improv_core.session.session import Edit, Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
+from improv_core.slices import on_checkpoint
+from improv_core.storage.history import keep
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""

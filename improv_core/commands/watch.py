@@ -13,13 +13,13 @@ from improv_core.commands.count_in import CountIn
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.files import STANDARD_INPUT, ReadError, robots_near
 from improv_core.program.report import Mistake
-from improv_core.services.saves import Saved, changes, read_saved, saved_or_awaited, settle
-from improv_core.services.stopped_saves import StopWitness, Verdict, decide, is_shared, look
-from improv_core.stage.messages import When
+from improv_core.protocol.messages import When
+from improv_core.session.start import Options
+from improv_core.storage.saves import Saved, changes, read_saved, saved_or_awaited, settle
+from improv_core.storage.stopped_saves import StopWitness, Verdict, decide, is_shared, look
 
 ANSWERS = {
     Verdict.DROP: "■ {} was stopped before it began",

@@ -28,22 +28,31 @@ if __name__ == "__main__":
     sys.path.insert(0, str(here.parent.parent))
     import_module("improv_core")
     sys.path.append(sys.path.pop(0))
-    if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph", "osc", "midi", "link"):
-        sys.exit(import_module(f"improv_core.stage.{sys.argv.pop(1)}").main())
+    helpers = {
+        "standby": "outputs.ros.standby.process",
+        "reader": "outputs.ros.sensors.process",
+        "publisher": "outputs.ros.publisher.process",
+        "graph": "outputs.ros.graph",
+        **{name: f"music.{name}" for name in ("osc", "midi", "link")},
+    }
+    if module := helpers.get(sys.argv[1] if sys.argv[1:] else ""):
+        del sys.argv[1]
+        sys.exit(import_module(f"improv_core.{module}").main())
 
+from improv_core.ipc.arrivals import Arrival, End
+from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.plain import one_line
+from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest
+from improv_core.protocol.json_lines import own_output
+from improv_core.protocol.limits import STOP_PIPE
+from improv_core.protocol.messages import VERSION, FromStage, Ready
+from improv_core.protocol.output import Sink
+from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.suspend import asleep
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
-from improv_core.stage.arrivals import Arrival, End
-from improv_core.stage.asleep import asleep
-from improv_core.stage.commands import COMMANDS, Conduct, PageRequest
-from improv_core.stage.limits import STOP_PIPE
-from improv_core.stage.lines import own_output
-from improv_core.stage.loop import EARLY, Opened, one_line, run
-from improv_core.stage.messages import VERSION, FromStage, Ready
-from improv_core.stage.parent import Parent
-from improv_core.stage.pipes import Outbox, read_arrivals, read_stops, write_messages
-from improv_core.stage.sinks import Sink
-from improv_core.stage.urgent_queue import UrgentQueue
+from improv_core.stage.loop import EARLY, Opened, run
+from improv_core.stage.stdio import Outbox, read_arrivals, read_stops, write_messages
 
 SWITCH_INTERVAL = 0.0005
 """Seconds that a thread of ours may work while the player waits: a long score takes its reader a hundred times that."""
@@ -108,7 +117,7 @@ def open_sink(
     The token is no option: all users of the machine can read the arguments of a process.
     """
     if options.sink == "ros":
-        from improv_core.stage.sinks.ros import Ros
+        from improv_core.outputs.ros.output import Ros
 
         def ask(command: PageRequest) -> None:
             if COMMANDS[command["type"]].at_once:
@@ -135,8 +144,8 @@ def open_sink(
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
         return Opened(ros, tell_both, ros.announce, guard=ros.guard, owed=ros.owed), ready
 
-    from improv_core.stage.sinks.simulator import Simulator
-    from improv_core.stage.viewer.server import Viewer
+    from improv_core.outputs.simulator.simulator import Simulator
+    from improv_core.page.server import Viewer
 
     simulator = Simulator()
     try:

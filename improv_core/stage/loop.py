@@ -9,25 +9,25 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from improv_core.plain import message as in_plain_text
+from improv_core.ipc.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
+from improv_core.plain import one_line
+from improv_core.player.player import Player
+from improv_core.player.sensing import foreseen
+from improv_core.player.separation_monitor import from_elsewhere
+from improv_core.player.start_gate import made_of
+from improv_core.protocol.commands import Stop, is_stop
+from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
+from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToPages, ToStage
+from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
+from improv_core.safety.interlocks import GAMEPAD
+from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.suspend import NOTICED
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
-from improv_core.stage.asleep import NOTICED
-from improv_core.stage.commands import Stop, is_stop
-from improv_core.stage.gate import made_of
-from improv_core.stage.guard import from_elsewhere
-from improv_core.stage.in_order import InOrder
-from improv_core.stage.interlocks import GAMEPAD
-from improv_core.stage.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
-from improv_core.stage.messages import Decided, FromStage, Sensed, Stopped, ToPages, ToStage
-from improv_core.stage.parent import Parent
-from improv_core.stage.player import Player
-from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses, Sink
+from improv_core.stage.command_queue import InOrder
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
@@ -116,11 +116,6 @@ def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
         if not loop.failed:
             opened.tell({**last, **loop.player.whereabouts()})
         opened.sink.close()
-
-
-def one_line(error: BaseException) -> str:
-    """An exception as one printable line of text."""
-    return in_plain_text(" ".join(str(error).split()) or type(error).__name__)
 
 
 class Loop:

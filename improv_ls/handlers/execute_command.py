@@ -11,8 +11,8 @@ from urllib.parse import unquote
 
 from improv_core.ide.robots_file.trial import trial
 from improv_core.plain import printable
+from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.robots.config import read_robots
-from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers.workspace_files import refresh_robots

@@ -21,12 +21,12 @@ from typing import Any
 import aiohttp
 from playwright.async_api import Browser, async_playwright, expect
 
-from improv_core.classroom.children import File, files_of
+from improv_core.classroom.student_server import File, files_of
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
-from improv_core.playback.acts import News
-from improv_core.playback.start import Options
-from improv_core.site.website import build
+from improv_core.session.acts import News
+from improv_core.session.start import Options
+from improv_core.website.build import build
 from tests.benchmarks.tables import p99, print_head, print_row
 from tests.needs import need
 from tests.stage.viewer.conftest import FLAGS

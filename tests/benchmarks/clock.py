@@ -22,14 +22,14 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from improv_core.playback.acts import News
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.start import Options
-from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock
+from improv_core.session.acts import News
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 from tests.benchmarks.robots import ENV, PYTHON, Heard, Listener
 from tests.benchmarks.tables import machine, p99, print_head, print_row
 

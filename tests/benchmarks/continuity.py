@@ -14,13 +14,13 @@ from random import Random
 from statistics import median
 from tempfile import TemporaryDirectory
 
-from improv_core.playback.editions import Editions
-from improv_core.playback.start import Options
+from improv_core.ipc.arrivals import Play
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score_json import RowsRead, RowsWritten, to_json
-from improv_core.stage.arrivals import Play
-from improv_core.stage.pipes import arrival
+from improv_core.session.part_versions import Editions
+from improv_core.session.start import Options
+from improv_core.stage.stdio import arrival
 from tests.benchmarks.documents import improv
 from tests.benchmarks.robots import ENV, PYTHON, Listener
 from tests.benchmarks.tables import machine, print_head, print_row

@@ -10,15 +10,15 @@ import json
 import sys
 import time
 
-from improv_core.playback.acts import News
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.start import Options
-from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
+from improv_core.safety.stops import Stops
 from improv_core.score.score import Score
+from improv_core.session.acts import News
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 
 PERIOD = 20.0
 """Seconds in which there are a save, a pause, and a change of speed."""

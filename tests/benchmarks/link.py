@@ -16,10 +16,10 @@ from statistics import median
 
 import pytest
 
-from improv_core.child import Child
-from improv_core.remote.asking import Asking, asked, estimated, lag, period, told
-from improv_core.remote.connecting import connect
-from improv_core.remote.frames import LONGEST_UP, UP, Incoming, time_in
+from improv_core.hosts.clock_queries import Asking, asked, estimated, lag, period, told
+from improv_core.hosts.connect import connect
+from improv_core.hosts.frames import LONGEST_UP, UP, Incoming, time_in
+from improv_core.ipc.child import Child
 from tests.benchmarks.tables import print_head, print_row
 from tests.remote.sshd import NAME, SLOW, Host, a_host
 from tests.ros.conftest import with_code

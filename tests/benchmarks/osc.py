@@ -19,16 +19,16 @@ from dataclasses import replace
 from statistics import median
 from typing import NamedTuple
 
-from improv_core.playback.acts import News
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.start import Options
-from improv_core.playback.stops import Stops
+from improv_core.music.osc_wire import written
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import TransportMessage
+from improv_core.safety.stops import Stops
 from improv_core.score.osc import Osc, Peer
-from improv_core.stage.messages import TransportMessage
-from improv_core.stage.osc_wire import written
+from improv_core.session.acts import News
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 from tests.benchmarks.robots import LIMIT
 from tests.benchmarks.tables import p99, print_head, print_row
 
@@ -45,7 +45,7 @@ SINCE_1900 = 2_208_988_800
 
 FLOOD = f"""
 import socket, sys, time
-from improv_core.stage.osc_wire import plain
+from improv_core.music.osc_wire import plain
 port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 to = "127.0.0.1", int(sys.argv[1])
 sent = [plain("/improv/dance", [1]), b"#bundle\\0" + bytes(8) + b"\\x7f\\xff\\xff\\xff/a", plain("/improv/cue", [])]

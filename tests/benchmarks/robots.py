@@ -14,10 +14,10 @@ from struct import Struct
 from time import monotonic, sleep
 from typing import Any, NamedTuple
 
+from improv_core.protocol.limits import FOLDER
+from improv_core.safety.zeros import LINGER
 from improv_core.score.score import Score
 from improv_core.score.score_json import to_json
-from improv_core.stage.limits import FOLDER
-from improv_core.stage.zeros import LINGER
 
 HERE = Path(__file__).parent
 PYTHON = os.environ.get("IMPROV_ROS_PYTHON") or str(HERE.parents[1] / ".cache" / "ros" / "bin" / "python")

@@ -15,14 +15,14 @@ from pathlib import Path
 
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
+from improv_core.ipc.arrivals import End
+from improv_core.outputs.ros.output import Ros
+from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses
 from improv_core.score.motion import Pose
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import Topic
-from improv_core.stage.arrivals import End
-from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses
-from improv_core.stage.sinks.ros import Ros
 
 came: list[tuple[str, bool | None, float, float]] = []
 

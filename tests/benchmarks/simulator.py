@@ -14,14 +14,14 @@ from statistics import median
 import pymunk
 
 from improv_core.commands.rehearsal import perform
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.start_poses import APART, SIDE_BY_SIDE
+from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.score.world import World
-from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
-from improv_core.stage.sinks.simulator import Simulator
 from tests.benchmarks import page
 from tests.benchmarks.tables import print_head, print_row
 

@@ -7,10 +7,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from improv_core.playback import playback as client
-from improv_core.playback.acts import News
-from improv_core.playback.start import Options
-from improv_core.playback.stops import Stops
+from improv_core.safety.stops import Stops
+from improv_core.session import session as client
+from improv_core.session.acts import News
+from improv_core.session.start import Options
 from improv_ls.__main__ import main
 
 TAP = Path(sys.argv.pop(1))

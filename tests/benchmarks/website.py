@@ -13,7 +13,7 @@ from typing import Any
 
 from playwright.sync_api import Page
 
-from improv_core.site.website import build
+from improv_core.website.build import build
 from tests.benchmarks.chromium import chromium
 from tests.benchmarks.tables import print_row
 from tests.site.test_website import PYODIDE

@@ -14,13 +14,13 @@ from typing import Any
 import aiohttp
 import pytest
 
-from improv_core.classroom.checking import HEAVY, DanceReader, embody, look, prepare
-from improv_core.classroom.children import File, SiteFolderError, files_of
+from improv_core.classroom.checker import HEAVY, DanceReader, embody, look, prepare
 from improv_core.classroom.messages import read
+from improv_core.classroom.student_server import File, SiteFolderError, files_of
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
-from improv_core.playback.start import Options
-from improv_core.site.website import HEAD, MARK
+from improv_core.session.start import Options
+from improv_core.website.build import HEAD, MARK
 from tests.commands.command_line import run
 from tests.stage_on_thread import USED, StageOnThread
 
@@ -254,7 +254,7 @@ def test_without_real_robots_none_is_told_anything() -> None:
 
 def make_site(folder: Path, *more: str) -> None:
     """A folder that looks like a website of this version, with more files."""
-    for name in (MARK, "class.js", "index.html", *more):
+    for name in (MARK, "website/class.js", "index.html", *more):
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(HEAD)
 
@@ -273,7 +273,7 @@ def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worke
         files_of(tmp_path)
     make_site(tmp_path, "service-worker.js")
     files = files_of(tmp_path)
-    assert {*files} == {"/", "/class.js", "/index.html"}
+    assert {*files} == {"/", "/website/class.js", "/index.html"}
     assert b'name="improv-class"' in files["/"].data
 
 

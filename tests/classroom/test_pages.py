@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.site.website import build
+from improv_core.website.build import build
 from tests.axe import violations
 from tests.commands.command_line import IMPROV
 from tests.pyodide import imitate

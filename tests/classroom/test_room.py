@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.classroom.room import (
+from improv_core.classroom.roster import (
     LONGEST_DANCE,
     MOST_CHILDREN,
     MOST_GUESSES,

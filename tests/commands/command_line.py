@@ -184,7 +184,7 @@ def stop_within(folder: str | Path) -> list[str]:
     code = f"""
 from pathlib import Path
 from improv_core.__main__ import main
-from improv_core.playback import stop_socket
+from improv_core.safety import stop_socket
 stop_socket.RUNTIME = stop_socket.SHARED = Path({str(folder)!r})
 main()"""
     return [sys.executable, "-c", code, "stop"]

@@ -11,13 +11,13 @@ import pytest
 
 from improv_core.commands import doctor, doctor_controllers, doctor_editors, doctor_ros
 from improv_core.commands.finding import Finding
-from improv_core.playback import ros_environment
-from improv_core.playback.interpreter import Interpreter, InterpreterError
+from improv_core.outputs.ros.setup import environment
+from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError
+from improv_core.protocol.fields import to_pose_json
+from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Endpoints
 from improv_core.robots.config import Robot, read_robots
 from improv_core.score.motion import Pose
 from improv_core.score.score import Deadman, Safety
-from improv_core.stage.fields import to_pose_json
-from improv_core.stage.graph_messages import UNNAMED, Endpoint, Endpoints
 from tests.commands.command_line import Ended, program, run
 
 TWIST, STAMPED, POSE = (f"geometry_msgs/msg/{name}" for name in ("Twist", "TwistStamped", "Pose"))
@@ -392,7 +392,7 @@ def without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[...
         monkeypatch.delenv(name)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
-    monkeypatch.setattr("improv_core.playback.interpreter._INSTALLED", "/nowhere")
+    monkeypatch.setattr("improv_core.outputs.ros.setup.interpreter._INSTALLED", "/nowhere")
     return partial(run, "doctor", folder=tmp_path)
 
 
@@ -403,7 +403,7 @@ def test_a_machine_without_ros(without_ros: Callable[..., Ended]) -> None:
     assert lines[0].startswith("✓ Improv ")
     assert "✓ the simulator" in lines
     assert "✓ the simulator's page" in lines
-    advice = ros_environment.unsuited() or "`improv ros setup` installs it (75 MB to download)"
+    advice = environment.unsuited() or "`improv ros setup` installs it (75 MB to download)"
     assert f"– no ROS 2, so only the simulator can play: {advice}" in lines
     assert lines[-1] == "– no VS Code, no Neovim, no Helix, no Emacs, no Vim: any editor works with `improv watch FILE`"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.services.program_file import TEMPLATE, create, latest
+from improv_core.storage.program_file import TEMPLATE, create, latest
 from tests.commands.command_line import SIMULATED, Running, run
 
 

@@ -11,8 +11,8 @@ from typing import get_args
 from click.testing import CliRunner, Result
 
 from improv_core.commands.main import improv
-from improv_core.services.history import keep
-from improv_core.services.study import Event
+from improv_core.storage.history import keep
+from improv_core.storage.study import Event
 from tests.commands.command_line import SIMULATED, run
 
 ROOT = Path(__file__).parents[2]

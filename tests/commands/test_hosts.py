@@ -14,10 +14,10 @@ import pytest
 from improv_core.commands.doctor import elsewhere
 from improv_core.commands.doctor_hosts import examine_hosts, findings, hosts_of
 from improv_core.commands.ros_setup import proof
-from improv_core.remote.connecting import ConnectError
-from improv_core.remote.link_clock import Estimated
-from improv_core.remote.looking import SeenHost
-from improv_core.remote.setting_up import set_up_there
+from improv_core.hosts.clock_offset import Estimated
+from improv_core.hosts.connect import ConnectError
+from improv_core.hosts.probe import SeenHost
+from improv_core.hosts.setup import set_up_there
 from improv_core.robots.config import read_robots
 from improv_core.score.score import Host as HostOfRobots
 from tests.commands.command_line import run

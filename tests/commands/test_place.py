@@ -18,12 +18,12 @@ from improv_core.commands import place
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.fields import to_pose_json
 from improv_core.robots.config import read_robots
+from improv_core.safety.interlocks import pose_of
 from improv_core.score.motion import Pose
 from improv_core.score.path import pose_at
 from improv_core.score.score import Part, Score
-from improv_core.stage.fields import to_pose_json
-from improv_core.stage.interlocks import pose_of
 from tests.commands.command_line import run
 
 TOML = """

@@ -20,11 +20,11 @@ import pytest
 
 from improv_core.commands import play, terminal
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED
-from improv_core.playback.playback import Playback
-from improv_core.playback.start import Options, SinkName
-from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
-from improv_core.stage.messages import State, ToStage
+from improv_core.protocol.messages import State, ToStage
+from improv_core.safety.stops import Stops
+from improv_core.session.session import Playback
+from improv_core.session.start import Options, SinkName
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, Ended, playing, run, written
 from tests.playback.fakes import Fake, Hear
 

@@ -14,8 +14,8 @@ import pytest
 from watchfiles import watch
 
 from improv_core.commands.record import RecordError, record_live
-from improv_core.playback.start import Options
-from improv_core.stage.sinks.recorder import Recorder
+from improv_core.outputs.recording.recorder import Recorder
+from improv_core.session.start import Options
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, run, written
 from tests.page import connected, heard, live_behind
 from tests.recordings import changes, read, read_joints

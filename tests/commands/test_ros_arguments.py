@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from improv_core.commands.ros_arguments import without_ros_arguments
-from improv_core.stage.sinks.ros_nodes import without_name
+from improv_core.outputs.ros.nodes import without_name
 
 
 @pytest.mark.parametrize(

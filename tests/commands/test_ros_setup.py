@@ -17,8 +17,8 @@ import tomllib
 from packaging.requirements import Requirement
 
 from improv_core.commands.ros_setup import set_up
-from improv_core.playback import ros_environment, ros_setup
-from improv_core.playback.ros_environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
+from improv_core.outputs.ros.setup import environment, setup
+from improv_core.outputs.ros.setup.environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
 from tests.commands.command_line import LIMIT, program
 from tests.processes import ours
 from tests.traps import PYTHONPATHS, Traps
@@ -30,7 +30,7 @@ NOWHERE = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "1", "PIP_CONF
 def place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Where the environment is made, on a machine that ROS 2's wheels are for."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    monkeypatch.setattr(ros_setup, "unsuited", lambda: None)
+    monkeypatch.setattr(setup, "unsuited", lambda: None)
     return tmp_path / "improv" / "ros"
 
 
@@ -67,7 +67,7 @@ def test_a_python_without_venv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, 
 
 
 def test_an_installer_that_hangs_is_given_up_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(ros_environment, "QUIET_LIMIT", 0.1)
+    monkeypatch.setattr(environment, "QUIET_LIMIT", 0.1)
     monkeypatch.setattr(sys, "executable", python(tmp_path / "python", f"exec sleep {LIMIT}"))
     assert "cannot make a virtual environment (nothing happened for 0.1 s)" in problem()
     assert not ours(f"sleep\0{LIMIT}")

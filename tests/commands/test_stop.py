@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from improv_core.commands.doctor import stopping
-from improv_core.playback import stop_socket
-from improv_core.playback.stage_process import Stage
-from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
-from improv_core.playback.stops import Stops
-from improv_core.services import saves
-from improv_core.services.saves import Saved
+from improv_core.ipc.stage_process import Stage
+from improv_core.safety import stop_socket
+from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
+from improv_core.safety.stops import Stops
+from improv_core.storage import saves
+from improv_core.storage.saves import Saved
 from tests.commands.command_line import LIMIT, SIMULATED, Running, playing, run, written
 from tests.ls.client import QUIET, Client, place
 from tests.stage_on_thread import Hear, StageOnThread

@@ -11,10 +11,10 @@ import pytest
 
 from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import TerminalSession
-from improv_core.playback.start import Options
+from improv_core.protocol.robot_messages import FaultMessage, WorstJson
+from improv_core.safety import preflight
 from improv_core.score.motion import Pose
-from improv_core.stage import preflight
-from improv_core.stage.robot_messages import FaultMessage, WorstJson
+from improv_core.session.start import Options
 
 
 def fault(robot: str, beat: float, line: str, *, over: bool = False, worst: WorstJson | None = None) -> FaultMessage:

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import pytest
 
 import improv_core.commands.watch
-from improv_core.playback.stops import Stops
+from improv_core.safety.stops import Stops
 from improv_core.slices import checkpoint
 from tests.commands.command_line import LIMIT, SIMULATED, Running
 from tests.page import connected, heard, live_behind
@@ -107,7 +107,7 @@ def test_a_wrong_save_is_told_as_check_tells_it(watch: Running, program: Path) -
 
 
 def test_what_can_not_be_read_for_long_is_told(watch: Running, program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("improv_core.services.saves.EMPTY_SETTLING", 0.5)
+    monkeypatch.setattr("improv_core.storage.saves.EMPTY_SETTLING", 0.5)
     program.write_bytes(b"r $ left # \xc3\n")
     assert [watch.next(), watch.next()] == [f"improv: {program}: it is not UTF-8 text\n", KEEPS]
     program.unlink()

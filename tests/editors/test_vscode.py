@@ -563,7 +563,7 @@ def _frame(page: Page) -> Frame:
 
 def _robots(frame: Frame) -> str:
     """The page's own address with its token: the frame has it from code-server's proxy."""
-    token = frame.evaluate("import('./token.js').then(({ token }) => token)")
+    token = frame.evaluate("import('./net/token.js').then(({ token }) => token)")
     return f"http://127.0.0.1:{urlsplit(frame.url).path.split('/')[2]}/?token={quote(token)}"
 
 

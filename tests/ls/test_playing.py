@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import State, TransportMessage
+from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.score.movement import near
-from improv_core.stage.messages import State, TransportMessage
-from improv_core.stage.robot_messages import RobotInstant
 from improv_ls.documents import Document
 from improv_ls.playing import Playing
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from lsprotocol import types
 
-from improv_core.stage.messages import Misplaced, ToStage
+from improv_core.protocol.messages import Misplaced, ToStage
 from tests.ls.client import LIMIT, TURNS, Client
 from tests.stage_on_thread import StageOnThread
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.stage_process import Stage, StageError
+from improv_core.ipc.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
 from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place

@@ -7,22 +7,16 @@ from collections.abc import Awaitable, Callable, Mapping
 from inspect import signature
 from typing import Any
 
-from improv_core.playback.acts import News
-from improv_core.playback.clock_process import HeardClock
-from improv_core.playback.playback import Playback, RunningStage
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import Heard, StageError
-from improv_core.playback.start import Options, SinkName
-from improv_core.playback.stops import Stops
+from improv_core.ipc.stage_process import Heard, StageError
+from improv_core.music.clock_process import HeardClock
+from improv_core.protocol.commands import Editing
+from improv_core.protocol.messages import FromStage, Load, Ready, State, ToStage
+from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock
-from improv_core.stage.commands import Editing
-from improv_core.stage.messages import (
-    FromStage,
-    Load,
-    Ready,
-    State,
-    ToStage,
-)
+from improv_core.session.acts import News
+from improv_core.session.session import Playback, RunningStage
+from improv_core.session.start import Options, SinkName
+from improv_core.session.state import PlayScore
 from tests.playback.story import DANCE, at
 
 LIMIT = 60.0

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from improv_core.playback.acts import Act, Announce, Failed, HearClock, PassOn, Send, SendScore, StartAgain
-from improv_core.playback.asked import Now, Wish, asked
-from improv_core.playback.heard import heard
-from improv_core.playback.show import PlayScore, Show
-from improv_core.playback.stage_process import Gone, Heard
-from improv_core.playback.start import SinkName
+from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.messages import Pressed, Ready, State, TransportMessage
 from improv_core.score.score import Score
-from improv_core.stage.commands import PageRequest, Watched
-from improv_core.stage.messages import Pressed, Ready, State, TransportMessage
+from improv_core.session.acts import Act, Announce, Failed, HearClock, PassOn, Send, SendScore, StartAgain
+from improv_core.session.on_request import Now, Wish, asked
+from improv_core.session.on_stage_message import heard
+from improv_core.session.start import SinkName
+from improv_core.session.state import PlayScore, Show
 
 DANCE = score_of(analyze("r $ repeat forward\n"))
 READY: Mapping[SinkName, Ready] = {

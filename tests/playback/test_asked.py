@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.acts import PassOn
-from improv_core.playback.asked import Now, asked
-from improv_core.playback.stage_process import StageError
-from improv_core.playback.start import SinkName
+from improv_core.ipc.stage_process import StageError
+from improv_core.protocol.commands import Editing
 from improv_core.score.score import Safety
-from improv_core.stage.commands import Editing
+from improv_core.session.acts import PassOn
+from improv_core.session.on_request import Now, asked
+from improv_core.session.start import SinkName
 from tests.playback.story import DANCE, NOW, READY, Story, at, play, tell
 
 GUARDED = replace(DANCE, safety=Safety(stop="/e_stop"))

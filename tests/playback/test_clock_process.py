@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback.clock_process import ClockProcess, HeardClock
+from improv_core.music import link, midi
+from improv_core.music.clock_process import ClockProcess, HeardClock
+from improv_core.protocol.clock_messages import AnchorMessage
 from improv_core.score.score import OutsideClock
-from improv_core.stage import link, midi
-from improv_core.stage.clock_messages import AnchorMessage
 from tests.needs import lacking, need
 
 LIMIT = 30.0

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback import conductor, together
-from improv_core.playback.troupe import HERE, SPARE
-from improv_core.playback.troupe_acts import Say, SendTo, Times
 from improv_core.score.peer_clock import MOST_BENT
 from improv_core.score.score import Follow, OutsideClock
 from improv_core.score.score_json import to_json
+from improv_core.session.group import clock, rules
+from improv_core.session.group.acts import Say, SendTo, Times
+from improv_core.session.group.state import HERE, SPARE
 from tests.playback.test_together import NOW, PI, Story, on_hosts
 from tests.stage.test_player import Stage, score
 
@@ -101,7 +101,7 @@ def test_a_person_begins_what_is_armed_at_the_next_bar_or_at_once_without_a_cloc
 def test_all_bend_at_one_instant_and_alike() -> None:
     story = playing(beat=20.0)
     assert hear(story, 20.0) == [], "they are where it is"
-    story.now += conductor.LOOK
+    story.now += clock.LOOK
     assert hear(story, 20.6) == both("bend")
     assert instants(story) == {story.now + SPARE}
     assert story.sent(HERE) == story.sent(PI)
@@ -162,7 +162,7 @@ def test_a_stop_while_they_wait_for_their_beat_begins_nothing() -> None:
     story.told("stop")
     story.now += 2.5
     assert hear(story, 3.5, tempo=60.0) == []
-    story.troupe, acts = together.waited(story.troupe, Times(story.now, story.now))
+    story.troupe, acts = rules.waited(story.troupe, Times(story.now, story.now))
     assert not any(isinstance(act, SendTo) for act in acts)
 
 
@@ -171,7 +171,7 @@ def test_a_stage_that_stops_while_they_wait_for_their_beat_begins_nothing() -> N
     hear(story, 1.0, tempo=60.0)
     story.is_at(PI, "stopped")
     story.now += 2.5
-    story.troupe, acts = together.waited(story.troupe, Times(story.now, story.now))
+    story.troupe, acts = rules.waited(story.troupe, Times(story.now, story.now))
     assert not any(isinstance(act, SendTo) for act in acts)
 
 
@@ -185,7 +185,7 @@ def goes_on_by_itself(story: Story) -> bool:
         story.now += 0.1
         hear(story, 20 + 2 * (story.now - NOW - 10))
         told = list(story.acts)
-        story.troupe, acts = together.waited(story.troupe, Times(story.now, story.now))
+        story.troupe, acts = rules.waited(story.troupe, Times(story.now, story.now))
         if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "anyway") for act in [*told, *acts]):
             return True
     return False
@@ -254,7 +254,7 @@ def test_a_host_that_joins_has_the_pace_of_the_others() -> None:
     for host in (HERE, PI):
         story.is_at(host, "playing", 20.0, pace=1.1)
     story.said(PI, "gone", message="it was rebooted")
-    story.troupe, story.acts = together.started(story.troupe, PI, Times(story.now))
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
     assert story.sent(PI)[0]["entry"]["pace"] == 1.1
 
 

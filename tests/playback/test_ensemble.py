@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback import ensemble, together
-from improv_core.playback.ensemble import Ensemble
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import StageError
-from improv_core.playback.start import Options
-from improv_core.playback.stops import Stops
-from improv_core.playback.troupe import HERE
+from improv_core.ipc.stage_process import StageError
+from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsWritten, to_json
+from improv_core.session.group import multi_host_stage, rules
+from improv_core.session.group.multi_host_stage import Ensemble
+from improv_core.session.group.state import HERE
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 from tests.playback.fakes import LIMIT, Fake
 from tests.playback.story import DANCE, at
 from tests.playback.test_together import PI, on_hosts
@@ -74,8 +74,8 @@ def performed(*unreachable: str) -> Callable[[Callable[..., Awaitable[None]]], C
 
 @pytest.fixture(autouse=True)
 def _short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ensemble, "PAUSES", (0.0,))
-    monkeypatch.setattr(together, "CONFIRM_LIMIT", 0.05)
+    monkeypatch.setattr(multi_host_stage, "PAUSES", (0.0,))
+    monkeypatch.setattr(rules, "CONFIRM_LIMIT", 0.05)
 
 
 @performed()

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.heard import BEHIND
-from improv_core.playback.start import SinkName
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import Armed, Decided, Pressed, Sensed
 from improv_core.score.score import OutsideClock
-from improv_core.stage.messages import Armed, Decided, Pressed, Sensed
+from improv_core.session.on_stage_message import BEHIND
+from improv_core.session.start import SinkName
 from tests.playback.story import DANCE, FAILED, GONE, READY, Event, From, Story, at, play, tell
 
 SENSED: Sensed = {"type": "sensed", "sense": "cue", "value": True, "generation": 1, "robot": "r", "beat": 2.5,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback import interpreter
-from improv_core.playback.interpreter import Interpreter, InterpreterError, find_ros_python
+from improv_core.outputs.ros.setup import interpreter
+from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError, find_ros_python
 
 
 @pytest.fixture(autouse=True)

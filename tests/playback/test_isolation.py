@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.child import ROOT, isolated
-from improv_core.playback.start import Options, start_stage
-from improv_core.playback.stops import Stops
+from improv_core.ipc.child import ROOT, isolated
+from improv_core.safety.stops import Stops
+from improv_core.session.start import Options, start_stage
 from tests.traps import MODULES, PYTHONPATHS, Traps
 
 

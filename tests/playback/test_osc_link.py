@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.osc_link import KEPT, Hear, OscLink, Reach
-from improv_core.playback.show import PlayScore
+from improv_core.music.osc_link import KEPT, Hear, OscLink, Reach
+from improv_core.protocol.commands import PageRequest
+from improv_core.protocol.osc_messages import ToOsc
 from improv_core.score.osc import Osc, Peer
 from improv_core.score.score import Score
-from improv_core.stage.commands import PageRequest
-from improv_core.stage.osc_messages import ToOsc
+from improv_core.session.state import PlayScore
 from tests.playback.fakes import Fake, Fakes, performed
 from tests.playback.story import DANCE
 

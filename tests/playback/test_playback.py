@@ -13,19 +13,19 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback import stop_socket
-from improv_core.playback.acts import News
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import StageError
-from improv_core.playback.start import Options, SinkName
-from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
-from improv_core.playback.stops import Stops
+from improv_core.ipc.stage_process import StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.commands import Editing
+from improv_core.protocol.messages import Pressed
+from improv_core.safety import stop_socket
+from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
+from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock, Safety, Score
-from improv_core.stage.commands import Editing
-from improv_core.stage.messages import Pressed
+from improv_core.session.acts import News
+from improv_core.session.session import Playback
+from improv_core.session.start import Options, SinkName
+from improv_core.session.state import PlayScore
 from tests.playback.fakes import LIMIT, Fake, Fakes, performed
 from tests.playback.story import DANCE
 
@@ -158,7 +158,7 @@ async def test_a_score_says_how_many_emergency_stops_were_known_when_it_was_requ
     fakes: Fakes,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("improv_core.playback.playback.KNOWN", 0.0)
+    monkeypatch.setattr("improv_core.session.session.KNOWN", 0.0)
     leader, _ = await fakes.play()
     assert leader.loads[-1]["stops"] == 0
     before = fakes.stops.count
@@ -193,7 +193,7 @@ async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stoppe
     fakes: Fakes,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("improv_core.playback.playback.HALT_LIMIT", 2 * LIMIT)
+    monkeypatch.setattr("improv_core.session.session.HALT_LIMIT", 2 * LIMIT)
     leader, _ = await fakes.play()
     leader.die()
     await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)

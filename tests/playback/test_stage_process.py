@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.stage_process import Heard, Stage
-from improv_core.playback.stops import Stops
-from improv_core.playback.watch import Watch
-from improv_core.stage.messages import ToStage
+from improv_core.ipc.stage_process import Heard, Stage
+from improv_core.protocol.messages import ToStage
+from improv_core.safety.stage_watchdog import Watch
+from improv_core.safety.stops import Stops
 from tests.stage.test_watchdog import CHANNEL, LIMIT, READY
 
 

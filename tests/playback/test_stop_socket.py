@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback import stop_socket
-from improv_core.playback.stop_socket import StopSocket, StopSocketError, fixed_folder, stop_all
+from improv_core.safety import stop_socket
+from improv_core.safety.stop_socket import StopSocket, StopSocketError, fixed_folder, stop_all
 
 ROOT = Path(__file__).parents[2]
 
@@ -117,7 +117,7 @@ def test_sudo_stops_its_callers_robots(taken: bool) -> None:
     usual = Path(f"/tmp/improv-{user}")
     if taken:  # by another user
         usual.mkdir(0o777)
-    become = f"import os, improv_core.playback.stop_socket as s; os.setgroups([]); os.setuid({user})"
+    become = f"import os, improv_core.safety.stop_socket as s; os.setgroups([]); os.setuid({user})"
     code = f"{become}; reached = s.StopSocket(lambda: 'stopped it'); print(flush=True); input()"
     plays = subprocess.Popen([sys.executable, "-c", code], env={}, stdin=-1, stdout=-1, text=True, cwd=ROOT)
     assert plays.stdin
@@ -125,7 +125,7 @@ def test_sudo_stops_its_callers_robots(taken: bool) -> None:
     assert plays.stdout.readline() == "\n"
     made = [each for each in Path("/tmp").glob(f"improv-{user}*") if each.stat().st_uid == user]
     try:
-        others = "import improv_core.playback.stop_socket as s; f = s._users; s._users = lambda: [*f()][1:]"
+        others = "import improv_core.safety.stop_socket as s; f = s._users; s._users = lambda: [*f()][1:]"
         for begin, env in ((become, {}), (others, {"SUDO_UID": str(user)})):  # root's are those of other tests
             command = [sys.executable, "-c", f"{begin}; print(*s.stop_all())"]
             done = subprocess.run(command, env=env, text=True, capture_output=True, cwd=ROOT)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 
-from improv_core.playback.stops import Stops
-from improv_core.stage.messages import Load, ToStage
+from improv_core.protocol.messages import Load, ToStage
+from improv_core.safety.stops import Stops
 
 
 class Stage:

@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback import sightings, together
-from improv_core.playback.going import EDGE
-from improv_core.playback.troupe import HERE, SPARE, Hosted, Troupe, beat_at
-from improv_core.playback.troupe_acts import Act, Say, SendTo, StartHost, Times
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import State
 from improv_core.score.equality import same
 from improv_core.score.score import Host, Score
 from improv_core.score.score_json import RowsWritten, from_json, to_json
-from improv_core.stage.messages import State
+from improv_core.session.group import rules, shared_poses
+from improv_core.session.group.acts import Act, Say, SendTo, StartHost, Times
+from improv_core.session.group.state import HERE, SPARE, Hosted, Troupe, beat_at
+from improv_core.session.group.synced_start import EDGE
 from tests.playback.story import at
 
 PI, PAD = "pi@pi.local", "pad"
@@ -41,19 +41,19 @@ class Story:
         self.written = RowsWritten()
         self.troupe = Troupe({host: Hosted(alive=False) for host in hosts or (HERE, PI, PAD)})
         for host in self.troupe.members:
-            self.troupe, acts = together.started(self.troupe, host, Times(self.now))
+            self.troupe, acts = rules.started(self.troupe, host, Times(self.now))
             assert acts == []
 
     def told(self, kind: str, **fields: Any) -> list[str]:
         """What follows if the parent sends a message."""
         message: Any = {"type": kind, **fields}
-        self.troupe, self.acts = together.told(self.troupe, message, Times(self.now, self.now))
+        self.troupe, self.acts = rules.told(self.troupe, message, Times(self.now, self.now))
         return self.words
 
     def said(self, host: str, kind: str, /, **fields: Any) -> list[str]:
         """What follows if the stage of a host says something."""
         message: Any = {"type": kind, **fields}
-        self.troupe, self.acts = together.said(self.troupe, host, message, Times(self.now, self.now))
+        self.troupe, self.acts = rules.said(self.troupe, host, message, Times(self.now, self.now))
         return self.words
 
     def is_at(self, host: str, state: State, beat: float = 0.0, **known: Any) -> list[str]:
@@ -63,8 +63,8 @@ class Story:
 
     def waits(self) -> list[str]:
         """What follows once the next time has come that it waits for."""
-        self.now = together.due(self.troupe, Times(self.now, self.now))
-        self.troupe, self.acts = together.waited(self.troupe, Times(self.now, self.now))
+        self.now = rules.due(self.troupe, Times(self.now, self.now))
+        self.troupe, self.acts = rules.waited(self.troupe, Times(self.now, self.now))
         return self.words
 
     def plays(self, text: str = "a p q o $ repeat forward\n", **fields: Any) -> list[str]:
@@ -142,7 +142,7 @@ def test_a_dance_that_is_armed_begins_when_a_person_or_its_time_says_so() -> Non
     for begins in (None, NOW + 60):
         story = Story(HERE, PI)
         story.plays(arming={} if begins is None else {"begins": begins})
-        assert story.told("resume") == [f"say {together.NOT_READY}"]
+        assert story.told("resume") == [f"say {rules.NOT_READY}"]
         story.said(HERE, "armed", generation=1, armed=True, begins=None)
         assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["say armed"]
         assert (story.waits() if begins else story.told("resume")) == ["here: resume", f"{PI}: resume"]
@@ -243,7 +243,7 @@ def test_what_a_stage_says_of_an_earlier_score_is_only_where_it_is() -> None:
 def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     story = Story.playing()
     pause: Any = {"type": "pause"}
-    assert together.in_time(story.troupe, pause, Times(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
+    assert rules.in_time(story.troupe, pause, Times(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
     assert story.told("pause") == []
     story.is_at(HERE, "paused", 2.26)
     story.is_at(PI, "paused", 2.26)
@@ -326,9 +326,9 @@ def test_what_is_seen_within_a_moment_is_told_together_and_the_latest_counts() -
     story.said(HERE, "seen", robots=seen("a"))
     story.said(HERE, "seen", robots=seen("a", at=NOW + 0.01))
     assert story.waits() == ["here: seen", f"{PAD}: seen", f"{PI}: seen"]
-    assert story.now == begun + sightings.PERIOD
+    assert story.now == begun + shared_poses.PERIOD
     assert story.sent(PI)[0]["robots"] == {**seen("o"), **seen("a", at=NOW + 0.01)}
-    story.now += sightings.PERIOD
+    story.now += shared_poses.PERIOD
     assert story.said(PI, "seen", robots=seen("p")) == ["here: seen", f"{PAD}: seen"], (
         "at once if nobody was told lately"
     )
@@ -425,7 +425,7 @@ def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     ]
     story.now += 20.1
     story.is_at(HERE, "playing", 40.2)
-    story.troupe, story.acts = together.started(story.troupe, PI, Times(story.now))
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
     assert story.words == [f"{PI}: load"]
     (load,) = story.sent(PI)
     assert load["entry"] == {"beat": pytest.approx(40.2 + 2 * SPARE), "monotonic": pytest.approx(story.now + SPARE)}
@@ -437,7 +437,7 @@ def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_go_on() -> 
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
     story.said(PI, "gone", message="it was rebooted")
-    story.troupe, story.acts = together.started(story.troupe, PI, Times(story.now))
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
     assert story.words == []
     story.told("resume")
     assert story.is_at(HERE, "playing", 2.0) == ["say playing", f"{PI}: load"]
@@ -448,7 +448,7 @@ def test_a_host_that_comes_back_while_robots_are_waited_for_gets_ready_with_the_
     story.plays()
     story.said(PI, "gone", message="it was rebooted")
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == [], "what it said before is no news"
-    story.troupe, story.acts = together.started(story.troupe, PI, Times(story.now))
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
     assert (story.words, story.sent(PI)[0]["arming"]) == ([f"{PI}: load"], {})
     assert story.said(HERE, "armed", generation=1, armed=True, begins=None) == []
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["here: resume", f"{PI}: resume"]
@@ -465,7 +465,7 @@ def test_if_all_who_are_left_have_yet_to_join_the_dance_is_over() -> None:
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
     story.said(PI, "gone", message="it was rebooted")
-    story.troupe, _ = together.started(story.troupe, PI, Times(story.now))
+    story.troupe, _ = rules.started(story.troupe, PI, Times(story.now))
     assert story.said(HERE, "gone", message="it was killed") == [
         "say the stage here: it was killed",
         "start  again",
@@ -549,7 +549,7 @@ def test_what_holds_for_later_is_told_to_stages_that_start_later() -> None:
     story = Story(HERE)
     story.told("silence", muted=["a"], soloed=[])
     story.troupe = replace(story.troupe, members={**story.troupe.members, PI: Hosted(alive=False)})
-    story.troupe, story.acts = together.started(story.troupe, PI, Times(NOW))
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(NOW))
     assert story.words == [f"{PI}: silence"]
 
 

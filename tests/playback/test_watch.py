@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.playback.watch import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, Watch
-from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.safety.stage_watchdog import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, Watch
 
 
 class Turned:

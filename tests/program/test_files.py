@@ -9,7 +9,7 @@ import pytest
 from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import LONGEST_PROGRAM, analyze
 from improv_core.program.files import LARGEST_ROBOTS_FILE, ReadError, analyze_file, read_program, robots_near
-from improv_core.services.saves import saved_or_awaited
+from improv_core.storage.saves import saved_or_awaited
 from tests.strange_files import StrangeFile
 
 

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from improv_core.playback.start import REMOTE
+from improv_core.session.start import REMOTE
 from tests.needs import lacking, need
 
 NAME = "robot"

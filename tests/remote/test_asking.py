@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.remote.asking import (
+from improv_core.hosts.clock_queries import (
     AT_FIRST,
     MOVING,
     OFTEN,
@@ -17,8 +17,8 @@ from improv_core.remote.asking import (
     period,
     told,
 )
-from improv_core.remote.border import SECOND
-from improv_core.remote.frames import TimeThere
+from improv_core.hosts.frames import TimeThere
+from improv_core.hosts.time_translation import SECOND
 
 AHEAD = 100.0
 ASLEEP = 7.0

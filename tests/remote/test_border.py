@@ -7,11 +7,11 @@ from typing import Any, get_args, get_origin
 
 import pytest
 
-from improv_core.remote.border import SECOND, Border, to_here, to_there
-from improv_core.remote.link_clock import Clocks
+from improv_core.hosts.clock_offset import Clocks
+from improv_core.hosts.time_translation import SECOND, Border, to_here, to_there
+from improv_core.protocol.decoding import by_type
+from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.score.fits import hints_of
-from improv_core.stage.messages import FromStage, ToStage
-from improv_core.stage.typed_lines import by_type
 
 AHEAD, WALL_AHEAD = 1_000.0, 50.0
 """Seconds by which the monotonic and the Unix clock there are ahead."""

@@ -12,12 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.remote.bundle import PACKAGE, boot_line, bundle
+from improv_core.hosts.bundle import PACKAGE, boot_line, bundle
 from tests.test_architecture import name, ours
 
-BEGIN = ("improv_core.remote.__main__", "improv_core.remote.far", "improv_core.stage.__main__")
-STARTED = tuple(f"improv_core.stage.{helper}" for helper in ("standby", "reader", "publisher", "graph", "sinks.ros"))
-SIMULATOR = ("improv_core.stage.sinks.simulator", "improv_core.stage.viewer.server")
+BEGIN = ("improv_core.hosts.__main__", "improv_core.hosts.far", "improv_core.stage.__main__")
+STARTED = tuple(
+    f"improv_core.outputs.ros.{helper}"
+    for helper in ("standby.process", "sensors.process", "publisher.process", "graph", "output")
+)
+SIMULATOR = ("improv_core.outputs.simulator.simulator", "improv_core.page.server")
 """What only a stage with the simulator imports."""
 
 
@@ -53,13 +56,13 @@ def test_old_pythons_can_read_the_first_line_and_what_runs_first() -> None:
     assert line.count(b"\n") == 1
     assert line.isascii()
     ast.parse(line, feature_version=(3, 6))
-    ast.parse((PACKAGE / "remote" / "bootstrap.py").read_text(encoding="utf-8"), feature_version=(3, 6))
+    ast.parse((PACKAGE / "hosts" / "bootstrap.py").read_text(encoding="utf-8"), feature_version=(3, 6))
 
 
 @pytest.mark.parametrize(
     ("command", "says"),
     [
-        (["remote", "far", "--look"], b'"python"'),
+        (["hosts", "far", "--look"], b'"python"'),
         (["stage", "--sink", "ros", "--no-standby"], b"No module named 'rclpy'"),
         (["stage", "standby", "improv_standby"], b"No module named 'rclpy'"),
     ],

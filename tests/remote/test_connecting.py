@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback.hosts import checked
-from improv_core.remote.bundle import boot_line, bundle
-from improv_core.remote.ssh import ssh_command
+from improv_core.hosts.allowed import checked
+from improv_core.hosts.bundle import boot_line, bundle
+from improv_core.hosts.ssh import ssh_command
 from tests.processes import descendants, wait_until_gone
 from tests.remote.sshd import LIMIT, NAME, Host, a_host
 

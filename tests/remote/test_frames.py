@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.remote.frames import (
+from improv_core.hosts.frames import (
     CHUNK,
     DOWN,
     LONGEST_DOWN,

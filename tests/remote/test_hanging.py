@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.remote.hanging import (
+from improv_core.hosts.hang_detection import (
     HARMLESS_LIMIT,
     Unanswered,
     answered,
@@ -15,7 +15,7 @@ from improv_core.remote.hanging import (
     ready,
     stopped,
 )
-from improv_core.stage.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 PERIOD = 0.05
 

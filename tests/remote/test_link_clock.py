@@ -11,7 +11,7 @@ from statistics import quantiles
 
 import pytest
 
-from improv_core.remote.link_clock import (
+from improv_core.hosts.clock_offset import (
     SLEW,
     STEP,
     Clocks,

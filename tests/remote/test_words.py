@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.remote.words import of_bootstrap, of_far, of_ssh
+from improv_core.hosts.texts import of_bootstrap, of_far, of_ssh
 
 
 @pytest.mark.parametrize(

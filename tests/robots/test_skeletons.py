@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.preview.window import about
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import robots_from, robots_in
@@ -17,7 +18,6 @@ from improv_core.robots.urdf import read_urdf
 from improv_core.robots.urdf_bones import bones
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.skeleton import Bone
-from improv_core.stage.viewer.lookahead import about
 from tests.robots.test_urdf import BOMB, robot
 
 LINKS = "".join(f'<link name="{name}"/>' for name in "abcdefg")

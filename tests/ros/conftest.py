@@ -21,8 +21,9 @@ from typing import Any
 import pytest
 
 import improv_core
-from improv_core.playback import stage_process, watch
-from improv_core.playback.watch import Watch
+from improv_core.ipc import stage_process
+from improv_core.safety import stage_watchdog
+from improv_core.safety.stage_watchdog import Watch
 from tests.needs import lacking
 
 LIMIT = 60.0
@@ -226,27 +227,27 @@ Publish = Callable[..., Publisher]
 Start = Callable[..., Sink]
 
 PATIENT = {
-    "stage.limits.HANG_LIMIT": 20.0,
-    "stage.limits.SILENCE_LIMIT": 20.0,
-    "stage.hearing.ANSWER_LIMIT": 20.0,
-    "stage.relief.ANSWER_LIMIT": 20.0,
-    "stage.relief.START_LIMIT": LIMIT,
-    "stage.relief.READY_LIMIT": LIMIT,
-    "stage.decide.LATE": 20.0,
-    "stage.faults.LATE": 20.0,
-    "stage.sinks.ros.STANDBY_LIMIT": 20.0,
-    "stage.sinks.ros_reset.LIMIT": 20.0,
-    "stage.sinks.ros_reader.START_LIMIT": LIMIT,
-    "stage.sinks.ros_reader.SILENT_LIMIT": 20.0,
-    "stage.sinks.ros_reader.ALIVE_LIMIT": 20.0,
-    "playback.interpreter.PROBE_LIMIT": LIMIT,
-    "playback.watch.HARMLESS_HANG_LIMIT": 20.0,
+    "protocol.limits.HANG_LIMIT": 20.0,
+    "protocol.limits.SILENCE_LIMIT": 20.0,
+    "outputs.ros.subscriber_check.ANSWER_LIMIT": 20.0,
+    "safety.failover.ANSWER_LIMIT": 20.0,
+    "safety.failover.START_LIMIT": LIMIT,
+    "safety.failover.READY_LIMIT": LIMIT,
+    "player.decide.LATE": 20.0,
+    "safety.fault_rules.LATE": 20.0,
+    "outputs.ros.output.STANDBY_LIMIT": 20.0,
+    "outputs.ros.reset.LIMIT": 20.0,
+    "outputs.ros.sensors.client.START_LIMIT": LIMIT,
+    "outputs.ros.sensors.client.SILENT_LIMIT": 20.0,
+    "outputs.ros.sensors.client.ALIVE_LIMIT": 20.0,
+    "outputs.ros.setup.interpreter.PROBE_LIMIT": LIMIT,
+    "safety.stage_watchdog.HARMLESS_HANG_LIMIT": 20.0,
 }
 """Limits with which nothing of ours counts as failed because the machine is busy, and beat 0 waits for the standby."""
 
 
 def with_limits(**limits: float) -> dict[str, str]:
-    """Variables with which our processes have these limits, and otherwise patient ones: `stage__decide__LATE=1`."""
+    """Variables with which our processes have these limits, and otherwise patient ones: `player__decide__LATE=1`."""
     named = {name.replace("__", "."): limit for name, limit in limits.items()}
     for name in named.keys() | PATIENT.keys():
         module, _, limit = name.rpartition(".")
@@ -258,7 +259,7 @@ def with_limits(**limits: float) -> dict[str, str]:
 def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same for stages of a playback in this process, for which no variable sets limits."""
     monkeypatch.setattr(stage_process, "Watch", lambda now, limit: Watch(now, LIMIT))
-    monkeypatch.setattr(watch, "HARMLESS_HANG_LIMIT", LIMIT)
+    monkeypatch.setattr(stage_watchdog, "HARMLESS_HANG_LIMIT", LIMIT)
 
 
 def with_code(code: str) -> dict[str, str]:

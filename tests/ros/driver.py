@@ -21,6 +21,9 @@ sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and 
 import own_output  # noqa: F401, before any library may print
 from rclpy.utilities import get_default_context
 
+from improv_core.ipc.arrivals import End
+from improv_core.outputs.ros.output import Ros
+from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses
 from improv_core.score import senses
 from improv_core.score.algebra import hold, stand
 from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
@@ -30,9 +33,6 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Velocity
 from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, Part, Safety, Score
-from improv_core.stage.arrivals import End
-from improv_core.stage.sinks import Alarm, Edge, RawJoints, RawPoses
-from improv_core.stage.sinks.ros import Ros
 
 LIMIT = 60.0
 """Seconds to wait for anything, as in conftest.py."""

@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/../.."
 python3 -m venv .cache/ros
-listed="--quiet --require-hashes --only-binary :all: --no-deps --requirement improv_core/playback/ros_requirements.txt"
+listed="--quiet --require-hashes --only-binary :all: --no-deps --requirement improv_core/outputs/ros/setup/requirements.txt"
 # shellcheck disable=SC2086 # these are several words
 .cache/ros/bin/pip download $listed --dest .cache/ros-wheels
 # shellcheck disable=SC2086

@@ -9,4 +9,4 @@ extra = tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependen
 print(*(line.partition(";")[0] for line in extra), sep="\n")
 ' | uv pip compile - --quiet --universal --python-version 3.10 --no-python-downloads --upgrade --generate-hashes \
   --no-emit-package empy --no-annotate --no-emit-index-url --custom-compile-command "sh tests/ros/pin.sh" \
-  --output-file improv_core/playback/ros_requirements.txt
+  --output-file improv_core/outputs/ros/setup/requirements.txt

@@ -23,7 +23,7 @@ def test_a_body_is_read_from_the_topic_that_has_its_description(
         return done.stdout, done.stderr
 
     publish("/robot_description", "std_msgs/String", latched=True)({"data": DOLL}, once=True)
-    text, problem = body("/robot_description", stage__graph__LOOK=20.0)
+    text, problem = body("/robot_description", outputs__ros__graph__LOOK=20.0)
     assert text.startswith(ARMS.replace("doll.urdf", "/robot_description")), problem
     assert body("/nothing") == (
         "",

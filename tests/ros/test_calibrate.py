@@ -49,7 +49,7 @@ def test_a_robot_that_comes_late_is_measured_unless_it_only_counts_turns_of_whee
     toml = ROBOTS.format(frame=frame)
     (tmp_path / "improv.toml").write_text(toml)
     pipe = subprocess.PIPE
-    soon = with_limits(stage__listeners__PATIENCE=0.5, stage__sinks__ros_reader__FIND_LIMIT=0.5)
+    soon = with_limits(player__subscribers__PATIENCE=0.5, outputs__ros__sensors__client__FIND_LIMIT=0.5)
     said: list[str] = []
     with subprocess.Popen(
         COMMAND,

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.score.motion import STILL, Twist
-from improv_core.stage.sinks.cdr import (
+from improv_core.outputs.cdr import (
     SECOND,
     frame_field,
     frame_in,
@@ -19,6 +18,7 @@ from improv_core.stage.sinks.cdr import (
     trajectory_message,
     twist_message,
 )
+from improv_core.score.motion import STILL, Twist
 
 pytestmark = pytest.mark.slow("starts ROS's interpreter")
 

@@ -12,7 +12,7 @@ from typing import Any
 import aiohttp
 import pytest
 
-from improv_core.site.website import build
+from improv_core.website.build import build
 from tests.commands.command_line import IMPROV
 from tests.pyodide import imitate
 from tests.ros.conftest import LIMIT, Listen, Listener

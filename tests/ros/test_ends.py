@@ -56,7 +56,7 @@ def an_editor(env: Mapping[str, str], turtle: Listener) -> Iterator[tuple[subpro
     nothing of it is left."""
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.ros.editor", BEFORE],
-        env={**env, **with_limits(stage__limits__SILENCE_LIMIT=3.0)},
+        env={**env, **with_limits(protocol__limits__SILENCE_LIMIT=3.0)},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -100,7 +100,7 @@ def test_an_editor_that_stops_reading_for_a_while_and_ends_when_it_does_so_again
 def test_a_watched_file_plays_on_after_its_stage_has_ended_and_robots_stand_while_it_is_halted(
     turtle: Listener, alone: Mapping[str, str], tmp_path: Path
 ) -> None:
-    env = {**alone, **with_limits(stage__limits__SILENCE_LIMIT=3.0)}
+    env = {**alone, **with_limits(protocol__limits__SILENCE_LIMIT=3.0)}
     with Terminal("watch", tmp_path / "dance.improv", env) as terminal:
         survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED)
         os.killpg(terminal.pid, signal.SIGSTOP)  # SIGTSTP halts nothing in a session that has no terminal
@@ -113,7 +113,7 @@ def test_a_watched_file_plays_on_after_its_stage_has_ended_and_robots_stand_whil
 
 
 def test_ctrl_c_ends_what_plays_a_file(turtle: Listener, alone: Mapping[str, str], tmp_path: Path) -> None:
-    env = {**alone, **with_limits(stage__listeners__PATIENCE=LIMIT)}
+    env = {**alone, **with_limits(player__subscribers__PATIENCE=LIMIT)}
     with Terminal("play", tmp_path / "dance.improv", env) as terminal:
         dances(terminal, turtle)
         ours = descendants(terminal.pid)

@@ -52,7 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def env(ros_env: Mapping[str, str], others: Others, folder: Path) -> Iterator[dict[str, str]]:
     """A domain in which processes are killed, and limits that are over soon."""
-    limits = with_limits(stage__limits__HANG_LIMIT=3.0, stage__limits__SILENCE_LIMIT=3.0)
+    limits = with_limits(protocol__limits__HANG_LIMIT=3.0, protocol__limits__SILENCE_LIMIT=3.0)
     with a_domain() as domain:
         yield {**ros_env, **limits, **with_code(BROKEN.format(folder=str(folder))), "ROS_DOMAIN_ID": str(domain)}
         others.leave(domain)

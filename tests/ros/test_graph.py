@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.stage.limits import FOLDER
+from improv_core.protocol.limits import FOLDER
 from tests.ros.conftest import LIMIT, PROFILES, with_code
 
 pytestmark = pytest.mark.slow("somebody looks, and fails, in a process of its own")

@@ -9,9 +9,9 @@ import pytest
 
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.finding import Mark
-from improv_core.playback.start import Options, start_stage
-from improv_core.playback.stops import Stops
+from improv_core.safety.stops import Stops
 from improv_core.score.score import Safety
+from improv_core.session.start import Options, start_stage
 from tests.processes import ours, wait_until_gone
 from tests.ros.conftest import LIMIT
 from tests.traps import PYTHONPATHS, Traps

@@ -14,12 +14,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.stage_process import Stage, StageError
-from improv_core.playback.stops import Stops
+from improv_core.ipc.stage_process import Stage, StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import ToStage
+from improv_core.safety.stops import Stops
 from improv_core.score.score_json import to_json
-from improv_core.stage.messages import ToStage
 from tests.processes import command_of, descendants, wait_until_gone
 from tests.remote.sshd import Host, a_host
 from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
@@ -158,7 +158,7 @@ def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Hos
 def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
     host: Host, ros_env: Mapping[str, str], listen: Listen
 ) -> None:
-    host.install_python(set_there(ros_env, stage__limits__SILENCE_LIMIT=3.0))
+    host.install_python(set_there(ros_env, protocol__limits__SILENCE_LIMIT=3.0))
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
         plays(parent, turtle, patience=3.0)
@@ -168,7 +168,7 @@ def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
         parent.wait(says("gone"))
 
 
-@pytest.mark.parametrize("words", ["remote far", "ssh -T"])
+@pytest.mark.parametrize("words", ["hosts far", "ssh -T"])
 def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: Listen, words: str) -> None:
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
@@ -179,7 +179,7 @@ def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: L
 
 
 def test_a_stage_that_hangs_is_ended_beside_the_robots(host: Host, ros_env: Mapping[str, str], listen: Listen) -> None:
-    host.install_python(set_there(ros_env, stage__limits__HANG_LIMIT=0.9))
+    host.install_python(set_there(ros_env, protocol__limits__HANG_LIMIT=0.9))
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
         plays(parent, turtle)

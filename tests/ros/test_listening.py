@@ -67,7 +67,7 @@ def test_an_emergency_stop_of_each_kind(kind: str, publish: Publish, sink: Sink)
 
 
 def test_each_press_stops_although_another_publisher_keeps_sending_false(publish: Publish, start: Start) -> None:
-    sink = start(**with_limits(stage__interlocks__RELEASED=0.0))
+    sink = start(**with_limits(safety__interlocks__RELEASED=0.0))
     publish("/e_stop", STOP, hz=100)(OFF)
     press = publish("/e_stop", STOP)
     sink("prepare", TURTLE, stop="/e_stop")

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from aiohttp import ClientSession
 
-from improv_core.stage.sinks.ros_poses import TEXTS
+from improv_core.outputs.ros.sensors.poses import TEXTS
 from tests.ls.client import ProcessClient
 from tests.page import live_behind
 from tests.ros.conftest import BASE, LIMIT, Listen, Publish, Script, Sink

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.playback import Playback
-from improv_core.playback.show import PlayScore
-from improv_core.playback.start import Options
-from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
+from improv_core.safety.stops import Stops
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 from tests.remote.sshd import NAME, Host, a_host
 from tests.ros.conftest import LIMIT, Listen, be_patient
 from tests.ros.dance import moving, still

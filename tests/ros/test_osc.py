@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.stage.osc_wire import Argument, plain
+from improv_core.music.osc_wire import Argument, plain
 from tests.ros.conftest import LIMIT, Listen
 from tests.ros.dance import Server, at_speed, still
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from improv_core.commands.terminal import performance
-from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
+from improv_core.session.start import Options
 from tests.ros.conftest import LIMIT, Listen, Listener, Publish, be_patient, scan
 
 pytestmark = pytest.mark.slow("starts a stage, and a sensor falls silent")

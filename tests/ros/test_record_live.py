@@ -76,7 +76,7 @@ def test_a_recording_is_what_a_subscriber_heard(
     robot = '[robots.turtle1]\nprofile = "turtlebot3_burger"\nmessage = "TwistStamped"\n'
     path.with_name("improv.toml").write_text(robot)
     listener = listen(TOPIC, type=STAMPED)
-    env = {**ros_env, **with_limits(stage__listeners__PATIENCE=LIMIT)}
+    env = {**ros_env, **with_limits(player__subscribers__PATIENCE=LIMIT)}
     process = record("beat 90\nturtle1 $ (fast 3 forward [left right left]) || slow 5/2 left\n", env)
     out, _ = process.communicate(timeout=LIMIT)
     listener.wait(moving)  # zeros before that ask whether it hears

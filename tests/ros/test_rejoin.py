@@ -52,7 +52,7 @@ def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat 5 forward repeat 14 rest repeat 2 backward\n")
     bases = {"ada": script(BASE, "ada", *IDEAL), "bo": script(BASE, "bo", *IDEAL, "--start", "0", "1", "0")}
     command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", "--force", "dance.improv"]
-    env = ros_env | with_limits(stage__listeners__PATIENCE=LIMIT)  # ada, too, is found before beat 0
+    env = ros_env | with_limits(player__subscribers__PATIENCE=LIMIT)  # ada, too, is found before beat 0
     with subprocess.Popen(
         command, cwd=tmp_path, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as playing:

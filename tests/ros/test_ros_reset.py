@@ -49,7 +49,7 @@ def test_only_a_restart_resets(sink: Sink, listen: Listen) -> None:
 
 
 def test_a_missing_service_is_reported_once(start: Start) -> None:
-    sink = start(**with_limits(stage__sinks__ros_reset__LIMIT=0.5))
+    sink = start(**with_limits(outputs__ros__reset__LIMIT=0.5))
     sink("prepare", TOPICS, reset="/lab/reset")
     sink("wait_for_reset")
     line = "no node offers the service /lab/reset (std_srvs/srv/Empty), so these were not reset: turtle1, turtle2"
@@ -59,7 +59,7 @@ def test_a_missing_service_is_reported_once(start: Start) -> None:
 
 
 def test_a_service_that_does_not_answer_is_reported(start: Start, listen: Listen) -> None:
-    sink = start(**with_limits(stage__sinks__ros_reset__LIMIT=3.0))  # it is found by then
+    sink = start(**with_limits(outputs__ros__reset__LIMIT=3.0))  # it is found by then
     turtle = listen("/turtle1/cmd_vel", reset="/reset", deaf=True, name="deaf")
     sink("prepare", {"turtle1": "/turtle1/cmd_vel"})
     sink("wait")

@@ -101,7 +101,7 @@ def halted(ros_python: str, alone: Mapping[str, str]) -> Iterator[Others]:
 def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Start, halted: Others) -> None:
     """It is halted: so it has not found the publisher that has found it."""
     listener = Listener(halted, "/turtle1/cmd_vel", "/turtle2/cmd_vel")
-    sink = start(**with_limits(stage__hearing__ANSWER_LIMIT=1.0))
+    sink = start(**with_limits(outputs__ros__subscriber_check__ANSWER_LIMIT=1.0))
     sink("prepare", {"turtle2": "/turtle2/cmd_vel"})
     sink("wait")
     os.kill(halted.pid, signal.SIGSTOP)

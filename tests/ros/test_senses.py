@@ -131,7 +131,7 @@ def test_beat_0_waits_for_a_sensor(sensor: Publish, sink: Sink) -> None:
 
 
 def test_a_reader_that_ends_is_replaced(sensor: Publish, start: Start) -> None:
-    sink = start(**with_limits(stage__sinks__ros_reader__AGAIN=3.0))  # what is wrong is told until then
+    sink = start(**with_limits(outputs__ros__sensors__client__AGAIN=3.0))  # what is wrong is told until then
     sensor("/anna/scan", "sensor_msgs/LaserScan")(scan(0.4))
     read(sink, near=Topic("/anna/scan", "sensor_msgs/LaserScan", 0.5))
     feels(sink, ["anna", "near", True])

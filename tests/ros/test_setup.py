@@ -17,10 +17,10 @@ from improv_core.commands import ros_setup as commands_setup
 from improv_core.commands.doctor_hosts import examine_hosts
 from improv_core.commands.doctor_ros import ros
 from improv_core.commands.finding import Mark
-from improv_core.playback import interpreter
-from improv_core.playback import ros_setup as setup_here
-from improv_core.playback.ros_environment import unsuited
-from improv_core.remote.setting_up import set_up_there
+from improv_core.hosts.setup import set_up_there
+from improv_core.outputs.ros.setup import interpreter
+from improv_core.outputs.ros.setup import setup as setup_here
+from improv_core.outputs.ros.setup.environment import unsuited
 from improv_core.score.score import Host as HostOfRobots
 from tests.needs import lacking
 from tests.remote.sshd import a_host

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.stage.hearing import ZEROS
+from improv_core.outputs.ros.subscriber_check import ZEROS
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listen, Listener, Publish, Sink, Start, with_limits
 from tests.ros.dance import at_speed, still
@@ -49,7 +49,7 @@ def moves(turtles: Listener, sink: Sink, speed: float = 1.0) -> None:
 
 def test_a_stage_that_is_halted_is_killed(listen: Listen, start: Start) -> None:
     """Long before it has been silent for too long."""
-    sink = start("standby", **with_limits(stage__limits__HANG_LIMIT=2 * LIMIT))
+    sink = start("standby", **with_limits(protocol__limits__HANG_LIMIT=2 * LIMIT))
     turtles = moving(listen, sink)
     standby = descendants(sink.process.pid)
     os.kill(sink.process.pid, signal.SIGSTOP)

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from improv_core.score.dynamics import Motion, Wheels, follow, motors_of
 from improv_core.score.following import GAIN, SAFE_DELAY, SHARE, accelerated, before_stopping, correction, refusal
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, Profile
-from improv_core.stage.sinks.dynamics import Motion, Wheels, follow, motors_of
 
 LIMITS = 0.306, 1.9
 PERIOD = 0.05

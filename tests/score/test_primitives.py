@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from improv_core.preview.window import about
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.walk import walk
-from improv_core.stage.viewer.lookahead import about
 from improv_core.syntax.vocabulary import of_kind
 from improv_core.syntax.words import Kind
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.editions import MOST_SENT, Editions
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score import score_json
 from improv_core.score.score import Score
 from improv_core.score.score_json import LackingError, RowsRead, RowsWritten, from_json, to_json
 from improv_core.score.walk import walk
+from improv_core.session.part_versions import MOST_SENT, Editions
 
 PROGRAM = (
     "".join(f"x{line} = forward left {line + 1} right\n" for line in range(100)) + "anna $ x1 x2 x3\nbert $ x4 x5\n"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.services.browser import has_browser
+from improv_core.page.browser import has_browser
 from tests.commands.command_line import run
 
 

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
+from improv_core.protocol.fields import to_pose_json
+from improv_core.protocol.messages import MeasuredRobot
 from improv_core.robots.config import read_robots
-from improv_core.score.motion import Pose, Twist
-from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM
-from improv_core.services.calibration import (
+from improv_core.routines.calibration import (
     MOST_ROUNDS,
     PRECISION,
     QUARTERS,
@@ -36,9 +36,9 @@ from improv_core.services.calibration import (
     turning_dance,
     with_settings,
 )
-from improv_core.stage.fields import to_pose_json
-from improv_core.stage.messages import MeasuredRobot
-from improv_core.stage.sinks.dynamics import Wheels
+from improv_core.score.dynamics import Wheels
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM
 
 GOAL = Goal(10, 0.2, math.pi / 2)
 SEPARATION = TURTLEBOT4.wheel_separation

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.services import history
-from improv_core.services.history import MOST, HistoryError, keep, read
+from improv_core.storage import history
+from improv_core.storage.history import MOST, HistoryError, keep, read
 
 NOON = datetime(2026, 11, 22, 12, tzinfo=timezone.utc)
 
@@ -93,7 +93,7 @@ def test_a_full_disk_leaves_nothing_half_written(state: Path, monkeypatch: pytes
 
 def test_several_processes_lose_nothing(state: Path) -> None:
     script = (
-        "import sys; from datetime import datetime, timezone; from improv_core.services.history import keep\n"
+        "import sys; from datetime import datetime, timezone; from improv_core.storage.history import keep\n"
         "for n in range(20): keep(sys.argv[1], str(n), datetime.now(timezone.utc))"
     )
     writers = [subprocess.Popen([sys.executable, "-c", script, f"/dances/{name}"]) for name in "ab"]

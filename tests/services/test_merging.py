@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.ide.merging import Dance, Merged, MergeError, as_robot, merge
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of, starts_of
 from improv_core.program.files import analyze_file
 from improv_core.robots.config import read_robots
 from improv_core.score.meetings import check_room
-from improv_core.services.merging import Dance, Merged, MergeError, as_robot, merge
 from improv_core.syntax.formatter import format_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

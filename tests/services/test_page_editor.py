@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from improv_core.ide.semantic_tokens_legend import TYPES
+from improv_core.page.program_editor import MOST_PROBLEMS, PageEditor
 from improv_core.program.analysis import analyze
+from improv_core.protocol.editing import Analyzed
+from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import read_robots
-from improv_core.services.page_editor import MOST_PROBLEMS, PageEditor
-from improv_core.services.program_file import TEMPLATE
-from improv_core.stage.editing import Analyzed
-from improv_core.stage.fields import StartPoseJson
+from improv_core.storage.program_file import TEMPLATE
 
 PAGE, OTHER = 1, 2
 

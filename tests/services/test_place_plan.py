@@ -9,9 +9,9 @@ from itertools import combinations
 
 import pytest
 
+from improv_core.routines.place_plan import SLACK, THERE, Plan, Point, Traveler, next_ways, too_near
 from improv_core.score.motion import Pose
 from improv_core.score.world import Box, Circle, Wall, World
-from improv_core.services.place_plan import SLACK, THERE, Plan, Point, Traveler, next_ways, too_near
 
 RADIUS = 0.1
 MARGIN = 0.1

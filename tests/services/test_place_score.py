@@ -11,14 +11,14 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.routines.place_plan import Way
+from improv_core.routines.place_score import LEG, LOOK, driving, looking, undrivable
 from improv_core.score.motion import Pose
 from improv_core.score.path import pose_at
 from improv_core.score.profiles import DEFAULT, SLOW, SLOW_TURN, TURTLEBOT4, Profile
 from improv_core.score.score import Deadman, Part, Safety, Score, twist
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import walk
-from improv_core.services.place_plan import Way
-from improv_core.services.place_score import LEG, LOOK, driving, looking, undrivable
 
 WHEELS = replace(TURTLEBOT4, motions=("forward", "turn"))
 POSES = {"a": Pose(), "b": Pose(9)}

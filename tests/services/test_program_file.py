@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from improv_core.program.files import ReadError
-from improv_core.services.program_file import TEMPLATE, Version, WriteError, create, read_version, write_text
-from improv_core.stage.fields import LONGEST_TEXT
+from improv_core.protocol.fields import LONGEST_TEXT
+from improv_core.storage.program_file import TEMPLATE, Version, WriteError, create, read_version, write_text
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.services.replacing import replacing
+from improv_core.storage.atomic_write import replacing
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.services.saves import EMPTY_SETTLING, MID_LINE_SETTLING, SETTLING, settle
+from improv_core.storage.saves import EMPTY_SETTLING, MID_LINE_SETTLING, SETTLING, settle
 
 WHOLE, HALF = b"r $ left left\n", b"r $ left"
 Write = tuple[float, bytes | None]

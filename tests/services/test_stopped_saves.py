@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback.stops import Stops
-from improv_core.services.stopped_saves import Seen, StopWitness, Verdict, decide, is_shared, look
+from improv_core.safety.stops import Stops
+from improv_core.storage.stopped_saves import Seen, StopWitness, Verdict, decide, is_shared, look
 
 OLD = Seen((1, 9, 100, 100), b"r $ left\n")
 SAME = Seen((1, 9, 200, 200), b"r $ left\n")

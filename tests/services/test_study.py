@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from improv_core.services.study import HEADINGS, Distances, Noted, append, cells, read, rows, total
-from improv_core.stage.messages import Sent
+from improv_core.protocol.messages import Sent
+from improv_core.storage.study import HEADINGS, Distances, Noted, append, cells, read, rows, total
 
 MILLISECOND = 1_000_000
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.services import swapping
-from improv_core.services.history import VARIABLE, read
-from improv_core.services.program_file import WriteError, read_version, write_text
-from improv_core.services.swapping import swap
+from improv_core.storage import compare_and_swap
+from improv_core.storage.compare_and_swap import swap
+from improv_core.storage.history import VARIABLE, read
+from improv_core.storage.program_file import WriteError, read_version, write_text
 
 LIMIT = 60.0
 linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux exchanges two files in one step")
@@ -36,14 +36,14 @@ def before_exchanges(
     monkeypatch: pytest.MonkeyPatch, path: Path, *texts: bytes, write: Callable[[Path, bytes], None] = in_place
 ) -> None:
     """Another program writes one of these texts into the file just before each exchange."""
-    exchange, theirs = swapping._exchange, iter(texts)
+    exchange, theirs = compare_and_swap._exchange, iter(texts)
 
     def slow(one: Path, other: Path) -> bool:
         if text := next(theirs, None):
             write(path, text)
         return exchange(one, other)
 
-    monkeypatch.setattr(swapping, "_exchange", slow)
+    monkeypatch.setattr(compare_and_swap, "_exchange", slow)
 
 
 @linux
@@ -83,7 +83,7 @@ def test_of_two_texts_written_while_the_page_saves_the_earlier_is_kept_in_the_hi
 
 @linux
 def test_a_program_that_still_writes_gets_its_file_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swapping, "WRITER_LIMIT", 0.05)
+    monkeypatch.setattr(compare_and_swap, "WRITER_LIMIT", 0.05)
     path, others = tmp_path / "dance.improv", list[bytes]()
     path.write_bytes(b"before")
     with path.open("ab") as file:
@@ -106,7 +106,7 @@ def test_a_file_that_appears_is_not_overwritten(tmp_path: Path) -> None:
 
 
 def test_without_an_exchange_the_file_is_read_once_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swapping, "_exchange", lambda one, other: False)
+    monkeypatch.setattr(compare_and_swap, "_exchange", lambda one, other: False)
     path = tmp_path / "dance.improv"
     path.write_bytes(b"theirs")
     assert not swap(path, b"before", b"mine", list[bytes]().append)
@@ -157,7 +157,7 @@ def test_no_text_of_an_adversary_is_lost(tmp_path: Path, monkeypatch: pytest.Mon
 
 @linux
 def test_two_of_ours_never_both_replace_one_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swapping, "WRITER_LIMIT", LIMIT)
+    monkeypatch.setattr(compare_and_swap, "WRITER_LIMIT", LIMIT)
     path, done = tmp_path / "dance.improv", list[str]()
     path.write_text("before\n")
     revision = read_version(path).revision

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.robots.edits import set_first_beat
-from improv_core.services.tuning import write_first_beat
+from improv_core.storage.song_offset import write_first_beat
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page
 
-from improv_core.site.website import build
+from improv_core.website.build import build
 from tests.pyodide import imitate
 from tests.site.native import homes, run_natively
 from tests.stage.viewer.conftest import browser, chromium, keep, page, wait, window

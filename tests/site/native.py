@@ -13,7 +13,7 @@ from typing import Any
 
 from aiohttp import web
 
-from improv_core.site.home import Home
+from improv_core.website.browser_session import Home
 
 WORKER = """// Passes on what the page says, to where Python runs.
 const socket = new WebSocket("ws://127.0.0.1:PORT")

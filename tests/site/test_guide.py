@@ -10,8 +10,8 @@ from playwright.sync_api import Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from improv_core.site.guide import guide
-from improv_core.site.website import _examples
+from improv_core.website.build import _examples
+from improv_core.website.guide import guide
 from tests.axe import violations
 from tests.site.conftest import open_site
 from tests.stage.viewer.conftest import Keep, wait

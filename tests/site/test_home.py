@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from improv_core.site import home
-from improv_core.site.home import Home
+from improv_core.website import browser_session
+from improv_core.website.browser_session import Home
 
 LIMIT = 60.0
 Message = dict[str, Any]
@@ -77,7 +77,7 @@ def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
 
 
 def test_whom_robots_meet_is_said_once_nobody_types(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(home, "LONGEST_CHECK", LIMIT)  # the machine may do other things
+    monkeypatch.setattr(browser_session, "LONGEST_CHECK", LIMIT)  # the machine may do other things
 
     async def scene(at: At) -> None:
         at.ask("analyze", number=1, text="ada at 0 0\nbo at 1 0 facing 180\nada bo $ forward")

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.services.program_file import TEMPLATE
-from improv_core.site.compiled import compiled
-from improv_core.site.website import LIBRARY, MARK, SiteError, build
+from improv_core.storage.program_file import TEMPLATE
+from improv_core.website.build import LIBRARY, MARK, SiteError, build
+from improv_core.website.compile_cache import compiled
 from tests.needs import lacking
 from tests.pyodide import imitate
 from tests.site.conftest import OPENED, open_site, play
@@ -53,8 +53,8 @@ def test_all_that_is_loaded_lies_in_the_folder_and_is_kept_for_later(pyodide: Pa
 
 def test_python_files_of_the_command_line_stay_out(built: Path) -> None:
     names = zipfile.ZipFile(built / "improv.zip").namelist()
-    assert {"improv_core/site/home.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
-    assert not [name for name in names if re.search("/commands/|/page/|/remote/|sinks/ros|__pycache__", name)]
+    assert {"improv_core/website/browser_session.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
+    assert not [name for name in names if re.search("/commands/|/static/|/hosts/|ros/output|__pycache__", name)]
 
 
 def test_of_pythons_own_library_what_nothing_imports_stays_out(built: Path, tmp_path: Path) -> None:
@@ -70,7 +70,7 @@ def test_the_python_files_need_no_others(built: Path, tmp_path: Path) -> None:
     scene = """
 import asyncio, sys
 sys.path = [each for each in sys.path if "site-packages" not in each and each] + [sys.argv[1]]
-from improv_core.site.home import Home
+from improv_core.website.browser_session import Home
 
 async def play():
     told, ready = [], asyncio.Event()

@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import settings
 
+from improv_core.protocol.messages import When
+from improv_core.protocol.output import Edge, StopButton
+from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.motion import STILL
 from improv_core.score.score import Safety, Score
-from improv_core.stage.messages import When
-from improv_core.stage.sinks import Edge, StopButton
-from improv_core.stage.zeros import LAST_ZEROS
 from tests.stage.test_continuing import ANNA, BERT, Continuing
 from tests.stage.test_player import DEADMAN, STOP, score
 

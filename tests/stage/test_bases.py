@@ -8,11 +8,11 @@ from argparse import Namespace
 import pytest
 
 from improv_core.commands.rehearsal import perform
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Twist
-from improv_core.stage.sinks.simulator import Simulator
 from tests.ros.base import Base, Planar
 
 SQUARE = "beat 60\nanna $ repeat 4 (forward slow 2 left)\n"

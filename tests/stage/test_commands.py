@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.stage.commands import COMMANDS, PageRequest, about
+from improv_core.protocol.commands import COMMANDS, PageRequest, about
+from improv_core.protocol.decoding import by_type
+from improv_core.protocol.page_messages import FromPage
 from improv_core.stage.loop import OBEYED
-from improv_core.stage.typed_lines import by_type
-from improv_core.stage.viewer.messages import FromPage
 from tests import page_requests
 
 DOCS = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")

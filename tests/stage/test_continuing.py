@@ -9,12 +9,12 @@ from dataclasses import astuple, replace
 
 import pytest
 
-from improv_core.playback.editions import Editions
+from improv_core.player.subscribers import LOOK_AT
+from improv_core.protocol.messages import Takeover, TransportMessage, When
+from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
-from improv_core.stage.listeners import LOOK_AT
-from improv_core.stage.messages import Takeover, TransportMessage, When
-from improv_core.stage.zeros import LAST_ZEROS
+from improv_core.session.part_versions import Editions
 from tests.stage.test_player import QUARTER, Memory, Stage, score
 
 ANNA = "anna $ repeat (forward [left right])\n"

@@ -7,13 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
-from improv_core.robots.config import read_robots
-from improv_core.score.body import Joint
-from improv_core.score.joints import JointMotion
-from improv_core.score.score import Part
-from improv_core.stage.controllers import (
+from improv_core.outputs.cdr import numbers_message, trajectory_message
+from improv_core.outputs.ros.joints.trajectories import (
     CRUISE,
     HORIZON,
     Channel,
@@ -32,7 +27,12 @@ from improv_core.stage.controllers import (
     turned,
     way_home,
 )
-from improv_core.stage.sinks.cdr import numbers_message, trajectory_message
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from improv_core.score.body import Joint
+from improv_core.score.joints import JointMotion
+from improv_core.score.score import Part
 from tests.ros.controller import TrajectoryController
 
 YAW, PITCH = Joint("yaw", -2.0, 2.0, max_velocity=4.0), Joint("pitch", None, 1.0)

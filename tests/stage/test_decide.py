@@ -11,15 +11,8 @@ from typing import Any, get_args
 
 import pytest
 
-from improv_core.score.faults import FaultRules, Response
-from improv_core.score.motion import STILL, Pose
-from improv_core.score.movement import Duration
-from improv_core.score.peer_clock import Anchor
-from improv_core.score.score import Deadman, Safety, Score
-from improv_core.score.transport import Switch, Transport
-from improv_core.score.world import World
-from improv_core.stage import acts, doing, events
-from improv_core.stage.acts import (
+from improv_core.player import acts, apply, events
+from improv_core.player.acts import (
     Act,
     Begin,
     Dismiss,
@@ -46,19 +39,26 @@ from improv_core.stage.acts import (
     Then,
     Zero,
 )
-from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
-from improv_core.stage.beginning import NOT_READY, WAITS, may_be_brought
-from improv_core.stage.decide import _RULES, SEEN, decide, trouble
-from improv_core.stage.events import Event, Facts
-from improv_core.stage.faults import FaultBegan, FaultOver, Worst
-from improv_core.stage.gate import Gate, is_ready, message
-from improv_core.stage.interlocks import GAMEPAD, OLDER, EmergencyStops
-from improv_core.stage.messages import Takeover, When
-from improv_core.stage.nearness import Near
-from improv_core.stage.preflight import Standing
-from improv_core.stage.run import Mode, Run, Silenced
-from improv_core.stage.swap import Swap
-from improv_core.stage.watches import RobotNews
+from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
+from improv_core.player.decide import _RULES, SEEN, decide, trouble
+from improv_core.player.events import Event, Facts
+from improv_core.player.run import Mode, Run, Silenced
+from improv_core.player.start_gate import Gate, is_ready, message
+from improv_core.player.start_rules import NOT_READY, WAITS, may_be_brought
+from improv_core.player.takeover import Swap
+from improv_core.protocol.messages import Takeover, When
+from improv_core.safety.fault_monitor import RobotNews
+from improv_core.safety.fault_rules import FaultBegan, FaultOver, Worst
+from improv_core.safety.interlocks import GAMEPAD, OLDER, EmergencyStops
+from improv_core.safety.preflight import Standing
+from improv_core.safety.separation import Near
+from improv_core.score.faults import FaultRules, Response
+from improv_core.score.motion import STILL, Pose
+from improv_core.score.movement import Duration
+from improv_core.score.peer_clock import Anchor
+from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.transport import Switch, Transport
+from improv_core.score.world import World
 from tests.stage.test_player import score
 
 ZERO = 1000.0
@@ -791,7 +791,7 @@ def test_removed_robots_stop_and_nothing_begins_that_must_wait(event: Event) -> 
 
 def test_each_event_has_its_rule_and_each_act_its_doer() -> None:
     assert _RULES.keys() == {*get_args(Event)}
-    assert doing._HOW.keys() == {*get_args(acts.Act)}
+    assert apply._HOW.keys() == {*get_args(acts.Act)}
 
 
 # The agenda

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from improv_core.stage.discovery import LOCALHOST_ONLY, PEERS, RANGE, REACH, advice, described, limited, unsourced
+from improv_core.outputs.ros.discovery import LOCALHOST_ONLY, PEERS, RANGE, REACH, advice, described, limited, unsourced
 
 HERE, SUBNET, NOBODY = REACH["LOCALHOST"], REACH["SUBNET"], REACH["OFF"]
 RELEASES = ("foxy", "humble", "iron", "jazzy", "kilted", "rolling")

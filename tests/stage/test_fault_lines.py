@@ -7,12 +7,12 @@ from typing import get_args
 
 import pytest
 
+from improv_core.safety.fault_rules import FaultBegan, FaultOver, News, Worst
+from improv_core.safety.fault_texts import SeenNews, as_line, as_lines, in_words, may_still_move
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Rejoin
-from improv_core.stage.fault_lines import SeenNews, as_line, as_lines, in_words, may_still_move
-from improv_core.stage.faults import FaultBegan, FaultOver, News, Worst
 
 BAD = Worst(0.31, math.radians(4), 1.25)
 

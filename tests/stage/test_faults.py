@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
+from improv_core.protocol.output import RawPose
+from improv_core.safety.fault_rules import QUIET, FaultBegan, FaultOver, RobotFacts, RobotWatch, look
+from improv_core.safety.odometry import CONTINUOUS, Comparison
 from improv_core.score.faults import FaultRules
 from improv_core.score.motion import Pose
-from improv_core.stage.faults import QUIET, FaultBegan, FaultOver, RobotFacts, RobotWatch, look
-from improv_core.stage.odometry import CONTINUOUS, Comparison
-from improv_core.stage.sinks import RawPose
 
 RULES = FaultRules()
 LOOK = 0.1

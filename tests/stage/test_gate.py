@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
+from improv_core.player.engine import LOOK_WHILE_ARMED
+from improv_core.player.player import Player
+from improv_core.player.start_gate import Gate
+from improv_core.player.subscribers import PATIENCE
+from improv_core.protocol.messages import CountJson
 from improv_core.score.score import Score
-from improv_core.stage.gate import Gate
-from improv_core.stage.listeners import PATIENCE
-from improv_core.stage.machine import LOOK_WHILE_ARMED
-from improv_core.stage.messages import CountJson
-from improv_core.stage.player import Player
 from tests.stage.test_player import Stage, score
 
 AHEAD = 1e9

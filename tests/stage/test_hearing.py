@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.stage.hearing import (
+from improv_core.outputs.ros.subscriber_check import (
     ANSWER_LIMIT,
     SETTLE,
     ZEROS,

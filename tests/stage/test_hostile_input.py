@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
+from improv_core.ipc.arrivals import End, Play, Unreadable
+from improv_core.protocol.messages import Load
 from improv_core.score import senses
 from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import BuiltIn, Key, Topic
-from improv_core.stage.arrivals import End, Play, Unreadable
-from improv_core.stage.messages import Load
-from improv_core.stage.pipes import arrival
+from improv_core.stage.stdio import arrival
 from tests.stage.test_loop import errors, load, perform, zeros
 from tests.stage.test_player import Memory, score
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
+from improv_core.ipc.arrivals import End, First, Play
+from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.messages import FromStage
 from improv_core.score.motion import STILL
 from improv_core.score.score import Host, Score
-from improv_core.stage.arrivals import End, First, Play
-from improv_core.stage.limits import MOST_AHEAD
-from improv_core.stage.messages import FromStage
 from tests.stage.test_loop import PING, START, Event, FromRos, errors, load, perform, zeros
 from tests.stage.test_player import Memory
 

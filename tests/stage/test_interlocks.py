@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import pytest
 
+from improv_core.protocol.messages import Pressed
+from improv_core.safety.interlocks import OLDER, RELEASED, EmergencyStops, StopTopic
 from improv_core.score.score import Safety
-from improv_core.stage.interlocks import OLDER, RELEASED, EmergencyStops, StopTopic
-from improv_core.stage.messages import Pressed
 
 T, F = True, False
 

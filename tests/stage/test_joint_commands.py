@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 
+from improv_core.player.joint_commands import JointCommands
 from improv_core.score.joints import JointMotion
-from improv_core.stage.joint_commands import JointCommands
 
 Sent = list[tuple[str, list[str], float]]
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from improv_core.safety.joint_preflight import JointOff, joints_off, line_of
 from improv_core.score.body import Joint
-from improv_core.stage.joint_places import JointOff, joints_off, line_of
 
 YAW, LIFT = Joint("yaw", start=math.radians(10)), Joint("lift", slides=True)
 OTHERS = [Joint("a"), Joint("b"), Joint("c")]

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import When
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import joint_moments, limbs_of
 from improv_core.score.score import Score
-from improv_core.stage.messages import When
-from improv_core.stage.sinks.simulator import Simulator
 from tests.stage.test_continuing import Continuing
 from tests.stage.test_player import Stage
 

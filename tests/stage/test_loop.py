@@ -11,6 +11,16 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.ipc.arrivals import Arrival, End, First, Play
+from improv_core.player.start_rules import WAITS
+from improv_core.player.subscribers import PATIENCE
+from improv_core.protocol.clock_messages import BendMessage
+from improv_core.protocol.commands import Force, Held, KeySense, Released, Seek, Speed
+from improv_core.protocol.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
+from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
+from improv_core.protocol.output import Alarm, Edge, RawPose, RawPoses
+from improv_core.protocol.robot_messages import FaultMessage, Instant
+from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT4
@@ -18,18 +28,8 @@ from improv_core.score.score import Deadman, Host, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
 from improv_core.score.world import World
-from improv_core.stage.arrivals import Arrival, End, First, Play
-from improv_core.stage.beginning import WAITS
-from improv_core.stage.clock_messages import BendMessage
-from improv_core.stage.commands import Force, Held, KeySense, Released, Seek, Speed
-from improv_core.stage.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
-from improv_core.stage.listeners import PATIENCE
 from improv_core.stage.loop import Opened, run
-from improv_core.stage.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
-from improv_core.stage.parent import Parent
-from improv_core.stage.pipes import arrival
-from improv_core.stage.robot_messages import FaultMessage, Instant
-from improv_core.stage.sinks import Alarm, Edge, RawPose, RawPoses
+from improv_core.stage.stdio import arrival
 from tests.stage.test_player import Memory, score
 
 START = 1000.0

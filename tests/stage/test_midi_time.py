@@ -8,9 +8,9 @@ from itertools import chain
 import pytest
 from mido.parser import Parser
 
+from improv_core.music.midi import chosen
+from improv_core.music.midi_time import MidiTime, heard
 from improv_core.score.peer_clock import Anchor
-from improv_core.stage.midi import chosen
-from improv_core.stage.midi_time import MidiTime, heard
 
 TICK, START, CONTINUE, STOP = b"\xf8", b"\xfa", b"\xfb", b"\xfc"
 NOISE = b"\x90\x3c\x40"

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from improv_core.player.separation_monitor import QUIET, from_elsewhere
+from improv_core.protocol.messages import RobotsSeen
+from improv_core.protocol.output import RawPose
+from improv_core.safety.odometry import CONTINUOUS
+from improv_core.safety.separation import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import TURTLEBOT4
 from improv_core.score.score import Host, OdomFrame, Safety
 from improv_core.score.world import World
-from improv_core.stage.guard import QUIET, from_elsewhere
-from improv_core.stage.messages import RobotsSeen
-from improv_core.stage.nearness import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
-from improv_core.stage.odometry import CONTINUOUS
-from improv_core.stage.sinks import RawPose
 from tests.stage.test_player import Stage, score
 
 KEEP_APART = 0.3

@@ -13,23 +13,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from improv_core.commands.rehearsal import perform
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.apply import REST
+from improv_core.player.player import Player
+from improv_core.player.reports import Told
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors, error
+from improv_core.protocol.messages import When
+from improv_core.protocol.output import Noticed, RawJoints, RawPose
 from improv_core.robots.config import read_robots
+from improv_core.safety.fault_rules import QUIET
+from improv_core.safety.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import OdomFrame, Part, Safety
-from improv_core.stage.doing import REST
-from improv_core.stage.faults import QUIET
-from improv_core.stage.messages import When
-from improv_core.stage.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
-from improv_core.stage.player import Player
-from improv_core.stage.reports import Told
-from improv_core.stage.sinks import Noticed, RawJoints, RawPose
-from improv_core.stage.sinks.simulator import Simulator
 from tests.stage.test_player import Stage, numbered, score
 
 ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"

@@ -9,17 +9,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from improv_core.child import Child, Policy
+from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.rate_limit import MOST, PERIOD
+from improv_core.music.osc import OscDesk
+from improv_core.music.osc_wire import Argument, OscMessage, read, written
+from improv_core.protocol.limits import helper
+from improv_core.protocol.osc_messages import FromOsc, ToOsc
+from improv_core.protocol.sliced_json import dumps, loads
 from improv_core.score.algebra import repeat
 from improv_core.score.reactions import pause
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.score.senses import OscName
-from improv_core.stage.json_pieces import dumps, loads
-from improv_core.stage.limits import helper
-from improv_core.stage.osc import OscDesk
-from improv_core.stage.osc_messages import FromOsc, ToOsc
-from improv_core.stage.osc_wire import Argument, OscMessage, read, written
-from improv_core.stage.viewer.throttle import MOST, PERIOD
 from tests.playback.story import at
 from tests.stage.test_player import score
 from tests.stage.test_reacting import CUE, FORWARD, open_score

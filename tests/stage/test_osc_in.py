@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from improv_core.stage import osc_wire
-from improv_core.stage.messages import State
-from improv_core.stage.osc_in import Situation, UnclearError, request
-from improv_core.stage.play_again import Heard
+from improv_core.music import osc_wire
+from improv_core.music.osc_in import Situation, UnclearError, request
+from improv_core.protocol.messages import State
+from improv_core.protocol.play_again import Heard
 from tests.playback.story import at
 
 PLAYS = Situation().after({**at("playing", 1), "tempo": 180.0, "speed": 1.5})

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from improv_core.music.osc_out import OscDue, Voice
+from improv_core.preview.forecast import Outlook
+from improv_core.protocol.messages import Sensed, When
 from improv_core.score.senses import RobotSense
-from improv_core.stage.messages import Sensed, When
-from improv_core.stage.osc_out import OscDue, Voice
-from improv_core.stage.outlook import Outlook
 from tests.stage.test_player import Stage, score
 
 

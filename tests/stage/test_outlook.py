@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
+from improv_core.preview.forecast import AHEAD, MOST_POSES, Outlook
+from improv_core.protocol.fields import PoseJson
+from improv_core.protocol.messages import MeasuredRobot, When
 from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense
-from improv_core.stage.fields import PoseJson
-from improv_core.stage.messages import MeasuredRobot, When
-from improv_core.stage.outlook import AHEAD, MOST_POSES, Outlook
 from tests.stage.test_player import Stage, score
 
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
+from improv_core.ipc.arrivals import Arrival, End, First, Ordered, Play
+from improv_core.protocol.limits import SILENCE_LIMIT
+from improv_core.protocol.messages import Load
+from improv_core.safety.stop_fence import Overtaking
 from improv_core.score.motion import STILL
 from improv_core.score.score import Score
-from improv_core.stage.arrivals import Arrival, End, First, Ordered, Play
-from improv_core.stage.in_order import SLICE, InOrder
-from improv_core.stage.limits import SILENCE_LIMIT
-from improv_core.stage.messages import Load
-from improv_core.stage.overtaking import Overtaking
+from improv_core.stage.command_queue import SLICE, InOrder
 from tests.stage.test_loop import PING, START, errors, perform
 from tests.stage.test_player import Memory, score
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.stage.owed import LATER, LIMIT, OVERDUE, PERIOD, UNCONFIRMED, TopicFacts, look, owe
+from improv_core.safety.pending_zeros import LATER, LIMIT, OVERDUE, PERIOD, UNCONFIRMED, TopicFacts, look, owe
 
 RELIABLE = TopicFacts(1, confirms=True, confirmed=True)
 LATE = TopicFacts(1, confirms=True, confirmed=False)

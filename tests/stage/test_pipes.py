@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.stage import pipes
-from improv_core.stage.arrivals import Arrival, End, First
-from improv_core.stage.messages import FromStage, Pong, Sent
-from improv_core.stage.parent import Parent
-from improv_core.stage.pipes import TOO_LONG, Outbox, read_arrivals, read_stops
-from improv_core.stage.urgent_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, End, First
+from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.protocol.messages import FromStage, Pong, Sent
+from improv_core.safety.parent_heartbeat import Parent
+from improv_core.stage import stdio
+from improv_core.stage.stdio import TOO_LONG, Outbox, read_arrivals, read_stops
 
 
 def sent(robot: str) -> Sent:
@@ -45,8 +45,8 @@ def test_an_answer_wakes_anything_waiting_for_a_message() -> None:
 
 def read(monkeypatch: pytest.MonkeyPatch, text: bytes) -> list[Arrival]:
     """What arrives if standard input has this text, of which no line may have more than 40 bytes."""
-    monkeypatch.setattr(pipes, "LONGEST", 40)
-    monkeypatch.setattr(pipes, "open", lambda *_, **__: io.BytesIO(text), raising=False)
+    monkeypatch.setattr(stdio, "LONGEST", 40)
+    monkeypatch.setattr(stdio, "open", lambda *_, **__: io.BytesIO(text), raising=False)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     read_arrivals(inbox, Parent())
     return everything(inbox)

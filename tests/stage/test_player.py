@@ -10,19 +10,19 @@ from typing import Any
 
 import pytest
 
+from improv_core.player.player import Player
+from improv_core.player.reports import Told
+from improv_core.player.sensing import Foreseen
+from improv_core.player.setpoints import Setpoint, setpoints
+from improv_core.player.subscribers import LOOK_AT, MOST_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import TransportMessage, When
+from improv_core.protocol.output import Edge, Noticed, StopButton
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.senses import RobotSense
-from improv_core.stage.listeners import LOOK_AT, MOST_LINES, PATIENCE
-from improv_core.stage.messages import TransportMessage, When
-from improv_core.stage.player import Player
-from improv_core.stage.reports import Told
-from improv_core.stage.sensing import Foreseen
-from improv_core.stage.setpoints import Setpoint, setpoints
-from improv_core.stage.sinks import Edge, Noticed, StopButton
 
 
 class Memory:
@@ -203,7 +203,7 @@ def test_all_that_is_due_is_sent_before_anything_is_computed(monkeypatch: pytest
     def send(robot: str, twist: Twist, at: float) -> None:
         order.append("sent")
 
-    monkeypatch.setattr("improv_core.stage.cast.setpoints", noted)
+    monkeypatch.setattr("improv_core.player.active_parts.setpoints", noted)
     monkeypatch.setattr(stage.sink, "send", send)
     stage.load("a b c $ forward left")
     stage.run(0.999)

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
+from improv_core.protocol.output import RawPose
+from improv_core.safety.odometry import AFTER_MOVING, CONTINUOUS, FRESH
+from improv_core.safety.preflight import NAMED, Standing, advice, misplaced, refusal
 from improv_core.score.motion import Pose
 from improv_core.score.score import OdomFrame, Preflight
-from improv_core.stage.odometry import AFTER_MOVING, CONTINUOUS, FRESH
-from improv_core.stage.preflight import NAMED, Standing, advice, misplaced, refusal
-from improv_core.stage.sinks import RawPose
 from tests.stage.test_player import Stage, score
 
 LIMITS = Preflight(0.1, math.radians(10))

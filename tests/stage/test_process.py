@@ -20,7 +20,7 @@ from improv_core import stage
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score_json import to_json
-from improv_core.stage.pipes import LONGEST
+from improv_core.stage.stdio import LONGEST
 
 LIMIT = 30
 COMMAND = [sys.executable, str(Path(stage.__file__).parent), "--sink", "simulator"]

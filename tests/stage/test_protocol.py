@@ -9,14 +9,14 @@ from typing import Any, get_type_hints
 
 import pytest
 
-from improv_core.stage.clock_messages import FromClock
-from improv_core.stage.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
-from improv_core.stage.osc_messages import FromOsc, ToOsc
-from improv_core.stage.publisher_messages import FromPublisher, ToPublisher
-from improv_core.stage.reader_messages import FromReader, ToReader
-from improv_core.stage.standby_messages import FromStandby, ToStandby
-from improv_core.stage.typed_lines import ProtocolError, by_type
-from improv_core.stage.viewer.messages import FromPage, ToPage
+from improv_core.protocol.clock_messages import FromClock
+from improv_core.protocol.decoding import ProtocolError, by_type
+from improv_core.protocol.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
+from improv_core.protocol.osc_messages import FromOsc, ToOsc
+from improv_core.protocol.page_messages import FromPage, ToPage
+from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
+from improv_core.protocol.reader_messages import FromReader, ToReader
+from improv_core.protocol.standby_messages import FromStandby, ToStandby
 from tests.stage.viewer.conftest import transport
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")

@@ -7,15 +7,15 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.player.sensing import foreseen
+from improv_core.protocol.messages import When
+from improv_core.protocol.output import Edge
 from improv_core.score.algebra import hold, parallel, repeat, series
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import BUILT_IN, Key, OscName, RobotSense, Source, Topic
-from improv_core.stage.messages import When
-from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks import Edge
 from improv_core.text import Span
 from tests.stage.test_player import QUARTER, Stage, score
 

@@ -9,12 +9,12 @@ import pytest
 
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.reports import Told
+from improv_core.player.sensing import Foreseen
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from improv_core.score.senses import CUE, RobotSense
-from improv_core.stage.reports import Told
-from improv_core.stage.sensing import Foreseen
-from improv_core.stage.sinks.simulator import Simulator
 from tests.commands.command_line import REACTING
 
 BEAT = 60 / 100

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from improv_core.outputs.ros.sensors.process import LOOK, HeardSenses
+from improv_core.protocol.output import Edge
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.reader import LOOK, HeardSenses
-from improv_core.stage.sinks import Edge
 
 HIT = Topic("/anna/hit", "std_msgs/Bool")
 CHANGES = replace(HIT, timeout=0.0)

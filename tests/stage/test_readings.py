@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from improv_core.outputs.ros.sensors.readings import battery, holds
 from improv_core.score.senses import Topic
-from improv_core.stage.readings import battery, holds
 
 NAN, INF = math.nan, math.inf
 AHEAD = Topic("/scan", "sensor_msgs/LaserScan", below=0.5, start=-math.radians(30), end=math.radians(30))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.stage.relief import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, Relief
+from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, Relief
 
 PERIOD = 0.1
 

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import pytest
 
+from improv_core.player.repeats import HOPELESS, SLOTS, SLOWEST, Repeats
 from improv_core.score.performance import Mover
-from improv_core.stage.repeats import HOPELESS, SLOTS, SLOWEST, Repeats
 
 RATE = 20.0
 PERIOD = 1 / RATE

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
+from improv_core.protocol.output import RawPose
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT4, slow_speeds
 from improv_core.score.score import Host, Safety
 from improv_core.score.world import Wall, World
-from improv_core.stage.sinks import RawPose
 from tests.stage.test_player import GONE, Stage, score
 
 STEP = 0.05

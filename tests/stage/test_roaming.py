@@ -11,13 +11,13 @@ import pytest
 from hypothesis import settings
 
 from improv_core.commands.rehearsal import perform
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.reports import Told
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.score.world import Box, Circle, Wall, World
-from improv_core.stage.reports import Told
-from improv_core.stage.sinks.simulator import Simulator
 
 ROAMER = "anna $ repeat (until near (repeat forward) [left left])\n"
 RADIUS = 0.3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.stage.messages import When
+from improv_core.protocol.messages import When
 from tests.stage.test_continuing import Continuing, changes, played
 from tests.stage.test_player import QUARTER
 

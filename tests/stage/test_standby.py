@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.stage.standby import LOOK, ParentWatch
-from improv_core.stage.standby_messages import ToStandby
+from improv_core.outputs.ros.standby.process import LOOK, ParentWatch
+from improv_core.protocol.standby_messages import ToStandby
 
 MOVES: ToStandby = {"type": "moves", "topic": "/r/cmd_vel", "frame": "base_link", "patience": 0.5}
 PULSE: ToStandby = {"type": "pulse", "patience": 0.5}

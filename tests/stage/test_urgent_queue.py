@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from improv_core.ipc.priority_queue import MOST_SENSED, UrgentQueue
+from improv_core.protocol.output import Edge, StopButton
 from improv_core.score.senses import RobotSense
-from improv_core.stage.sinks import Edge, StopButton
-from improv_core.stage.urgent_queue import MOST_SENSED, UrgentQueue
 
 
 def order(*kinds: str) -> str:

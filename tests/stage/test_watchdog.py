@@ -12,9 +12,9 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.playback.stage_process import Heard, Stage
-from improv_core.playback.stops import Stops
-from improv_core.stage.messages import ToStage
+from improv_core.ipc.stage_process import Heard, Stage
+from improv_core.protocol.messages import ToStage
+from improv_core.safety.stops import Stops
 from tests.ls.client import Client
 from tests.playback.story import at
 from tests.processes import ours, wait_until_gone

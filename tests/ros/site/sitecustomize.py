@@ -13,7 +13,7 @@ from typing import Any
 
 
 class Limits:
-    """Finds the modules that have these limits: `{"stage.decide.LATE": 20}`."""
+    """Finds the modules that have these limits: `{"player.decide.LATE": 20}`."""
 
     def __init__(self, limits: dict[str, Any]) -> None:
         self._limits: dict[str, dict[str, Any]] = {}

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from improv_core.score.dynamics import Motion, Motors, Wheels, follow, motors_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile, beside_robots
-from improv_core.stage.sinks.dynamics import Motion, Motors, Wheels, follow, motors_of
 
 BASE = Motors(max_linear=0.5, max_angular=2.0, linear_acceleration=0.8, angular_acceleration=4.0)
 WORN = BASE._replace(wheels=Wheels(0.96, 0.94, separation=0.2, noise=0.0, seed="r"))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.stage.sinks.later import imported_later
+from improv_core.outputs.ros.lazy import imported_later
 
 HEAVY = "heavy_in_a_test"
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from improv_core.outputs.cdr import SECOND, pose_in, stamp_in
+from improv_core.outputs.ros.sensors.poses import TEXTS
 from improv_core.score.motion import Pose
-from improv_core.stage.sinks.cdr import SECOND, pose_in, stamp_in
-from improv_core.stage.sinks.ros_poses import TEXTS
 from tests.recordings import ROS
 
 TYPES = ROS.types

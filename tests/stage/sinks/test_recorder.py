@@ -19,18 +19,18 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from improv_core.commands.record import RecordError, note, recording
 from improv_core.commands.rehearsal import perform
+from improv_core.outputs.cdr import SECOND
+from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
+from improv_core.outputs.simulator.recorded import RecordedSimulator
+from improv_core.player.sensing import foreseen
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
+from improv_core.protocol.fields import PoseJson
+from improv_core.protocol.messages import MeasuredRobot
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.score.world import World
-from improv_core.stage.fields import PoseJson
-from improv_core.stage.messages import MeasuredRobot
-from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks.cdr import SECOND
-from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
-from improv_core.stage.sinks.recorder import SCHEMAS, Recorder, sensed_in
 from tests.recordings import ROS, changes, read, read_joints, topics
 
 START = 1_700_000_000_123_456_789

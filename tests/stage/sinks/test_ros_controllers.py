@@ -9,6 +9,10 @@ from unittest.mock import Mock
 
 import pytest
 
+from improv_core.outputs.ros.joints import controllers as ros_controllers
+from improv_core.outputs.ros.joints.controllers import PATIENCE, PERIOD, RosControllers
+from improv_core.outputs.ros.joints.trajectories import Course
+from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.algebra import hold
 from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
 from improv_core.score.by_part import by_part
@@ -17,10 +21,6 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import Velocity
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part
-from improv_core.stage.controllers import Course
-from improv_core.stage.sinks import ros_controllers
-from improv_core.stage.sinks.ros_controllers import PATIENCE, PERIOD, RosControllers
-from improv_core.stage.zeros import LAST_ZEROS
 
 HEAD = Controller("head", ("pitch", "yaw"))
 VELOCITY = replace(HEAD, interface="velocity")

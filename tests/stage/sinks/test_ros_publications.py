@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.stage.outlook import Outlook
-from improv_core.stage.publisher_messages import Health
-from improv_core.stage.sinks.ros_publications import diagnose, path_topics
+from improv_core.outputs.ros.publisher.topics import diagnose, path_topics
+from improv_core.preview.forecast import Outlook
+from improv_core.protocol.publisher_messages import Health
 from tests.stage.test_player import Stage, score
 
 

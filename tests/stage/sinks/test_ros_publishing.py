@@ -8,13 +8,13 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.outputs.ros.publisher import client
+from improv_core.outputs.ros.publisher.client import Publishing
 from improv_core.score.score import Score
-from improv_core.stage.sinks import ros_publishing
-from improv_core.stage.sinks.ros_publishing import Publishing
 
 LIMIT = 60.0
 FAILS = """\
-from improv_core.stage.lines import own_output
+from improv_core.protocol.json_lines import own_output
 own_output()({"type": "error", "message": "RuntimeError: no\\tROS"})
 """
 
@@ -26,7 +26,7 @@ own_output()({"type": "error", "message": "RuntimeError: no\\tROS"})
 )
 def test_a_process_that_fails_is_told_of(monkeypatch: pytest.MonkeyPatch, script: str | None, why: str) -> None:
     command = ["/nowhere/python"] if script is None else [sys.executable, "-c", script]
-    monkeypatch.setattr(ros_publishing, "helper", lambda name, *arguments: command)
+    monkeypatch.setattr(client, "helper", lambda name, *arguments: command)
     publishing = Publishing("node", [], time.monotonic)
     publishing.take(Score(Fraction(60), {}, publish=True), 1)
     end = time.monotonic() + LIMIT

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.outputs.ros.sensors import client
+from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
+from improv_core.protocol.output import Edge, RawJoints, RawPoses
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.sinks import Edge, RawJoints, RawPoses, ros_reader
-from improv_core.stage.sinks.ros_reader import PROMPT, USUAL, RosReader
 from tests.processes import command_of, descendants
 
 LIMIT = 60.0
@@ -28,7 +29,7 @@ def reading(
 ) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses | RawJoints]]]:
     """A reader whose process runs a script, and what it passes on."""
     heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
-    monkeypatch.setattr(ros_reader, "helper", lambda name, node: [sys.executable, "-c", script])
+    monkeypatch.setattr(client, "helper", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
     reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {}, {})
     try:
@@ -68,7 +69,7 @@ sys.stdin.readline()
 
 def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Long before it is replaced."""
-    monkeypatch.setattr(ros_reader, "ALIVE_LIMIT", LIMIT)
+    monkeypatch.setattr(client, "ALIVE_LIMIT", LIMIT)
     with reading(monkeypatch, FROZEN) as (reader, heard):
         assert heard.get(timeout=LIMIT) == Edge(ANNA, False, 1.0)
         silent = heard.get(timeout=LIMIT)
@@ -78,8 +79,8 @@ def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_process_that_stays_frozen_is_given_up_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ros_reader, "ALIVE_LIMIT", 0.5)
-    monkeypatch.setattr(ros_reader, "AGAIN", LIMIT)  # so that what is said of it stays
+    monkeypatch.setattr(client, "ALIVE_LIMIT", 0.5)
+    monkeypatch.setattr(client, "AGAIN", LIMIT)  # so that what is said of it stays
     with reading(monkeypatch, FROZEN) as (reader, _):
         end = time.monotonic() + LIMIT
         while not reader.problem:  # nothing tells of it
@@ -106,7 +107,7 @@ def test_a_process_that_resumes_counts_again_once_it_has_caught_up(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """What it said before it hung may no longer be true."""
-    monkeypatch.setattr(ros_reader, "ALIVE_LIMIT", LIMIT)
+    monkeypatch.setattr(client, "ALIVE_LIMIT", LIMIT)
     gate = tmp_path / "gate"
     with reading(monkeypatch, AWAKE.replace("GATE", str(gate))) as (_, heard):
         edges = [heard.get(timeout=LIMIT) for _ in range(2)]
@@ -146,7 +147,7 @@ def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
         started.put(command)
         raise OSError("not in this test")
 
-    monkeypatch.setattr(ros_reader, "Child", start)
+    monkeypatch.setattr(client, "Child", start)
     reader = RosReader("node", lambda heard: None, time.monotonic)
     reader.read({}, {"anna": "/anna/pose"}, {}, {}, period)
     assert ("prompt" in started.get(timeout=LIMIT)) == urgent

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from improv_core.stage.limits import HANG_LIMIT
-from improv_core.stage.relief import ANSWER_LIMIT, READY_LIMIT
-from improv_core.stage.sinks import ros_standby
-from improv_core.stage.sinks.ros_standby import PULSE_PERIOD, Standby
+from improv_core.outputs.ros.standby import client
+from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
+from improv_core.protocol.limits import HANG_LIMIT
+from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT
 
 TOPIC = "/r/cmd_vel"
 FOUND = {"type": "found", "topic": TOPIC, "kind": "Twist"}
@@ -48,8 +48,8 @@ class Stage:
         self.started: list[Process] = []
         self.can_start = True
         self.alarms: list[str] = []
-        patch.setattr(ros_standby, "AGAIN", 0.0)
-        patch.setattr(ros_standby, "Child", self._start)
+        patch.setattr(client, "AGAIN", 0.0)
+        patch.setattr(client, "Child", self._start)
         self.standby = Standby("node", (), lambda: self.now, True, self.alarms.append)
         self.standby.publish(TOPIC, "Twist", False, lambda: 1)
         self.started[0].says = [FOUND]

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from improv_core.outputs.simulator.sight import Scene, is_in_the_way, nearest, scene
 from improv_core.score.motion import Pose
 from improv_core.score.world import Box, Circle, Wall, World
-from improv_core.stage.sinks.sight import Scene, is_in_the_way, nearest, scene
 
 RADIUS, REACH = 0.3, 1.0
 ORIGIN = Pose()

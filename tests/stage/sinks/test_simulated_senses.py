@@ -9,17 +9,17 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.outputs.simulator.collisions import Bump
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.output import Edge
+from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
 from improv_core.score.world import Box, Circle, Wall, World
-from improv_core.stage.sinks import Edge
-from improv_core.stage.sinks.collisions import Bump
-from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
-from improv_core.stage.sinks.simulator import Simulator
 
 RADIUS, NEAR = 0.3, 1.0
 DISC = Profile("disc", step=NEAR, radius=RADIUS)

@@ -9,13 +9,13 @@ from fractions import Fraction
 import pytest
 
 from improv_core.commands.rehearsal import perform as rehearse
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.path import pose_at
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
-from improv_core.stage.sinks.simulator import Simulator
 
 FORWARD, LEFT = Twist(x=2.0), Twist(yaw=math.pi / 2)
 RADIUS = 0.3

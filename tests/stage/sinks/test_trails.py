@@ -7,13 +7,13 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.outputs.simulator.trails import MOST_PLACES, TimedPose, Trail
+from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
-from improv_core.stage.player import Player
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.sinks.trails import MOST_PLACES, TimedPose, Trail
 
 FREQUENCY = 50
 

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.world import Box, Circle, Wall, World
-from improv_core.stage.sinks.simulator import Simulator
 
 RADIUS = 0.3
 FORWARD = Twist(x=2.0)

@@ -17,23 +17,23 @@ from typing import Any, Literal
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
 
-from improv_core.playback.playback import Playback, Start
-from improv_core.playback.show import PlayScore
-from improv_core.playback.stage_process import Stage
-from improv_core.playback.start import Options, start_stage
-from improv_core.playback.stops import Stops
+from improv_core.ipc.stage_process import Stage
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.page.tickets import issue
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.messages import State, ToStage, TransportMessage, When
 from improv_core.robots.config import Robots, read_robots
+from improv_core.safety.stops import Stops
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
-from improv_core.stage.commands import PageRequest, Watched
-from improv_core.stage.messages import State, ToStage, TransportMessage, When
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.tickets import issue
-from improv_core.stage.viewer.server import Viewer
+from improv_core.session.session import Playback, Start
+from improv_core.session.start import Options, start_stage
+from improv_core.session.state import PlayScore
 from tests.needs import need
 from tests.page import CALMLY
 from tests.playback import story

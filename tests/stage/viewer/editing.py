@@ -6,7 +6,7 @@ from pathlib import Path
 
 from playwright.sync_api import BrowserContext, Page
 
-from improv_core.stage.tickets import issue
+from improv_core.page.tickets import issue
 from tests.commands.command_line import Running
 from tests.page import token_behind
 from tests.stage.viewer.conftest import leave, new_page, wait

@@ -11,16 +11,16 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.preview.window import about, window
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import robots_from
+from improv_core.protocol.robot_messages import JointPositions
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
-from improv_core.stage.robot_messages import JointPositions
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.lookahead import about, window
-from improv_core.stage.viewer.server import Viewer
 from tests.axe import violations
 from tests.robots.test_skeletons import TOML, URDF
 from tests.stage.viewer.conftest import SCHEMES, Keep, switch_to, transport, wait

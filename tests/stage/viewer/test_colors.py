@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-SHEET = (Path(__file__).parents[3] / "improv_core" / "stage" / "viewer" / "page" / "page.css").read_text("utf-8")
+SHEET = (Path(__file__).parents[3] / "improv_core" / "page" / "static" / "page.css").read_text("utf-8")
 GROUNDS = re.findall(r"--ground: (#\w+)", SHEET)
 PALETTES = [re.findall(r"#\w+", each) for each in re.findall(r"--robots:([^;]+);", SHEET)]
 THEMES = list(zip(GROUNDS, PALETTES, strict=True))

@@ -11,11 +11,11 @@ from datetime import datetime
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.messages import Armed, CountJson
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
+from improv_core.protocol.messages import Armed, CountJson
 from tests.stage.viewer.conftest import (
     TOKEN,
     Chromium,

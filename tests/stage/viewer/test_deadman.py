@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.page.server import Viewer
+from improv_core.preview import window
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.viewer import lookahead
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import Commands, asked, link, wait
 
 GAMEPADS = """
@@ -32,7 +32,7 @@ def held(page: Page, viewer: Viewer, commands: Commands) -> Page:
 
 def require(viewer: Viewer, deadman: Any) -> None:
     score = score_of(analyze("r $ forward"))
-    viewer.publish({**lookahead.about(score, 1, takes_start_poses=False), "deadman": deadman})
+    viewer.publish({**window.about(score, 1, takes_start_poses=False), "deadman": deadman})
 
 
 def until_released(commands: Commands) -> None:

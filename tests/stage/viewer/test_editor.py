@@ -14,7 +14,7 @@ from typing import Any, Literal
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, WebSocketRoute, expect
 
-from improv_core.stage.fields import LONGEST_TEXT
+from improv_core.protocol.fields import LONGEST_TEXT
 from tests.axe import AXE
 from tests.commands.command_line import IMPROV
 from tests.needs import lacking

@@ -12,17 +12,17 @@ from urllib.parse import urlsplit
 import aiohttp
 import pytest
 
+from improv_core.ipc.arrivals import Arrival, End
+from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import FromStage, ToStage
+from improv_core.protocol.sliced_json import dumps
+from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.stage.__main__ import SystemClock, open_sink, options_in
-from improv_core.stage.arrivals import Arrival, End
-from improv_core.stage.json_pieces import dumps
 from improv_core.stage.loop import run
-from improv_core.stage.messages import FromStage, ToStage
-from improv_core.stage.parent import Parent
-from improv_core.stage.pipes import arrival
-from improv_core.stage.urgent_queue import UrgentQueue
+from improv_core.stage.stdio import arrival
 from tests.stage.viewer.conftest import LIMIT
 
 TOKEN = "a-token"

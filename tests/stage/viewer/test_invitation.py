@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
+from improv_core.page.server import Viewer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import Commands, Keep, asked, link, transport
 
 

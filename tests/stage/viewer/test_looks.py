@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from improv_core.score.svg import plot
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
 from tests.axe import violations
 from tests.stage.viewer.conftest import (
     SCHEMES,

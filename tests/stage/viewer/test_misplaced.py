@@ -7,9 +7,9 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.page.server import Viewer
+from improv_core.safety.preflight import Standing, message
 from improv_core.score.motion import Pose
-from improv_core.stage.preflight import Standing, message
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import Commands, Keep, asked, wait
 from tests.stage.viewer.looks import PIXEL
 

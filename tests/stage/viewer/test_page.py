@@ -11,10 +11,10 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, link, next_frame, part, transport, wait
 from tests.web_server import served
 

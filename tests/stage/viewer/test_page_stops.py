@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.stage.viewer.page_stops import MOST_PAGES, Order, PageStops
+from improv_core.page.stop_confirmations import MOST_PAGES, Order, PageStops
 
 PAGE, OTHER = "a page", "another page"
 

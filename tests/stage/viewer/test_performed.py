@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.preview.window import window
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import near
 from improv_core.score.replay import Replay
-from improv_core.stage.viewer.lookahead import window
 
 ROAMER = "ada $ repeat (until near (repeat forward) left)\n"
 WAITER = "ada $ until cue (repeat rest) forward\n"

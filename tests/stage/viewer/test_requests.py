@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.stage.fields import LONGEST_TEXT
-from improv_core.stage.viewer.application import MAX_MESSAGE
-from improv_core.stage.viewer.requests import read
+from improv_core.page.routes import MAX_MESSAGE
+from improv_core.protocol.fields import LONGEST_TEXT
+from improv_core.protocol.page_requests import read
 
 RIGHT: list[dict[str, Any]] = [
     *({"type": kind} for kind in ("stop", "pause", "resume", "restart", "held", "released", "cue")),

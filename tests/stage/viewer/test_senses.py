@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.senses import BuiltIn, Key, Senses, Topic
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import Commands, asked, link, transport, wait
 from tests.stage.viewer.looks import PIXEL
 

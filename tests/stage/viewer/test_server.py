@@ -21,21 +21,21 @@ from urllib.parse import quote, urlsplit
 import aiohttp
 import pytest
 
+from improv_core.outputs.simulator.collisions import Bump
+from improv_core.outputs.simulator.simulator import Simulator, Snapshot
+from improv_core.page import connection_limit, peer_user, routes
+from improv_core.page.answers import MOST_BEATS
+from improv_core.page.routes import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
+from improv_core.page.server import Viewer
+from improv_core.page.tickets import Tickets, issue
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.commands import PageRequest
+from improv_core.protocol.page_messages import AskWindow
+from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.commands import PageRequest
-from improv_core.stage.robot_messages import RobotInstant
-from improv_core.stage.sinks.collisions import Bump
-from improv_core.stage.sinks.simulator import Simulator, Snapshot
-from improv_core.stage.tickets import Tickets, issue
-from improv_core.stage.viewer import application, connections, peer
-from improv_core.stage.viewer.answers import MOST_BEATS
-from improv_core.stage.viewer.application import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
-from improv_core.stage.viewer.messages import AskWindow
-from improv_core.stage.viewer.server import Viewer
 from tests.page import token_behind
 from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, link, part, transport
 
@@ -110,29 +110,29 @@ print(thief.makefile().read())
     assert token_behind(url) == ""
 
 
-@pytest.mark.skipif(not peer.TABLES[0].exists(), reason="only Linux tells whose connection it is")
+@pytest.mark.skipif(not peer_user.TABLES[0].exists(), reason="only Linux tells whose connection it is")
 @pytest.mark.parametrize("host", ["127.0.0.1", "::ffff:127.0.0.1"])
 def test_the_user_of_a_connection_is_known_until_it_is_closed(host: str) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         own = server.getsockname()
         with socket.create_connection((host, own[1])) as client:
             accepted, address = server.accept()
-            assert peer.user_of(address, own) == os.getuid()
-            assert peer.user_of(("127.0.0.1", 1), own) == peer.NOBODY
+            assert peer_user.user_of(address, own) == os.getuid()
+            assert peer_user.user_of(("127.0.0.1", 1), own) == peer_user.NOBODY
         with accepted:
             assert client.fileno() == -1
-            assert peer.user_of(address, own) == peer.NOBODY  # Linux lists it as root's
+            assert peer_user.user_of(address, own) == peer_user.NOBODY  # Linux lists it as root's
 
 
 def test_a_system_that_reveals_nothing_refuses_nobody(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(peer, "TABLES", (tmp_path / "none",))
-    assert peer.user_of(("127.0.0.1", 1), ("127.0.0.1", 2)) is None
+    monkeypatch.setattr(peer_user, "TABLES", (tmp_path / "none",))
+    assert peer_user.user_of(("127.0.0.1", 1), ("127.0.0.1", 2)) is None
 
 
 def test_a_users_own_ticket_is_refused_if_the_connection_belongs_to_nobody() -> None:
     mine = Tickets(TOKEN)
     ticket = issue(TOKEN, own=True)
-    assert not mine.redeem(ticket, peer.NOBODY)
+    assert not mine.redeem(ticket, peer_user.NOBODY)
     assert mine.redeem(ticket, os.getuid())
 
 
@@ -178,7 +178,7 @@ def test_the_websocket_needs_the_token_and_our_own_origin(viewer: Viewer) -> Non
 
 def test_only_the_files_of_the_page_are_served(viewer: Viewer) -> None:
     _, token = own(viewer)
-    assert ask(viewer, "/motion.js").getheader("Content-Type") == "text/javascript; charset=utf-8"
+    assert ask(viewer, "/floor/motion.js").getheader("Content-Type") == "text/javascript; charset=utf-8"
     for path in ("/server.py", "/index.html", "/../server.py", "/%2e%2e/server.py", "//etc/passwd", f"/stage?{token}"):
         assert ask(viewer, path).status == 404
 
@@ -411,11 +411,11 @@ def press(viewer: Viewer, query: str, **headers: str) -> int:
 def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_was_obeyed(
     viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.05)
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
     stop: PageRequest = {"type": "stop", "mark": "page-1 1"}
     assert [press(viewer, "page=page-1&number=1") for _ in range(2)] == [202, 202]
     assert commands.get(timeout=LIMIT) == stop
-    monkeypatch.setattr(application, "CONFIRM_LIMIT", LIMIT)
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(press, viewer, "page=page-1&number=1")
         viewer.publish({"type": "stop", "mark": "page-1 1"})
@@ -427,7 +427,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
     viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert press(viewer, "page=p&number=1", Origin="http://evil.example") == 403
-    monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.0)
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.0)
     assert press(viewer, "page=p&number=1") == 202
     for query in ("", "page=p", "number=1", "page=&number=1", "page=p&number=-1", "page=p&number=x", "page=a b"):
         assert press(viewer, quote(query, safe="=&")) == 400
@@ -442,7 +442,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
 def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
     viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.0)
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.0)
     host, token = own(viewer)
     write = {"type": "write", "number": 1, "text": "", "revision": ""}
 
@@ -601,7 +601,7 @@ def is_closed(connection: socket.socket) -> bool:
 
 
 def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
-    monkeypatch.setattr(connections, "SILENT_LIMIT", 0.1)
+    monkeypatch.setattr(connection_limit, "SILENT_LIMIT", 0.1)
     for sent in (b"", b"GET / HTTP/1.1\r\n"):
         connection = silent(viewer)
         connection.sendall(sent)
@@ -609,7 +609,7 @@ def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
-    monkeypatch.setattr(connections, "SILENT_LIMIT", 1.0)
+    monkeypatch.setattr(connection_limit, "SILENT_LIMIT", 1.0)
     used = http.client.HTTPConnection(urlsplit(viewer.address).netloc, timeout=LIMIT)
     used.request("GET", "/page.js")
     assert used.getresponse().read()
@@ -623,8 +623,8 @@ def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, v
 
 def test_connections_without_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
     most = 16
-    monkeypatch.setattr(connections, "MAX_CONNECTIONS", most)
-    monkeypatch.setattr(connections, "SILENT_LIMIT", 1000.0)
+    monkeypatch.setattr(connection_limit, "MAX_CONNECTIONS", most)
+    monkeypatch.setattr(connection_limit, "SILENT_LIMIT", 1000.0)
 
     async def check() -> None:
         async with aiohttp.ClientSession() as session:

@@ -7,8 +7,8 @@ from typing import Any, cast
 
 from playwright.sync_api import Page, expect
 
-from improv_core.stage.viewer.messages import MeetingsMessage
-from improv_core.stage.viewer.server import Viewer
+from improv_core.page.server import Viewer
+from improv_core.protocol.page_messages import MeetingsMessage
 from tests.stage.viewer.conftest import Commands, Keep, asked, at, wait
 from tests.stage.viewer.looks import PIXEL
 

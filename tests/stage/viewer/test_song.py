@@ -11,13 +11,13 @@ from urllib.parse import quote, urlsplit
 
 import pytest
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page import song_file
+from improv_core.page.server import Viewer
+from improv_core.page.song_file import range_of
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.music import Music
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer import song
-from improv_core.stage.viewer.server import Viewer
-from improv_core.stage.viewer.song import range_of
 from tests.stage.viewer.conftest import LIMIT, TOKEN
 
 SONG = bytes(range(256)) * 8
@@ -142,7 +142,7 @@ def test_one_line_says_why_there_is_no_song(playing: Viewer, folder: Path, monke
     check(playing, Music("\0.wav", str(folder)), "\\x00.wav can't be played.")
     os.mkfifo(folder / "pipe.wav")
     check(playing, Music("pipe.wav", str(folder)), "pipe.wav is not a file.")
-    monkeypatch.setattr(song, "MOST_BYTES", 1024)
+    monkeypatch.setattr(song_file, "MOST_BYTES", 1024)
     large = "song.wav has more than 0 MB: save it as MP3, or take a part of it."
     check(playing, Music("song.wav", str(folder)), large)
 

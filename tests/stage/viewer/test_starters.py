@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, expect
 
+from improv_core.page.routes import FOLDER
 from improv_core.program.analysis import analyze
-from improv_core.stage.viewer.application import FOLDER
 from improv_core.syntax.formatter import format_text
 from tests.stage.viewer.conftest import wait
 from tests.stage.viewer.editing import PLAYING, Edit
 
 STARTERS = dict(
-    re.findall(r'^    "([^"]+)",\n    `([^`]+)`', (FOLDER / "starters.js").read_text("utf-8"), re.MULTILINE)
+    re.findall(r'^    "([^"]+)",\n    `([^`]+)`', (FOLDER / "website" / "starters.js").read_text("utf-8"), re.MULTILINE)
 )
 
 

@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, Show, link, wait, watch
 
 NOTICE = "Stop is not confirmed yet. Trying again…"

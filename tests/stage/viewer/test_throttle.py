@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from improv_core.stage.commands import PageRequest
-from improv_core.stage.viewer.throttle import MOST, Flood, Throttle
+from improv_core.ipc.rate_limit import MOST, Flood, Throttle
+from improv_core.protocol.commands import PageRequest
 
 
 class Turned:

@@ -7,10 +7,10 @@ from fractions import Fraction
 
 from playwright.sync_api import Page
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import Show, link, part, transport, wait, watch
 from tests.stage.viewer.looks import PIXEL
 

@@ -11,7 +11,7 @@ import pytest
 from tests.needs import need_extension
 
 HERE = Path(__file__).parent
-PAGE = HERE.parents[2] / "improv_core" / "stage" / "viewer" / "page"
+PAGE = HERE.parents[2] / "improv_core" / "page" / "static"
 
 
 @pytest.mark.timeout(300)
@@ -19,9 +19,11 @@ PAGE = HERE.parents[2] / "improv_core" / "stage" / "viewer" / "page"
 def test_the_types_of_the_page_fit_together_and_a_wrong_one_is_found(tmp_path: Path) -> None:
     compiler = need_extension() / "node_modules" / ".bin" / "tsc"
     wrong = tmp_path / "wrong.js"
-    wrong.write_text(f'// @ts-check\nimport {{ Clock }} from "{PAGE / "clock.js"}"\nnew Clock().isSilent(7)\n', "utf-8")
+    wrong.write_text(
+        f'// @ts-check\nimport {{ Clock }} from "{PAGE / "score" / "clock.js"}"\nnew Clock().isSilent(7)\n', "utf-8"
+    )
     config = tmp_path / "tsconfig.json"
-    settings = {"extends": str(HERE / "tsconfig.json"), "include": [str(PAGE / "*.js"), "wrong.js"]}
+    settings = {"extends": str(HERE / "tsconfig.json"), "include": [str(PAGE / "**" / "*.js"), "wrong.js"]}
     config.write_text(json.dumps(settings), encoding="utf-8")
     checked = subprocess.run(
         [compiler, "--project", tmp_path], capture_output=True, text=True, timeout=290, check=False

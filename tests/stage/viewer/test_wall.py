@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from improv_core.protocol.robot_messages import FaultMessage, Vitals
 from improv_core.score.faults import Fault
-from improv_core.stage.robot_messages import FaultMessage, Vitals
 from tests.axe import violations
 from tests.stage.viewer.conftest import SCHEMES, Chromium, Keep, Show, play_anew, shared_page, switch_to, wait
 

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Twist
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import transport, wait
 from tests.stage.viewer.looks import COUNT, PIXEL
 

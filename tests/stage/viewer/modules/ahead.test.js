@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { aheadBy, answered } from "../../../../improv_core/stage/viewer/page/ahead.js"
+import { aheadBy, answered } from "../../../../improv_core/page/static/net/clock-offset.js"
 
 /** A question to a server whose clock is this far ahead; its way there and back, and the page's own clock, in seconds. */
 const asked = (sent, ahead, there, back, own = 0) => ({ sent, wall: sent + ahead + there, received: sent + there + back, own })

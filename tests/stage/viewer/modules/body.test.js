@@ -3,8 +3,8 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { figureOf, HEAD, onHead, places } from "../../../../improv_core/stage/viewer/page/body.js"
-import { view } from "../../../../improv_core/stage/viewer/page/puppet.js"
+import { figureOf, HEAD, onHead, places } from "../../../../improv_core/page/static/bodies/body.js"
+import { view } from "../../../../improv_core/page/static/bodies/puppet.js"
 
 const joint = (name, axis, more = {}) => ({ name, axis, sign: 1, slides: false, min: null, max: null, start: 0, ...more })
 const part = (name, ...joints) => ({ name, joints, moves: true })

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Bumps } from "../../../../improv_core/stage/viewer/page/bumps.js"
+import { Bumps } from "../../../../improv_core/page/static/floor/bumps.js"
 
 const bump = (at, ...robots) => ({ at, x: 1, y: 2, robots })
 

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Clock, countIn } from "../../../../improv_core/stage/viewer/page/clock.js"
+import { Clock, countIn } from "../../../../improv_core/page/static/score/clock.js"
 
 const playing = { generation: 1, restarted: 1, state: "playing", beat: 2, beats: 100, tempo: 60, performed: 2 }
 

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Deadman } from "../../../../improv_core/stage/viewer/page/deadman.js"
+import { Deadman } from "../../../../improv_core/page/static/controls/deadman.js"
 
 const HOLD = "hold button 4 to move"
 globalThis.HTMLElement = class {}

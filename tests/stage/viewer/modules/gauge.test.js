@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { gauge, words } from "../../../../improv_core/stage/viewer/page/gauge.js"
+import { gauge, words } from "../../../../improv_core/page/static/bodies/gauge.js"
 
 const DEGREE = Math.PI / 180
 const joint = (min, max, more = {}) => ({ name: "j", axis: "z", sign: 1, slides: false, min, max, start: 0, ...more })

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { align } from "../../../../improv_core/stage/viewer/page/grains.js"
+import { align } from "../../../../improv_core/page/static/sound/grains.js"
 
 const RATE = 44_100
 const tone = (hertz) => Float32Array.from({ length: RATE }, (_, n) => Math.sin((2 * Math.PI * hertz * n) / RATE))

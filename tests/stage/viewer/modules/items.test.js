@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { labels, outline, Reader, runs, shapes, starts } from "../../../../improv_core/stage/viewer/page/items.js"
+import { labels, outline, Reader, runs, shapes, starts } from "../../../../improv_core/page/static/score/items.js"
 
 const WORDS = { forward: [1, 0, 0, 0], left: [0, 0, 0, 1], rest: [0, 0, 0, 0] }
 const TEXT = "r $ forward left"

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Labels } from "../../../../improv_core/stage/viewer/page/labels.js"
+import { Labels } from "../../../../improv_core/page/static/floor/labels.js"
 
 const FLOOR = { left: 0, top: 0, right: 400, bottom: 400 }
 

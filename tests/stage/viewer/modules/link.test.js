@@ -4,7 +4,7 @@ import assert from "node:assert/strict"
 import { test } from "node:test"
 import { deflateRawSync } from "node:zlib"
 
-import { BROKEN, LATER, STRANGE, fragmentOf, isTooLong, workIn } from "../../../../improv_core/stage/viewer/page/link.js"
+import { BROKEN, LATER, STRANGE, fragmentOf, isTooLong, workIn } from "../../../../improv_core/page/static/website/link.js"
 
 /** A link that holds this. @param {unknown} held */
 const link = (held) => `#dance=${deflateRawSync(typeof held === "string" ? held : JSON.stringify(held)).toString("base64url")}`

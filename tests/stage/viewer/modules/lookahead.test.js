@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict"
 import { test } from "node:test"
-import { Lookahead, partsOf } from "../../../../improv_core/stage/viewer/page/lookahead.js"
+import { Lookahead, partsOf } from "../../../../improv_core/page/static/score/lookahead.js"
 
 const SCORE = { generation: 1, beats: null, tempo: 60, offsets: { 0: 0 }, robots: { r: { ends: null, senses: { near: {} } } } }
 

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Meetings } from "../../../../improv_core/stage/viewer/page/meetings.js"
+import { Meetings } from "../../../../improv_core/page/static/floor/meetings.js"
 
 const CAMERA = { view: { x: 0, y: 0, scale: 100 }, toScreen: ({ x, y }) => ({ x: 100 * x, y: -100 * y }) }
 const MESSAGE = {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { read } from "../../../../improv_core/stage/viewer/page/messages.js"
+import { read } from "../../../../improv_core/page/static/net/messages.js"
 
 test("a message that fits is read", () => {
   const poses = { type: "poses", at: 0, placed: 0, poses: [[0, 0, 0, 0]], joints: { ada: [0.5] } }

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { together } from "../../../../improv_core/stage/viewer/page/mistakes.js"
+import { together } from "../../../../improv_core/page/static/editor/mistakes.js"
 
 function mistake(start, title, kind, file = "") {
   return { start, end: start + 2, file, line: 1, severity: "error", message: "", fixes: [{ title, kind, edits: [{ start, end: start + 2, text: "x" }] }] }

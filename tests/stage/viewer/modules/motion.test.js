@@ -3,8 +3,8 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Motion } from "../../../../improv_core/stage/viewer/page/motion.js"
-import { after, between } from "../../../../improv_core/stage/viewer/page/path.js"
+import { Motion } from "../../../../improv_core/page/static/floor/motion.js"
+import { after, between } from "../../../../improv_core/page/static/base/path.js"
 
 const poses = (i) => ({ ada: [i, 0, 2 * i, -i] })
 

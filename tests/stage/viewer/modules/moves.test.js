@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Moves } from "../../../../improv_core/stage/viewer/page/moves.js"
+import { Moves } from "../../../../improv_core/page/static/editor/moves.js"
 
 const ADA = { type: "move", start_poses: { ada: { x: 1, y: 2, heading: 0 } } }
 const LINE = { type: "arrange", shape: "line", distance: 2, facing: "in" }

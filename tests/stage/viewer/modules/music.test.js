@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { beatLine, click, countLine, follow, grainLength, heard, hearing, positionAt, shift, songLine } from "../../../../improv_core/stage/viewer/page/music.js"
+import { beatLine, click, countLine, follow, grainLength, heard, hearing, positionAt, shift, songLine } from "../../../../improv_core/page/static/sound/music.js"
 
 const SONG = { firstBeat: 0.5, tempo: 120 }
 const LENGTH = 300

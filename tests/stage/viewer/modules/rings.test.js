@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { placed, under } from "../../../../improv_core/stage/viewer/page/rings.js"
+import { placed, under } from "../../../../improv_core/page/static/floor/rings.js"
 
 const CAMERA = { toScreen: ({ x, y }) => ({ x: 100 * x, y: -100 * y }) }
 

@@ -3,8 +3,8 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { words } from "../../../../improv_core/stage/viewer/page/clock.js"
-import { paintRuler } from "../../../../improv_core/stage/viewer/page/ruler.js"
+import { words } from "../../../../improv_core/page/static/score/clock.js"
+import { paintRuler } from "../../../../improv_core/page/static/timeline/ruler.js"
 
 const COLORS = { grid: "thin", "grid-strong": "thick", quiet: "quiet", panel: "panel", ink: "ink" }
 

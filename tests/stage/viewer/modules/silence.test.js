@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Silence } from "../../../../improv_core/stage/viewer/page/silence.js"
+import { Silence } from "../../../../improv_core/page/static/score/silence.js"
 
 const told = (muted, soloed = []) => ({ muted, soloed })
 

@@ -3,8 +3,8 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { framesOf } from "../../../../improv_core/stage/viewer/page/skeleton.js"
-import { dragged, FROM_RIGHT, StickFigure } from "../../../../improv_core/stage/viewer/page/stick-figure.js"
+import { framesOf } from "../../../../improv_core/page/static/bodies/skeleton.js"
+import { dragged, FROM_RIGHT, StickFigure } from "../../../../improv_core/page/static/bodies/stick-figure.js"
 
 const QUARTER = Math.PI / 2
 const bone = (joint, carrier, more = {}) => ({

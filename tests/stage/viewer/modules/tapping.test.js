@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { tapped, tempoOf } from "../../../../improv_core/stage/viewer/page/tapping.js"
+import { tapped, tempoOf } from "../../../../improv_core/page/static/sound/tapping.js"
 
 const taps = (count, tempo, off = () => 0) => Array.from({ length: count }, (_, n) => 3 + (n * 60) / tempo + off(n))
 

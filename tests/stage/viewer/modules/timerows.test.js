@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { rowsOf } from "../../../../improv_core/stage/viewer/page/timerows.js"
+import { rowsOf } from "../../../../improv_core/page/static/timeline/timerows.js"
 
 const part = (name, moves) => ({ name, joints: [], moves })
 const SCORE = { robots: { ada: { body: [part("head", true), part("left_arm", false), part("right_arm", true)] }, bo: { body: [] } } }

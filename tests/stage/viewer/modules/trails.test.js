@@ -3,10 +3,10 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Lookahead } from "../../../../improv_core/stage/viewer/page/lookahead.js"
-import { Motion } from "../../../../improv_core/stage/viewer/page/motion.js"
-import { after } from "../../../../improv_core/stage/viewer/page/path.js"
-import { Trails } from "../../../../improv_core/stage/viewer/page/trails.js"
+import { Lookahead } from "../../../../improv_core/page/static/score/lookahead.js"
+import { Motion } from "../../../../improv_core/page/static/floor/motion.js"
+import { after } from "../../../../improv_core/page/static/base/path.js"
+import { Trails } from "../../../../improv_core/page/static/floor/trails.js"
 
 const AT = 5 // seconds of performance, which stand while it is paused
 

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Wall } from "../../../../improv_core/stage/viewer/page/wall.js"
+import { Wall } from "../../../../improv_core/page/static/controls/status-wall.js"
 
 const clock = (/** @type {object} */ changes = {}) => ({
   playing: true,

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { heights, movedBy, rounded, shapeOf } from "../../../../improv_core/stage/viewer/page/wave.js"
+import { heights, movedBy, rounded, shapeOf } from "../../../../improv_core/page/static/sound/wave.js"
 
 /** A song of two channels, whose samples are 0 except at these times, in seconds. */
 function song(seconds, times) {

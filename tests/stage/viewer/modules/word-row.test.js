@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import { test } from "node:test"
 
-import { spaced } from "../../../../improv_core/stage/viewer/page/word-row.js"
+import { spaced } from "../../../../improv_core/page/static/editor/word-row.js"
 
 test("words are set apart from what is there", () => {
   for (const [before, word, after] of [

@@ -1,0 +1,178 @@
+"""Reads what children have sent in a process of its own, so that a heavy dance delays nobody and can be given up."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, TypedDict
+
+from improv_core.diagnostics import Severity
+from improv_core.ide.merging import Dance, MergeError, merge, renamed
+from improv_core.ipc.child import Child, Policy
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.report import mistakes, summary
+from improv_core.protocol.json_lines import own_output
+from improv_core.robots.config import FILE_NAME, read_robots
+from improv_core.score.score_json import to_json
+from improv_core.score.svg import plot
+
+MODULE = "improv_core.classroom.checker"
+LIMIT = 10.0
+"""Seconds that an answer may take. Then the process is ended, and another one answers the next question."""
+MOST_MEMORY = 2_000_000_000
+"""Bytes of address space that the process may have, where that can be limited."""
+LARGEST_PICTURE = 200_000
+_MOST_MOMENTS = 2_000
+_SIZE = 320.0
+LIMITS = ("too-fast",)
+"""Warnings with which a real robot performs nothing of a child."""
+_POLICY = Policy(1.0)
+HEAVY = "this dance takes too long to read: make it shorter"
+
+
+class Impression(TypedDict):
+    """What a dance is: whether it can be played, a line about it, and the picture of its paths as SVG, or ""."""
+
+    ok: bool
+    line: str
+    picture: str
+
+
+class Prepared(TypedDict):
+    """A score, as JSON, and its program; or why there is none, in one line. `notes` say what merging changed."""
+
+    score: Mapping[str, Any] | None
+    text: str
+    problem: str
+    notes: Sequence[str]
+
+
+def look(text: str) -> Impression:
+    """What a dance is."""
+    analysis = analyze(text)
+    if not analysis.ok:
+        found = mistakes(Path("dance"), analysis)
+        return {
+            "ok": False,
+            "line": f"line {found[0].line}: {found[0].message}" if found else "it has errors",
+            "picture": "",
+        }
+    if not analysis.all_robots:
+        return {"ok": False, "line": "no robot plays anything yet", "picture": ""}
+    picture = plot(score_of(analysis), most_moments=_MOST_MOMENTS, size=_SIZE)
+    return {"ok": True, "line": summary(analysis), "picture": picture if len(picture) <= LARGEST_PICTURE else ""}
+
+
+def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
+    """The score of one dance, or of several that play together. Each is a name and a program."""
+    try:
+        notes: Sequence[str] = ()
+        text = dances[0][1]
+        if len(dances) > 1:
+            merged = merge([Dance(name, analyze(text)) for name, text in dances])
+            text, notes = merged.text, merged.notes
+        analysis = analyze(text)
+        if not analysis.ok:
+            return {"score": None, "text": text, "problem": f"{dances[0][0]}: {look(text)['line']}", "notes": ()}
+        return {"score": to_json(score_of(analysis)), "text": text, "problem": "", "notes": notes}
+    except MergeError as problem:
+        return {"score": None, "text": "", "problem": str(problem), "notes": ()}
+
+
+def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
+    """The score of a child's dance for a real robot, with what its `improv.toml` says about it."""
+    dance = analyze(text)
+    problem, own = "", ""
+    if not dance.ok:
+        problem = look(text)["line"]
+    elif len(dance.all_robots) != 1:
+        problem = f"a real robot can perform a dance for one robot, and this is one for {len(dance.all_robots)}"
+    else:
+        own = renamed(dance, {dance.all_robots[0]: robot})
+        real = analyze(own, read_robots(toml, Path(FILE_NAME)))
+        wrong = [each.message for each in real.diagnostics if each.severity is Severity.ERROR or each.code in LIMITS]
+        if real.ok and not wrong:
+            return {"score": to_json(score_of(real)), "text": own, "problem": "", "notes": ()}
+        problem = f"{robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}"
+    return {"score": None, "text": own, "problem": f"{name}: {problem}", "notes": ()}
+
+
+class DanceReader:
+    """Asks such a process, which starts with the first question. One question at a time."""
+
+    def __init__(self, limit: float = LIMIT) -> None:
+        self._limit = limit
+        self._child: Child | None = None
+        self._one = threading.Lock()  # who gives up waiting for an answer doesn't end the question
+
+    async def look(self, text: str) -> Impression:
+        """What a dance is."""
+        found: Impression | None = await self._ask({"look": text})
+        return found or {"ok": False, "line": HEAVY, "picture": ""}
+
+    async def prepare(self, dances: Sequence[tuple[str, str]]) -> Prepared:
+        """The score of one dance, or of several together."""
+        found: Prepared | None = await self._ask({"prepare": dances})
+        return found or {"score": None, "text": "", "problem": HEAVY, "notes": ()}
+
+    async def embody(self, name: str, text: str, robot: str, toml: str) -> Prepared:
+        """The score of a dance for a real robot."""
+        found: Prepared | None = await self._ask({"embody": (name, text, robot, toml)})
+        return found or {"score": None, "text": "", "problem": HEAVY, "notes": ()}
+
+    def close(self) -> None:
+        """End the process."""
+        child, self._child = self._child, None
+        if child:
+            child.kill()
+            child.close_input()
+
+    async def _ask(self, question: Mapping[str, object]) -> Any:
+        return await asyncio.to_thread(self._answer, question)
+
+    def _answer(self, question: Mapping[str, object]) -> Any:
+        """The answer; None if it took too long or the process has ended."""
+        with self._one:
+            child = self._child = self._child or Child([sys.executable, "-m", MODULE], _POLICY)
+            patience = threading.Timer(self._limit, child.kill)
+            patience.daemon = True
+            patience.start()
+            try:
+                child.write(json.dumps(question).encode() + b"\n")
+                return json.loads(child.read()[0])
+            except (OSError, EOFError):
+                self._child = None
+                child.kill()
+                child.close_input()
+                child.wait()
+                return None
+            finally:
+                patience.cancel()
+
+
+def _serve() -> None:
+    """Answer what is asked on standard input, until it is closed."""
+    say = own_output()
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    for line in sys.stdin.buffer:
+        question = json.loads(line)
+        say(_answer(question))
+
+
+def _answer(question: Mapping[str, Any]) -> Impression | Prepared:
+    if "look" in question:
+        return look(question["look"])
+    return embody(*question["embody"]) if "embody" in question else prepare(question["prepare"])
+
+
+if __name__ == "__main__":
+    _serve()

@@ -1,0 +1,199 @@
+"""The teacher's page and its WebSocket (aiohttp, imported lazily), on this machine's loopback address only."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import secrets
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from improv_core.classroom.messages import Command, FromDesk, read
+from improv_core.ipc.rate_limit import Flood
+from improv_core.page.connection_limit import SILENT_LIMIT, Connections
+from improv_core.page.routes import CONTENT_TYPES, HOST, OWN_HOST
+from improv_core.page.tickets import Tickets, issue
+
+if TYPE_CHECKING:
+    import socket
+
+    from aiohttp import web
+    from aiohttp.typedefs import Handler, Middleware
+
+FOLDER = Path(__file__).parent / "static"
+MOST_MESSAGE = 10_000
+MOST_PAGES = 8
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+
+
+class TeacherPage:
+    """Serves the page on a socket. `take` gets each command, and `stop` stops everything at once. `stage` makes a new
+    address of the simulator's page, and `messages` what a page shows first."""
+
+    def __init__(
+        self,
+        listening: socket.socket,
+        take: Callable[[Command], None],
+        stop: Callable[[], None],
+        stage: Callable[[], str | None],
+        messages: Callable[[], Sequence[FromDesk]],
+    ) -> None:
+        self._socket = listening
+        self._take, self._stop, self._stage, self._messages = take, stop, stage, messages
+        self._token = secrets.token_urlsafe()
+        self._tickets = Tickets(self._token)
+        self._seats: list[_Seat] = []
+
+    def link(self) -> str:
+        """A new URL that opens the page once."""
+        return f"http://{HOST}:{self._socket.getsockname()[1]}/?ticket={issue(self._token)}"
+
+    def publish(self, message: FromDesk) -> None:
+        """Tell all pages."""
+        for seat in self._seats:
+            seat.put(message)
+
+    async def serve(self, address: str, code: str) -> None:
+        """Serve the page, which shows where children find the class and its code, until this is cancelled."""
+        from aiohttp import web
+
+        link = f"{address}#class={code}"
+        page = (FOLDER / "teacher.html").read_text(encoding="utf-8")
+        for mark, text in (("ADDRESS", escape(address)), ("ROOM_CODE", escape(code)), ("QR_CODE", escape(_qr(link)))):
+            page = page.replace(f"{{{mark}}}", text)
+        self._page = page
+        application = web.Application(middlewares=[self._guard()])
+        application.on_response_prepare.append(_harden)
+        application.router.add_get("/", self._show)
+        application.router.add_get("/live", self._live)
+        application.router.add_get("/stage", self._open_stage)
+        application.router.add_post("/stop", self._stop_all)
+        self._files = {f"/{path.name}": path for path in FOLDER.iterdir() if path.suffix in CONTENT_TYPES}
+        for path in self._files:
+            application.router.add_get(path, self._show_file)
+        runner = web.AppRunner(application, access_log=None, shutdown_timeout=0.5, keepalive_timeout=SILENT_LIMIT)
+        await runner.setup()
+        assert runner.server is not None
+        self._connections = Connections(runner.server)
+        server = await asyncio.get_running_loop().create_server(self._connections.connect, sock=self._socket)
+        try:
+            await asyncio.Event().wait()
+        finally:
+            server.close()
+            await runner.cleanup()
+
+    def _guard(self) -> Middleware:
+        from aiohttp import web
+
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            if not OWN_HOST.fullmatch(request.headers.get("Host", "")):
+                raise web.HTTPForbidden
+            with self._connections.busy(request):
+                return await handler(request)
+
+        return guard
+
+    async def _show(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        ticket = request.query.get("ticket")
+        valid = ticket is not None and self._tickets.redeem(ticket, None)
+        page = self._page.replace("{TOKEN}", escape(self._token) if valid else "")
+        return web.Response(text=page, content_type="text/html", charset="utf-8")
+
+    async def _show_file(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        path = self._files[request.path]
+        return web.Response(body=path.read_bytes(), content_type=CONTENT_TYPES[path.suffix], charset="utf-8")
+
+    async def _open_stage(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        self._check(request, needs_origin=False)
+        if not (link := self._stage()):
+            raise web.HTTPNotFound
+        raise web.HTTPSeeOther(link)
+
+    async def _stop_all(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        self._check(request)
+        self._stop()
+        return web.Response(status=204)
+
+    async def _live(self, request: web.Request) -> web.WebSocketResponse:
+        from aiohttp import WSMsgType, web
+
+        self._check(request)
+        if len(self._seats) >= MOST_PAGES:
+            raise web.HTTPServiceUnavailable
+        page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE)
+        await page.prepare(request)
+        seat, flood = _Seat(), Flood()
+        for each in self._messages():
+            seat.put(each)
+        self._seats.append(seat)
+        telling = asyncio.create_task(seat.empty_into(page))
+        try:
+            async for message in page:
+                if flood.counts(asyncio.get_running_loop().time()):
+                    break
+                if message.type is WSMsgType.TEXT and (command := read(message.data)):
+                    self._take(command)
+        finally:
+            telling.cancel()
+            self._seats.remove(seat)
+        return page
+
+    def _check(self, request: web.Request, *, needs_origin: bool = True) -> None:
+        from aiohttp import web
+
+        if not secrets.compare_digest(request.query.get("token", "").encode(), self._token.encode()):
+            raise web.HTTPForbidden
+        if needs_origin and request.headers.get("Origin") != f"http://{request.host}":
+            raise web.HTTPForbidden
+
+
+class _Seat:
+    """What one page hasn't been told yet: of each child, only the latest."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[str, FromDesk] = {}
+        self._some = asyncio.Event()
+
+    def put(self, message: FromDesk) -> None:
+        about = str(message["number"]) if message["type"] in ("child", "gone") else message["type"]
+        self._waiting.pop(about, None)
+        self._waiting[about] = message
+        self._some.set()
+
+    async def empty_into(self, page: web.WebSocketResponse) -> None:
+        with suppress(ConnectionError):
+            while True:
+                await self._some.wait()
+                self._some.clear()
+                waiting, self._waiting = self._waiting, {}
+                for message in waiting.values():
+                    await page.send_str(json.dumps(message))
+
+
+async def _harden(request: web.Request, response: web.StreamResponse) -> None:
+    response.headers.update(HEADERS)
+
+
+def _qr(text: str) -> str:
+    """A QR code as a URL of an image."""
+    import segno
+
+    return segno.make(text, error="m", micro=False).svg_data_uri(scale=4, border=2, light="white")

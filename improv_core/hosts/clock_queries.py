@@ -1,0 +1,86 @@
+"""What the near end of a link knows about the clock at its far end, and when it asks for more. It reads no clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from improv_core.hosts.clock_offset import Clocks, Estimated, Exchange, Exchanges, estimate, is_known, noted, steered
+from improv_core.hosts.frames import TimeThere
+from improv_core.hosts.time_translation import SECOND, Border
+
+OFTEN, MOVING, RESTING = 0.05, 0.1, 0.5
+"""Seconds between two questions: at first, while robots may move, and otherwise."""
+AT_FIRST = 30.0
+"""Seconds in which that is often."""
+LOST = 30.0
+"""Seconds after which no answer is expected any more."""
+MOST_WAYS = 400
+"""Questions whose ways there are remembered. Where one packet in fifty is lost, and sent again, some of them tell what
+that takes."""
+LOOK_PERIOD = 1.0
+"""Seconds between two estimates, once the clock is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """The latest question's `number`, what was asked and when, and what is known from the answers."""
+
+    since: float
+    number: int = 0
+    questions: Mapping[int, float] = field(default_factory=dict)
+    exchanges: Exchanges = field(default_factory=Exchanges)
+    latest: TimeThere | None = None
+    found: Estimated | None = None
+    clocks: Clocks | None = None
+    ways: tuple[float, ...] = ()
+    """What the clocks made of the latest questions' ways there, in seconds."""
+
+
+def period(asking: Asking, now: float, *, moves: bool) -> float:
+    """Seconds until the next question."""
+    return OFTEN if now < asking.since + AT_FIRST else MOVING if moves else RESTING
+
+
+def asked(asking: Asking, number: int, now: float) -> Asking:
+    """A question is being sent."""
+    open_ = {other: at for other, at in asking.questions.items() if at > now - LOST}
+    return replace(asking, number=number, questions={**open_, number: now})
+
+
+def told(asking: Asking, answer: TimeThere, now: float) -> Asking:
+    """An answer has come. One to a question that was never asked says nothing."""
+    sent = asking.questions.get(answer.number)
+    if sent is None:
+        return asking
+    rest = {number: at for number, at in asking.questions.items() if number != answer.number}
+    ways = (*asking.ways[-MOST_WAYS + 1 :], answer.arrived / SECOND - sent)
+    exchange = Exchange(sent, answer.arrived / SECOND, answer.answered / SECOND, now)
+    return replace(asking, questions=rest, exchanges=noted(asking.exchanges, exchange), latest=answer, ways=ways)
+
+
+def estimated(asking: Asking, now: float) -> Asking:
+    """With a new estimate, if the clock there is known, and it is time for one."""
+    if asking.found and now < asking.found.at + LOOK_PERIOD:
+        return asking
+    found = estimate(asking.exchanges, now)
+    if not found or not (asking.clocks or is_known(asking.exchanges, found)):
+        return asking
+    return replace(asking, found=found, clocks=steered(asking.clocks, found))
+
+
+def lag(asking: Asking) -> float:
+    """Seconds in which a message nearly always arrives: no more than any of the latest questions took."""
+    if not asking.clocks or not asking.found or not asking.ways:
+        return 0.0
+    offset = asking.clocks.there(asking.found.at) - asking.found.at
+    return max(max(asking.ways) - offset, 0.0)
+
+
+def border(asking: Asking, now: int, wall: int, asleep: float) -> Border | None:
+    """The border between the clocks; None if that there isn't known yet. Times here are in nanoseconds, as those of the
+    answers; `asleep` is in seconds."""
+    if not asking.clocks or not asking.latest:
+        return None
+    there = asking.latest
+    return Border(asking.clocks, wall - now, there.wall - there.answered, there.asleep / SECOND - asleep)

@@ -1,0 +1,97 @@
+"""Connects to another machine through ssh, and brings the far end there if it isn't there yet."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from improv_core.hosts import texts
+from improv_core.hosts.allowed import HostError
+from improv_core.hosts.bundle import boot_line, bundle
+from improv_core.hosts.ssh import ssh_command
+from improv_core.ipc.child import Child, Policy
+
+BEGIN_LIMIT = 45.0
+"""Seconds that it may take until the far end has begun, on a slow network."""
+MOST_SAID = 65_536
+"""Bytes that a shell there may print before anything of ours, such as a greeting."""
+POLICY = Policy(2.0, errors=subprocess.PIPE)
+"""ssh stays in our session: it is to end with us, even if we are killed."""
+
+
+class ConnectError(Exception):
+    """There is no far end. The message is one line that says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """ssh, which speaks with a far end, what that has said so far, and the version of Python there."""
+
+    ssh: Child
+    said: bytes
+    python: str
+
+
+def connect(host: str, arguments: Sequence[str], config: str | None = None) -> Connection:
+    """Connect, with these arguments for the far end. Raises ConnectError."""
+    if sys.platform == "win32":
+        raise ConnectError("robots on other machines can't be moved from Windows: use Linux, macOS, or WSL")
+    try:
+        ssh = Child(ssh_command(host, config), POLICY)
+    except HostError as error:
+        raise ConnectError(str(error)) from None
+    except OSError as error:
+        raise ConnectError(f"ssh can't be started: {str(error.strerror).lower()}") from None
+    try:
+        return _begun(host, ssh, arguments)
+    except BaseException:
+        ssh.kill()
+        ssh.wait()
+        raise
+
+
+def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:
+    carried = bundle()
+    python, unread, length = "", b"", 0
+    end = time.monotonic() + BEGIN_LIMIT
+    with suppress(OSError):  # it has ended; then so has what it says
+        ssh.write(boot_line(carried, arguments))
+    while True:
+        try:
+            data = ssh.read_some(end - time.monotonic())
+        except EOFError:
+            ssh.wait()
+            raise ConnectError(texts.of_ssh(host, [*ssh.errors])) from None
+        if not data:
+            raise ConnectError(texts.late(BEGIN_LIMIT))
+        *lines, unread = (unread + data).split(b"\n")
+        for at, line in enumerate(lines):
+            said = _fields_in(line)
+            if "problem" in said:
+                raise ConnectError(texts.of_bootstrap(said))
+            if isinstance(version := said.get("python"), list):
+                python = ".".join(map(str, version))[:20]
+            if said.get("wants") is True:
+                with suppress(OSError):
+                    ssh.write(carried.data)
+            if said.get("begins") is True:
+                return Connection(ssh, b"\n".join([*lines[at + 1 :], unread]), python)
+        length += len(data)
+        if length > MOST_SAID:
+            raise ConnectError(texts.strange(host, "it prints much that is none of ours"))
+
+
+def _fields_in(line: bytes) -> dict[str, Any]:
+    """What a line of the bootstrap says; nothing for any other line."""
+    if line.startswith(b"improv "):
+        with suppress(ValueError, RecursionError):
+            fields = json.loads(line[len(b"improv ") :])
+            if isinstance(fields, dict):
+                return fields
+    return {}

@@ -1,0 +1,334 @@
+"""The far end of a link: beside the robots, it starts a stage, passes lines to it and from it, and ends with its link.
+
+It passes on what comes and says nothing of its own to the stage. So a stage whose link is silent hears nothing on its
+channel of stops, and stops its robots as it does if its parent hangs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import queue
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from improv_core.hosts import hang_detection
+from improv_core.hosts.exclusive_use import TakenError, take
+from improv_core.hosts.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, LinkFrame, TimeThere, number_in
+from improv_core.ipc.child import Child, Policy
+from improv_core.outputs.ros.discovery import described, limited
+from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError, find_ros_python
+from improv_core.protocol.limits import END_LIMIT, FOLDER, STOP_PIPE
+from improv_core.safety.suspend import asleep
+
+SILENCE_LIMIT = 20.0
+"""Seconds in which something must come through the link: its near end asks for the time all the while."""
+LOOK_PERIOD, REST_PERIOD = 0.05, 0.5
+"""Seconds between two looks whether the stage hangs, while it is to answer a ping, and otherwise."""
+MOST_WAITING = 1_000_000
+"""Bytes from the stage that may wait for the link. Then the stage is not read until some have left."""
+POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
+SHORT = 1_000
+"""Only lines of fewer bytes are looked into: pings and pongs are short, and so is what says whether robots move."""
+
+
+class EndedError(Exception):
+    """The far end is to end: its link has, or another one takes over."""
+
+
+class FarOutbox:
+    """What goes to the near end. Any thread may put something in; one takes it out."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._first: deque[bytes | tuple[int, int]] = deque()
+        self._lines: deque[bytes] = deque()
+        self._waiting = 0
+        self._closed = False
+
+    def put_first(self, frame: bytes | tuple[int, int]) -> None:
+        """Send this before all that the stage says: a frame, or the number of a question and when it came."""
+        with self._changed:
+            self._first.append(frame)
+            self._changed.notify_all()
+
+    def put(self, frame: bytes) -> None:
+        """Send this after all others; wait until fewer wait."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._waiting < MOST_WAITING or self._closed)
+            self._lines.append(frame)
+            self._waiting += len(frame)
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Let all end that wait here, once what waits has been sent."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def write(self) -> None:
+        """Write all that comes to standard output, until this is closed or nobody reads there."""
+        with suppress(OSError):
+            while data := self._next():
+                while data:
+                    data = data[os.write(1, data) :]
+
+    def _next(self) -> bytes:
+        with self._changed:
+            self._changed.wait_for(lambda: self._first or self._lines or self._closed)
+            if self._first:
+                frame = self._first.popleft()
+                return frame if isinstance(frame, bytes) else _time_there(*frame)
+            if not self._lines:
+                return b""
+            line = self._lines.popleft()
+            self._waiting -= len(line)
+            self._changed.notify_all()
+            return line
+
+
+def _time_there(number: int, arrived: int) -> bytes:
+    answered, wall = time.monotonic_ns(), time.time_ns()
+    return TimeThere(number, arrived, answered, wall, round(asleep() * 1e9)).frame()
+
+
+class FarEnd:
+    """The stage, and what is on its way to it and from it."""
+
+    def __init__(self, outbox: FarOutbox) -> None:
+        self._outbox = outbox
+        self._input: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()  # of the stage
+        self._stops_there, self._stops_here = os.pipe()
+        os.set_blocking(self._stops_here, False)
+        self._lock = threading.Lock()
+        self._asked = hang_detection.Unanswered(looked=time.monotonic())
+        self._begun = b""  # of a line for the stage, as long as it is short
+        self._child: Child | None = None
+        self._ending = False
+        self.over = threading.Event()
+        """The stage has ended, or will never start."""
+
+    def play(self, start: Callable[[int], Child]) -> None:
+        """Start the stage with its channel of stops, and pass on what comes until it ends."""
+        try:
+            child = start(self._stops_there)
+        except (StartError, OSError) as error:
+            self.fail(str(error))
+        else:
+            self._child = child
+            threading.Thread(target=self._write, args=(child,), daemon=True).start()
+            self._read(child)
+            code = child.wait()
+            if not self._ending:
+                killed = code is None or code < 0
+                self.fail(f"stage {child.last_error or ('it was killed' if killed else 'it exited unexpectedly')}")
+        finally:
+            os.close(self._stops_there)
+            self.over.set()
+
+    def look(self, describe: Callable[[], Mapping[str, Any]]) -> None:
+        """Say what holds here. The end of the input ends us."""
+        self._outbox.put(b"i%b\n" % json.dumps(describe()).encode())
+        os.close(self._stops_there)
+
+    def fail(self, why: str) -> None:
+        """Say why the link ends: a word that the near end knows, and what is special."""
+        self._outbox.put_first(b"e%b\n" % why.replace("\n", " ").encode())
+
+    def obey(self, frame: LinkFrame) -> None:
+        """Do what a frame says. Raises FrameError."""
+        if frame.letter == "c":
+            self._outbox.put_first((number_in(frame.rest), time.monotonic_ns()))
+        elif frame.letter == "s":
+            self._note(frame.rest)
+            with suppress(OSError):  # the stage has ended, or hangs and will be killed
+                os.write(self._stops_here, frame.rest + b"\n")
+        elif frame.letter == "l":
+            with self._lock:
+                self._asked = hang_detection.loading(self._asked)
+        else:
+            ends = frame.letter == "M"
+            if len(self._begun) < SHORT:
+                self._begun += frame.rest
+            if ends:
+                self._note(self._begun, by_input=True)
+                self._begun = b""
+            self._input.put(frame.rest + (b"\n" if ends else b""))
+
+    def end(self) -> None:
+        """End the stage, which stops its robots. One that takes too long is killed."""
+        self._ending = True
+        self._input.put(None)
+        os.close(self._stops_here)
+        if self._child and not self.over.wait(END_LIMIT):
+            self._child.kill()
+            self.over.wait(END_LIMIT)
+
+    def _note(self, line: bytes, *, by_input: bool = False) -> None:
+        """A line reaches the stage. Pings have to be answered."""
+        number = _number_of(line, b"ping")
+        if number is not None:
+            with self._lock:
+                self._asked = hang_detection.pinged(self._asked, number, time.monotonic(), behind_score=by_input)
+
+    def _write(self, child: Child) -> None:
+        with suppress(OSError):  # it has ended
+            while data := self._input.get():
+                child.write(data)
+                self._outbox.put_first(b"a%d\n" % (len(data) + (not data.endswith(b"\n"))))
+        child.close_input()
+
+    def _read(self, child: Child) -> None:
+        with suppress(EOFError):
+            while True:
+                period = LOOK_PERIOD if self._asked.pings else REST_PERIOD
+                for line in child.read(period):
+                    self._hear(line)
+                    self._outbox.put(b"m%b\n" % line)
+                with self._lock:
+                    self._asked, limit = hang_detection.looked(self._asked, time.monotonic(), period)
+                if limit:
+                    child.kill()
+                    self.fail(f"hung {limit:g}")
+                    return
+
+    def _hear(self, line: bytes) -> None:
+        now = time.monotonic()
+        with self._lock:
+            if (number := _number_of(line, b"pong")) is not None:
+                self._asked = hang_detection.answered(self._asked, number, now)
+            elif line.startswith(b'{"type": "transport"'):
+                self._asked = hang_detection.plays(self._asked, b'"state": "playing"' in line)
+            elif line.startswith(b'{"type": "ready"'):
+                self._asked = hang_detection.ready(self._asked, now)
+            elif line.startswith(b'{"type": "stopped"'):
+                self._asked = hang_detection.stopped(self._asked, now)
+
+
+def _number_of(line: bytes, kind: bytes) -> int | None:
+    """The number of a ping or a pong; None for anything else."""
+    if len(line) < SHORT and kind in line:
+        with suppress(ValueError, RecursionError):
+            message = json.loads(line)
+            if isinstance(message, dict) and message.get("type") == kind.decode():
+                number = message.get("number")
+                return number if type(number) is int else None
+    return None
+
+
+class StartError(Exception):
+    """No stage can be started. The message is a word that the near end knows, and what is special."""
+
+
+def ros_here() -> Interpreter:
+    """The Python here that has rclpy. Raises StartError."""
+    try:
+        found = find_ros_python(None)
+    except InterpreterError as error:
+        raise StartError(f"python {error}") from None
+    if found is None:
+        raise StartError("no-ros")
+    return found
+
+
+def described_here() -> Mapping[str, Any]:
+    """What holds on this machine, for `improv doctor`."""
+    told: dict[str, Any] = {"python": platform.python_version(), "machine": platform.machine(), "ros": None}
+    try:
+        found = ros_here()
+    except StartError as error:
+        return {**told, "problem": str(error)}
+    env = limited(found.env)
+    told |= {"ros": f"{found.env.get('ROS_DISTRO') or 'ROS 2'} from {found.origin}", "ros_python": found.python}
+    return {**told, "reach": described(env), "rmw": env.get("RMW_IMPLEMENTATION") or "the default"}
+
+
+def main() -> int:
+    """Be the far end until the link ends or the stage does."""
+    options, stage = options_in(sys.argv[1:])
+    outbox = FarOutbox()
+    writer = threading.Thread(target=outbox.write, daemon=True)
+    writer.start()
+    outbox.put_first(b"h\n")
+    if options.domain is not None:
+        os.environ["ROS_DOMAIN_ID"] = str(options.domain)
+    if options.rmw:
+        os.environ["RMW_IMPLEMENTATION"] = options.rmw
+    signal.signal(signal.SIGTERM, _end)
+    if options.set_up:
+        from improv_core.hosts.far_setup import set_up_here
+
+        set_up_here(options.set_up, outbox.put)
+        outbox.close()
+        writer.join(1.0)
+        return 0
+    far = FarEnd(outbox)
+    work = partial(far.look, described_here) if options.look else partial(far.play, partial(_start, options.by, stage))
+    player = threading.Thread(target=work, daemon=True)
+    player.start()
+    try:
+        listen(far)
+    except (FrameError, EndedError) as error:
+        far.fail(f"ended {error}")
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    far.end()
+    player.join(END_LIMIT)
+    outbox.close()
+    writer.join(1.0)  # a link that takes nothing any more must not keep us
+    return 0
+
+
+def listen(far: FarEnd) -> None:
+    """Obey what comes by standard input, until that or the stage ends. Raises FrameError, EndedError."""
+    incoming = Incoming(DOWN, LONGEST_DOWN)
+    heard = time.monotonic()
+    while not far.over.is_set():
+        readable, _, _ = select.select([0], [], [], REST_PERIOD)
+        if readable:
+            data = os.read(0, 65_536)
+            if not data:
+                return
+            heard = time.monotonic()
+            for frame in incoming.take(data):
+                far.obey(frame)
+        elif time.monotonic() > heard + SILENCE_LIMIT:
+            raise EndedError("nothing came through the link")
+
+
+def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Our own options, and those of the stage."""
+    parser = argparse.ArgumentParser(prog="improv far", allow_abbrev=False)
+    parser.add_argument("--from", dest="by", default="somebody", help="who plays")
+    parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID")
+    parser.add_argument("--rmw", help="RMW_IMPLEMENTATION")
+    parser.add_argument("--look", action="store_true", help="say what holds here, and start nothing")
+    parser.add_argument("--set-up", help="set up ROS 2 here, and prove it with this score")
+    own = list(arguments)
+    end = own.index("--") if "--" in own else len(own)
+    return parser.parse_args(own[:end]), own[end + 1 :]
+
+
+def _start(by: str, stage: Sequence[str], pipe: int) -> Child:
+    try:
+        take(Path(__file__).resolve().parents[3], by)
+    except TakenError as error:
+        raise StartError(f"taken {error}") from None
+    found = ros_here()
+    command = [found.python, str(FOLDER), "--sink", "ros", *stage]
+    return Child(command, POLICY, {**found.env, STOP_PIPE: str(pipe)}, pass_fds=[pipe])
+
+
+def _end(*_: object) -> None:
+    raise EndedError("another link of the same Improv takes over")

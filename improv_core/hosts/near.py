@@ -1,0 +1,295 @@
+"""The near end of a link: for its parent, it is a stage like any other. It reads the same lines on standard input and
+on the channel of stops, says the same lines, and ends when they end (docs/protocol.md).
+
+It answers pings itself, because it lives. What comes from the far end shows that the link does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from improv_core.hosts import texts
+from improv_core.hosts.allowed import who
+from improv_core.hosts.clock_queries import RESTING, Asking, asked, border, estimated, lag, period, told
+from improv_core.hosts.connect import ConnectError, connect
+from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
+from improv_core.hosts.time_translation import Border, to_here, to_there
+from improv_core.ipc.child import Child
+from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.json_lines import own_output
+from improv_core.protocol.limits import END_LIMIT, SILENCE_LIMIT, STOP_PIPE
+from improv_core.protocol.messages import read_first, read_from_stage, read_to_stage
+from improv_core.protocol.sliced_json import dumps
+from improv_core.safety.suspend import asleep
+from improv_core.stage.stdio import LONGEST
+
+BEYOND = 1.0
+"""Seconds more than the stage itself waits, until a silent link is given up while robots may move."""
+HARMLESS_SILENCE = 10.0
+"""Seconds of silence after which it is given up while none may."""
+STALL = 0.5
+"""Seconds by which we may be late ourselves. If we are later, the silence says nothing about the link."""
+LAST = END_LIMIT - 0.3
+"""Seconds until we end although the far end has not: our parent would kill us a moment later."""
+Say = Callable[[Mapping[str, Any]], None]
+
+
+class NearEnd:
+    """The far end as it is known here, and what is on its way to it. Threads read and write; all share one lock."""
+
+    def __init__(self, host: str, ssh: Child, say: Say) -> None:
+        self._host = host
+        self._ssh = ssh
+        self._tell_parent = say
+        self._changed = threading.Condition(threading.RLock())
+        self._outgoing = Outgoing()
+        now = time.monotonic()
+        self._asking = Asking(now)
+        self._border: Border | None = None
+        self._seen: dict[str, Any] = {}  # where robots of others are, of which the stage there has yet to be told
+        self._held: list[Mapping[str, Any]] = []  # what the stage has said before its clock is known
+        self._heard = self._looked = now
+        self._linked = self._asked = 0.0  # when our parent was last told of the link, and the far end asked
+        self._ready = False  # our parent expects that first
+        self._moves = False
+        self._patience = SILENCE_LIMIT
+        self._explained = False  # why all ends
+        self._ending = False  # because our parent wants that
+        self._gone = threading.Event()
+
+    @property
+    def failed(self) -> bool:
+        """Whether the link ended although our parent didn't want that."""
+        return not self._ending
+
+    def run(self, said: bytes) -> None:
+        """Pass on what comes until both ends have ended. The far end has `said` something already."""
+        stops = os.environ.pop(STOP_PIPE, None)
+        works: list[Callable[[], None]] = [self._write, self._read_input, lambda: self._read(said)]
+        if stops:
+            works.append(lambda: self._read_stops(int(stops)))
+        for work in works:
+            threading.Thread(target=work, daemon=True).start()
+        while not self._gone.wait(self._look()):
+            pass
+        self._ssh.kill()
+
+    def _look(self) -> float:
+        """Do what is due, and return for how many seconds nothing will be."""
+        with self._changed:
+            now = time.monotonic()
+            if now > self._looked + RESTING + STALL:
+                self._heard = now
+            self._looked = now
+            wait = period(self._asking, now, moves=self._moves)
+            if now >= self._asked + wait * 0.9:
+                self._asked = now
+                self._send_first(b"c%d\n" % (self._asking.number + 1))
+            self._estimate(now)
+            limit = self._patience + BEYOND if self._moves else HARMLESS_SILENCE
+            if not self._ending and now > self._heard + limit:
+                self._fail(texts.silent(limit))
+                self._gone.set()
+            return wait
+
+    def _estimate(self, now: float) -> None:
+        self._asking = estimated(self._asking, now)
+        found = self._asking.found
+        if not found or found.at < self._linked:
+            return
+        known = border(self._asking, time.monotonic_ns(), time.time_ns(), asleep())
+        if known and (not self._border or found.at > self._linked):
+            self._linked, self._border = found.at, known
+            held, self._held = self._held, []
+            for message in held:
+                self._pass_up(message)
+            if self._ready:
+                link = {"type": "link", "host": self._host, "offset": found.offset, "error": found.error}
+                self._tell_parent({**link, "round_trip": found.round_trip, "lag": lag(self._asking)})
+            self._changed.notify_all()
+
+    def _read_input(self) -> None:
+        with suppress(OSError), open(0, "rb", closefd=False) as stream:
+            while (line := stream.readline(LONGEST)).endswith(b"\n"):
+                self._pass_down(line[:-1])
+            if len(line) == LONGEST:
+                self._fail(texts.too_long(LONGEST))
+        self._end()
+
+    def _pass_down(self, line: bytes) -> None:
+        try:
+            message = read_to_stage(line)
+        except ProtocolError:  # the stage says so
+            self._put(line)
+            return
+        if message["type"] == "ping":
+            self._tell_parent({"type": "pong", "number": message["number"]})
+            self._put(line)
+            return
+        with self._changed:
+            self._changed.wait_for(lambda: self._border or self._gone.is_set())
+            known = self._border
+        if known and message["type"] == "seen":
+            with self._changed:
+                self._seen |= to_there(message, known)["robots"]
+                self._changed.notify_all()
+        elif known:
+            if message["type"] == "load":
+                patience: Any = message.get("patience")
+                self._patience = float(patience) if type(patience) in (int, float) else SILENCE_LIMIT
+                self._moves = True  # it may, from now on
+            self._put(dumps(to_there(message, known)), is_score=message["type"] == "load")
+
+    def _read_stops(self, pipe: int) -> None:
+        with suppress(OSError, ProtocolError), open(pipe, "rb", closefd=False) as stream:
+            for line in stream:
+                message, number = read_first(line)
+                if message["type"] == "ping":
+                    self._tell_parent({"type": "pong", "number": number})
+                elif "at" in message and self._border:
+                    line = dumps(to_there(message, self._border)) + b"\n"
+                self._send_first(b"s" + line)
+        self._end()
+
+    def _put(self, line: bytes, *, is_score: bool = False) -> None:
+        with self._changed:
+            self._outgoing.put(line, is_score=is_score)
+            self._changed.notify_all()
+
+    def _send_first(self, frame: bytes) -> None:
+        with self._changed:
+            self._outgoing.put_first(frame)
+            self._changed.notify_all()
+
+    def _end(self) -> None:
+        """Our parent wants all to end: the far end does, and stops its robots, once its input has ended."""
+        with self._changed:
+            self._ending = True
+            self._outgoing.forget()
+            self._changed.notify_all()
+        if not self._gone.wait(LAST):
+            self._gone.set()
+
+    def _write(self) -> None:
+        with suppress(OSError):  # ssh has ended
+            while frame := self._next():
+                self._ssh.write(frame)
+        self._ssh.close_input()
+
+    def _next(self) -> bytes | None:
+        """The next frame; None after the last one."""
+        with self._changed:
+            while not (frame := self._outgoing.next()):
+                if self._seen and self._outgoing.rests and not self._ending:  # nothing waits behind where robots were
+                    self._outgoing.put(dumps({"type": "seen", "robots": self._seen}))
+                    self._seen = {}
+                    continue
+                if self._ending or self._gone.is_set():
+                    return None
+                self._changed.wait()
+            if frame.startswith(b"c"):
+                self._asking = asked(self._asking, number_in(frame[1:-1]), time.monotonic())
+            return frame
+
+    def _read(self, said: bytes) -> None:
+        incoming = Incoming(UP, LONGEST_UP)
+        try:
+            while True:
+                for frame in incoming.take(said):
+                    self._hear(frame)
+                said = self._ssh.read_some()
+                self._heard = time.monotonic()
+        except FrameError as error:
+            self._fail(texts.strange(self._host, str(error)))
+            self._ssh.kill()
+        except EOFError:
+            self._ssh.wait()
+            self._fail(texts.of_ssh(self._host, [*self._ssh.errors]))
+        self._gone.set()
+        with self._changed:
+            self._changed.notify_all()
+
+    def _hear(self, frame: LinkFrame) -> None:
+        """Raises FrameError."""
+        now = time.monotonic()
+        if frame.letter == "c":
+            with self._changed:
+                self._asking = told(self._asking, time_in(frame.rest), now)
+        elif frame.letter == "a":
+            with self._changed:
+                self._outgoing.acknowledge(number_in(frame.rest))
+                self._changed.notify_all()
+        elif frame.letter == "e":
+            self._fail(texts.of_far(self._host, frame.rest.decode(errors="replace")))
+        elif frame.letter == "m":
+            with suppress(ProtocolError):
+                message = read_from_stage(frame.rest)
+                with self._changed:
+                    self._pass_up(message)
+
+    def _pass_up(self, message: Mapping[str, Any]) -> None:
+        """Tell our parent what the stage says, in times of this machine. Hold the lock."""
+        if message["type"] == "pong":
+            return
+        if message["type"] == "transport":
+            self._moves = message["state"] in ("playing", "waiting") or bool(message.get("waits_for"))
+        if message["type"] in ("error", "stopped"):
+            self._explained = self._explained or message["type"] == "error" or "message" in message
+        if message["type"] == "error" and not self._border:
+            self._tell_parent(message)  # the stage has not started, so it has no times to translate
+        elif self._border is None:
+            self._held.append(message)
+        elif (crossed := to_here(message, self._border)) is not None:
+            self._ready = self._ready or message["type"] == "ready"
+            self._tell_parent(crossed)
+
+    def _fail(self, line: str) -> None:
+        """The link ends; say why, unless that is known."""
+        with self._changed:
+            if not self._ending and not self._explained:
+                self._explained = True
+                self._tell_parent({"type": "error", "message": line})
+
+
+def main() -> int:
+    """Be a stage on another machine, for our parent. Exit code 2 if that fails."""
+    options, stage = options_in(sys.argv[1:])
+    say, speaking = own_output(), threading.Lock()
+    sys.setswitchinterval(0.0005)
+
+    def tell(message: Mapping[str, Any]) -> None:
+        with speaking:
+            say(message)
+
+    domain = [] if options.domain is None else ["--domain", str(options.domain)]
+    middleware = ["--rmw", options.rmw] if options.rmw else []
+    arguments = ["--from", options.by, *domain, *middleware, "--", *stage]
+    try:
+        connection = connect(options.host, arguments, options.ssh_config)
+    except ConnectError as error:
+        tell({"type": "error", "message": str(error)})
+        return 2
+    near = NearEnd(options.host, connection.ssh, tell)
+    near.run(connection.said)
+    return 2 if near.failed else 0
+
+
+def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Our own options, with the host (`user@name:port`), and those of the stage."""
+    host, *own = arguments or [""]  # not by argparse, for which one that begins with `-` would be an option
+    theirs = own.index("--ros-args") if "--ros-args" in own else len(own)
+    parser = argparse.ArgumentParser(prog="improv near", allow_abbrev=False)
+    parser.add_argument("--from", dest="by", default=who(os.getppid()), help="who plays")
+    parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID there")
+    parser.add_argument("--rmw", help="RMW_IMPLEMENTATION there")
+    parser.add_argument("--ssh-config", help="instead of the person's own configuration of ssh; for tests")
+    parser.set_defaults(host=host)
+    ours, stage = parser.parse_known_args(own[:theirs])
+    return ours, [*stage, *own[theirs:]]

@@ -1,0 +1,92 @@
+"""What ssh and the far end of a link say, as one line that says what to do. Who shows it says which host that is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from improv_core.hosts.allowed import split
+from improv_core.plain import message as in_plain_text
+
+_OF_SSH = (
+    ("HOST IDENTIFICATION HAS CHANGED", "its host key has changed. If you know why, run `{forget}`, then `{connect}`"),
+    ("host key is known for|Host key verification failed", "its host key is not known here: run `{connect}` once"),
+    (
+        "Permission denied",
+        "it takes none of your ssh keys: run `ssh-copy-id {to}`, and `ssh-add` for a key with a passphrase",
+    ),
+    ("Could not resolve hostname", "no machine has that name: check it, and that the machine is on"),
+    ("Connection refused", "nothing listens for ssh there: start its ssh server (`sudo apt install openssh-server`)"),
+    (
+        "timed out|No route to host|Network is unreachable",
+        "it can't be reached: check that it is on, in your network",
+    ),
+    ("python3: (command )?not found|python3.*No such file", "it has no `python3`: install Python 3.10 or newer there"),
+    ("Connection closed|Connection reset|Broken pipe|closed by remote host", "it has closed the connection"),
+)
+"""What ssh's own words mean. These are the words of OpenSSH, which are not translated."""
+
+
+def of_ssh(host: str, said: Sequence[str]) -> str:
+    """Why ssh has ended, from what it said on its standard error."""
+    name, port = split(host)
+    at = ["-p", port] if port else []
+    known = f"[{name.rpartition('@')[2]}]:{port}" if port else name.rpartition("@")[2]
+    advice = {
+        "connect": " ".join(["ssh", *at, name]),
+        "to": " ".join([*at, name]),
+        "forget": f"ssh-keygen -R '{known}'" if port else f"ssh-keygen -R {known}",
+    }
+    for words, meaning in _OF_SSH:
+        if any(re.search(words, line) for line in said):
+            return in_plain_text(meaning.format(**advice))
+    last = next((line for line in reversed(said) if line), "")
+    return in_plain_text(f"ssh has ended: {last}" if last else "the connection has ended")
+
+
+def of_bootstrap(said: Mapping[str, object]) -> str:
+    """Why there is no far end, from what the bootstrap said."""
+    if said["problem"] == "old":
+        version = ".".join(map(str, python)) if isinstance(python := said.get("python"), list) else "old"
+        return in_plain_text(f"its Python is {version}, and Improv needs 3.10 or newer there")
+    if said["problem"] == "disk":
+        return in_plain_text(f"{said.get('where')} can't be written there: {str(said.get('why')).lower()}")
+    return in_plain_text("what was sent has not arrived as it is: try again")
+
+
+_OF_FAR = {
+    "no-ros": "no Python there has rclpy: run `improv ros setup --host {host}`, or install ROS 2 there",
+    "python": "{rest}",
+    "taken": "{rest} plays on it, so you can't: ask them to stop. If that was you and the link was lost, it is free "
+    "again after 20 s",
+    "setup": "{rest}",
+    "hung": "its stage did not answer for {rest} s, so it was ended",
+    "stage": "its stage failed: {rest}",
+    "ended": "its end of the link has ended: {rest}",
+}
+
+
+def of_far(host: str, said: str) -> str:
+    """Why the far end ends, from what it says: a word, and what is special."""
+    word, _, rest = said.partition(" ")
+    return in_plain_text(_OF_FAR[word].format(host=host, rest=rest) if word in _OF_FAR else said)
+
+
+def silent(seconds: float) -> str:
+    """What people are told about a link from which nothing has come for so long."""
+    return in_plain_text(f"the link has been silent for {seconds:g} s; its robots have stopped by themselves")
+
+
+def late(seconds: float) -> str:
+    """What people are told if nothing of ours has begun there for so long."""
+    return in_plain_text(f"it did not answer within {seconds:g} s: check that it isn't too busy, then try again")
+
+
+def too_long(most: int) -> str:
+    """What people are told about a program that is too long to be sent."""
+    return in_plain_text(f"a program of more than {most // 1_000_000} MB can't be sent")
+
+
+def strange(host: str, why: str) -> str:
+    """What people are told about a host that doesn't speak as we do."""
+    return in_plain_text(f"{why}, so the link has ended: check what `ssh {split(host)[0]} true` prints")

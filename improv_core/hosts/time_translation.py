@@ -1,0 +1,119 @@
+"""Times as they cross the border between two machines, and what a stage over there may say. Nothing else knows that its
+clock is another one.
+
+A stage there gets its own monotonic and Unix times, and its parent here gets times of this machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from improv_core.hosts.clock_offset import Clocks
+from improv_core.protocol.commands import COMMANDS
+
+SECOND = 1_000_000_000
+"""Nanoseconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Border:
+    """How monotonic times are read there, and how far Unix time is ahead of monotonic time on both sides: `wall` here,
+    `wall_there` there, in nanoseconds. `asleep` is by how many seconds longer the machine there has slept."""
+
+    clocks: Clocks
+    wall: int
+    wall_there: int
+    asleep: float
+
+    def at_there(self, here: float) -> float:
+        """The monotonic time there, in seconds."""
+        return self.clocks.there(here)
+
+    def at_here(self, there: float) -> float:
+        """The monotonic time here, in seconds."""
+        return self.clocks.here(there)
+
+    def unix_there(self, here: float) -> float:
+        """What the clock on the wall there shows when that here shows this, in seconds."""
+        return self.clocks.there(here - self.wall / SECOND) + self.wall_there / SECOND
+
+    def unix_here(self, there: float) -> float:
+        """What the clock on the wall here shows when that there shows this, in seconds."""
+        return self.clocks.here(there - self.wall_there / SECOND) + self.wall / SECOND
+
+    def nanoseconds_here(self, there: int) -> int:
+        """The same in nanoseconds, of which floats of seconds would lose 200."""
+        monotonic = there - self.wall_there
+        ahead = self.clocks.here(monotonic / SECOND) - monotonic / SECOND
+        return monotonic + round(ahead * SECOND) + self.wall
+
+    def nanoseconds_there(self, here: int) -> int:
+        monotonic = here - self.wall
+        ahead = self.clocks.there(monotonic / SECOND) - monotonic / SECOND
+        return monotonic + round(ahead * SECOND) + self.wall_there
+
+
+def to_there(message: Mapping[str, Any], border: Border) -> dict[str, Any]:
+    """A message to the stage, with the times of its machine. It has been checked."""
+    crossed = _with(message, {"at": border.at_there})
+    if crossed["type"] == "load":
+        crossed = _with(crossed, {"asleep": lambda slept: slept + border.asleep})
+        for name, change in _LOADED.items():
+            if name in crossed:
+                crossed[name] = change(crossed[name], border)
+    elif crossed["type"] == "armed":
+        _set_begins(crossed, border.unix_there)
+    else:
+        crossed = _with(crossed, {"wall": border.nanoseconds_there})
+        if "robots" in crossed and isinstance(crossed["robots"], Mapping):
+            crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_there, "at": border.at_there})
+    return crossed
+
+
+def to_here(message: Mapping[str, Any], border: Border) -> dict[str, Any] | None:
+    """A message from the stage, with the times of this machine; None for what no stage of real robots says.
+
+    Whoever controls the machine there may say anything. So it can't open a page here, or ask for what only a page can
+    ask for, such as a change of the program.
+    """
+    kind = message["type"]
+    if kind == "request":
+        row = COMMANDS.get(message["command"]["type"])
+        return dict(message) if row and "ros" in row.by else None
+    if kind == "ready":
+        return {name: message[name] for name in ("type", "protocol", "sink", "real")}
+    if kind == "link":
+        return None
+    crossed = _with(message, {"monotonic": border.at_here})
+    if kind == "transport":
+        return _with(crossed, {"wall": border.unix_here})
+    if kind == "armed":
+        _set_begins(crossed, border.unix_here)
+    elif kind == "measured":
+        crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_here})
+    elif kind == "seen":
+        crossed["robots"] = _each(crossed["robots"], {"at": border.at_here})
+    return _with(crossed, {"wall": border.nanoseconds_here})
+
+
+def _with(message: Mapping[str, Any], changes: Mapping[str, Callable[[Any], Any]]) -> dict[str, Any]:
+    return {name: changes[name](value) if name in changes else value for name, value in message.items()}
+
+
+def _each(robots: Mapping[str, Any], changes: Mapping[str, Callable[[Any], Any]]) -> dict[str, Any]:
+    return {robot: _with(told, changes) for robot, told in robots.items()}
+
+
+def _set_begins(message: dict[str, Any], change: Callable[[float], float]) -> None:
+    if message["begins"] is not None:
+        message["begins"] = change(message["begins"])
+
+
+_LOADED: Mapping[str, Callable[[Any, Border], Any]] = {
+    "entry": lambda entry, border: _with(entry, {"monotonic": border.at_there}),
+    "arming": lambda arming, border: _with(arming, {"begins": border.unix_there}),
+    "senses": lambda senses, border: [_with(each, {"wall": border.nanoseconds_there}) for each in senses],
+}
+"""The fields of a score that hold times."""

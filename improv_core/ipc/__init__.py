@@ -1,0 +1,1 @@
+"""Processes that we start, and the lines between them. Standard library only."""

@@ -1,0 +1,78 @@
+"""What may arrive while a stage plays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from improv_core.protocol.commands import Pause, Stop
+from improv_core.protocol.messages import Load, Ping, ToStage, after
+from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses
+from improv_core.score.peer_clock import Anchor
+from improv_core.score.score import Score
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """A `load` message whose score has been read."""
+
+    load: Load
+    score: Score
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is something to play. If not, its robots are only to be stopped."""
+        return bool(self.score.beats or self.score.open)
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """A line that is not a valid message, or whose score can't be read: why, and whether it was a score."""
+
+    problem: str
+    is_score: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """A score of this generation that builds on one that has not been read. `after` is as in the protocol."""
+
+    generation: int
+    after: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class First:
+    """What came on the channel of stops, and its number."""
+
+    message: Stop | Pause | Ping
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Standard input has ended or, because of a problem, can't be read; or a signal asks the stage to end."""
+
+    problem: str = ""
+
+
+Ordered = ToStage | Play | Unreadable | Lost
+"""What comes by standard input and is done in its order."""
+Arrival = Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor | End
+
+
+def kind_of(arrival: Ordered) -> str:
+    """The type of a message that a stop may make void; empty for what no stop affects."""
+    if isinstance(arrival, Play):
+        return "load" if arrival.moves else ""
+    if isinstance(arrival, Lost):
+        return "load"
+    return "" if isinstance(arrival, Unreadable) else arrival["type"]
+
+
+def after_of(arrival: Ordered) -> int | None:
+    """How many messages were sent on the channel of stops before it; None if that isn't counted."""
+    if isinstance(arrival, Play):
+        return after(arrival.load)
+    if isinstance(arrival, Lost):
+        return arrival.after
+    return None if isinstance(arrival, Unreadable) else after(arrival)

@@ -1,0 +1,213 @@
+"""A process that we start, speak with in lines, and end. Standard library only.
+
+`protocol/json_lines.py` is the other side: how a child of ours hears and speaks.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+MOST_READ = 65_536
+"""Bytes that are read at a time: as many as a usual pipe holds."""
+ROOT = Path(sys.executable).anchor
+"""Where children start: this folder contains no modules, and only administrators can add some."""
+KILL_LIMIT = 5.0
+"""Seconds that it may take until a process is gone that was killed."""
+MOST_ERRORS = 50
+"""Lines of standard error that are kept."""
+ERRORS_LIMIT = 0.5
+"""Seconds to wait for the end of standard error of a process that has exited: what it has started may hold it open."""
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """What differs between kinds of children."""
+
+    end: float
+    """Seconds it may take to exit, once its input or its output has ended. Then it is killed."""
+    leads: bool = False
+    """Whether it has a session of its own. Ctrl-Z in a terminal doesn't suspend it, who kills us doesn't kill it, and
+    with it all that it has started is killed, except what leads a session too."""
+    waits: bool = True
+    """Whether writing waits until the process reads. Otherwise, what doesn't fit into the pipe is written later."""
+    errors: int = subprocess.DEVNULL
+    """Where its standard error goes, as `subprocess` says it. With PIPE, its last line is known."""
+    pipe_size: int = 0
+    """Bytes that may wait in each pipe, where that can be chosen; 0 for the usual number."""
+
+
+class Child:
+    """A process, and the lines to and from it.
+
+    One thread may write (`write`, `close_input`) while one reads (`read`, `wait`), and any may kill it.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        policy: Policy,
+        env: Mapping[str, str] = os.environ,
+        pass_fds: Sequence[int] = (),
+    ) -> None:
+        """Start it, `isolated`. Raises OSError."""
+        self._policy = policy
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=policy.errors,
+            env=isolated(env),
+            cwd=ROOT,
+            pass_fds=pass_fds,
+            start_new_session=policy.leads,
+        )
+        assert self._process.stdin
+        assert self._process.stdout
+        self._input, self._output = self._process.stdin, self._process.stdout
+        self._unsent = self._unread = b""
+        self.errors: deque[str] = deque(maxlen=MOST_ERRORS)
+        """The last lines on its standard error, if those are kept; all of them once `wait` has returned."""
+        if not policy.waits:
+            os.set_blocking(self._input.fileno(), False)
+        if policy.pipe_size:
+            _widen(policy.pipe_size, self._input.fileno(), self._output.fileno())
+        self._errors = threading.Thread(target=self._read_errors, daemon=True)
+        if self._process.stderr:
+            self._errors.start()
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def last_error(self) -> str:
+        """The last line on its standard error, if that is kept."""
+        return self.errors[-1] if self.errors else ""
+
+    def write(self, line: bytes = b"") -> None:
+        """Send it a line, after what could not be sent before. Raises OSError if it has ended and writing waits; else,
+        `read` tells."""
+        self._unsent += line
+        try:
+            while self._unsent:
+                self._unsent = self._unsent[os.write(self._input.fileno(), self._unsent) :]
+        except OSError:  # the pipe is full, or the process has ended
+            if self._policy.waits:
+                raise
+
+    def read(self, limit: float | None = None) -> list[bytes]:
+        """The next lines, without their ends, as soon as there are some; none after `limit` seconds. Raises EOFError
+        once it can say nothing more; half a line before that doesn't count. On Windows, only None can be the limit."""
+        end = time.monotonic() + (limit or 0.0)
+        lines: list[bytes] = []
+        while not lines:
+            data = self.read_some(limit if limit is None else end - time.monotonic())
+            if not data:
+                return []
+            *lines, self._unread = (self._unread + data).split(b"\n")
+        return lines
+
+    def read_some(self, limit: float | None = None) -> bytes:
+        """The next bytes that it says, in the middle of a line or not; otherwise as `read`. For one that nobody trusts
+        to end its lines."""
+        if self._output.closed:
+            raise EOFError
+        if limit is not None and not self.speaks(limit):
+            return b""
+        data = os.read(self._output.fileno(), MOST_READ)
+        if not data:
+            raise EOFError
+        return data
+
+    def speaks(self, limit: float) -> bool:
+        """Wait until it says something or can say nothing more. Returns whether that was within `limit` seconds."""
+        if not self._policy.waits:
+            self.write()
+        poll = select.poll()
+        poll.register(self._output, select.POLLIN)
+        return bool(poll.poll(max(0.0, limit) * 1000))
+
+    def close_input(self) -> None:
+        """Ask it to end: every child of ours does when its input has ended."""
+        self._unsent = b""
+        with suppress(OSError):
+            self._input.close()
+
+    def wait(self) -> int | None:
+        """Close its output, and wait until it has exited. One that takes too long is killed. Returns its exit code;
+        None if not even that has ended it."""
+        self._output.close()
+        for limit in (self._policy.end, KILL_LIMIT):
+            with suppress(subprocess.TimeoutExpired):
+                code = self._process.wait(limit)
+                if self._process.stderr:
+                    self._errors.join(ERRORS_LIMIT)
+                return code
+            self.kill()
+        return None
+
+    def end(self) -> int | None:
+        """Ask it to end, and wait until it has: what it still says no longer counts. One that takes too long is
+        killed. Returns as `wait` does. Only for a thread that both reads and writes, and not on Windows."""
+        self.close_input()
+        end = time.monotonic() + self._policy.end
+        try:
+            while (left := end - time.monotonic()) > 0:
+                self.read(left)
+            self.kill()
+        except EOFError:
+            pass
+        return self.wait()
+
+    def kill(self) -> None:
+        """Kill it if it still runs, and what it has started if it leads: it may hang because that does."""
+        if sys.platform == "win32" or not self._policy.leads:
+            self._process.kill()
+        elif self._process.poll() is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self.pid, signal.SIGKILL)
+
+    def _read_errors(self) -> None:
+        assert self._process.stderr
+        with self._process.stderr as lines:
+            for line in lines:
+                self.errors.append(line.decode(errors="replace").strip())
+
+
+def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.environ) -> bytes:
+    """What a program prints, `isolated`. Raises OSError or subprocess.SubprocessError: it fails, or takes longer than
+    `limit` seconds."""
+    nothing = subprocess.DEVNULL
+    return subprocess.run(
+        command, stdin=nothing, capture_output=True, timeout=limit, check=True, env=isolated(env), cwd=ROOT
+    ).stdout
+
+
+def isolated(env: Mapping[str, str]) -> dict[str, str]:
+    """This environment without the entries of PYTHONPATH that are empty or relative. In the root folder, a Python then
+    imports nothing from the folder in which we were started.
+
+    Python's option `-I` ignores all of PYTHONPATH, but without its other entries Python can't find a sourced ROS.
+    """
+    absolute = [entry for entry in env.get("PYTHONPATH", "").split(os.pathsep) if Path(entry).is_absolute()]
+    others = {name: value for name, value in env.items() if name != "PYTHONPATH"}
+    return others | ({"PYTHONPATH": os.pathsep.join(absolute)} if absolute else {})
+
+
+def _widen(size: int, *pipes: int) -> None:
+    with suppress(ImportError, AttributeError, OSError):  # not Linux
+        import fcntl
+
+        for pipe in pipes:
+            fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, size)

@@ -1,0 +1,99 @@
+"""A queue of messages to a stage in which urgent ones overtake what people at an editor or a page asked for."""
+
+from __future__ import annotations
+
+import queue
+from collections import deque
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar
+
+from improv_core.protocol.commands import COMMANDS
+from improv_core.protocol.output import Edge
+from improv_core.score.senses import RobotSense
+
+URGENT = {row.name: row.voids for row in COMMANDS.values() if row.overtakes} | {"ping": frozenset[str]()}
+"""Each urgent message, and what it makes void: requests that were made before it and must not be obeyed after it."""
+OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {
+    "sensed", "decided", "seen", "measured", "joints", "program", "source", "answer"
+}  # fmt: skip
+"""What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
+
+MOST_SENSED = 1_000
+"""Edges of robots' senses that may wait. If sensors flood, only the latest edges of each sense to each value count."""
+
+Item = TypeVar("Item")
+
+
+class _First(Generic[Item]):
+    """An item that overtakes all others."""
+
+    def __init__(self, item: Item) -> None:
+        self.item = item
+
+
+class UrgentQueue(Generic[Item]):
+    """Any thread and any signal handler may put items in; one thread gets them.
+
+    Edges overtake everything else, except that those of robots' senses, which may be many, let a stop go first and
+    otherwise take turns with the rest: a sensor that floods must not hold up pings or scores.
+    """
+
+    def __init__(self) -> None:
+        self._arriving: queue.SimpleQueue[Item | _First[Item]] = queue.SimpleQueue()  # safe in a signal handler
+        self._first: deque[Item] = deque()
+        self._edges: deque[Item] = deque()
+        self._sensed: deque[Any] = deque()
+        self._took_sensed = False  # last
+        self._waiting: deque[Item] = deque()  # belongs to the thread that gets
+
+    def put(self, item: Item) -> None:
+        """Add an item, after all others unless it is urgent."""
+        self._arriving.put(item)
+
+    def put_first(self, item: Item) -> None:
+        """Add an item that overtakes all others, except those that were put first before it."""
+        self._arriving.put(_First(item))
+
+    def get(self, *, timeout: float | None = None) -> Item:
+        """The next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
+        while not self._arriving.empty():
+            item = self._arriving.get_nowait()
+            if isinstance(item, _First):
+                self._first.append(item.item)
+            elif not isinstance(item, Edge):
+                self._arrange(item)
+            elif isinstance(item.what, RobotSense):
+                self._sensed.append(item)
+            else:
+                self._edges.append(item)
+        if self._first:
+            return self._first.popleft()
+        if self._edges:
+            return self._edges.popleft()
+        if self._sensed and not (self._waiting and (self._took_sensed or _kind(self._waiting[0]) == "stop")):
+            if len(self._sensed) > MOST_SENSED:
+                latest = {(edge.what, edge.value): edge for edge in self._sensed}
+                self._sensed = deque(sorted(latest.values(), key=lambda edge: edge.at))
+            self._took_sensed = True
+            taken: Item = self._sensed.popleft()
+            return taken
+        self._took_sensed = False
+        if self._waiting:
+            return self._waiting.popleft()
+        item = self._arriving.get(timeout=timeout)
+        return item.item if isinstance(item, _First) else item
+
+    def _arrange(self, item: Item) -> None:
+        overtaken: deque[Item] = deque()
+        void = URGENT.get(_kind(item))
+        while void is not None and self._waiting and _kind(self._waiting[-1]) in OVERTAKEN:
+            other = self._waiting.pop()
+            if _kind(other) not in void:
+                overtaken.appendleft(other)
+        self._waiting.append(item)
+        self._waiting.extend(overtaken)
+
+
+def _kind(item: object) -> str:
+    """The type of a message; nothing for anything else that waits with messages."""
+    return str(item["type"]) if isinstance(item, Mapping) else ""

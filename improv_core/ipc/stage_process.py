@@ -1,0 +1,275 @@
+"""A stage as its parent sees it: starts the process, exchanges messages, and watches it. Standard library only."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, Literal, TypedDict
+
+from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.protocol.commands import is_stop
+from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
+from improv_core.protocol.messages import FromStage, Ready, ToStage, read_from_stage
+from improv_core.protocol.sliced_json import dumps
+from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, Watch
+from improv_core.safety.stops import Stops
+
+START_LIMIT = 60.0
+"""Seconds a stage may take until it is ready, on a busy machine."""
+POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
+"""Ctrl-Z must not suspend a stage too, or robots would keep moving. Only its standby survives when it is killed."""
+
+
+class Gone(TypedDict):
+    """Reports that a stage exited by itself or was killed because it hung. Its parent makes this message."""
+
+    type: Literal["gone"]
+    message: str
+
+
+Heard = FromStage | Gone
+"""What is heard from a stage."""
+Hear = Callable[["Stage", Heard, int], None]
+"""Gets what is heard from a stage. With a request of a page comes the count of stops when it arrived."""
+
+
+class StageError(Exception):
+    """A stage can't be started. The message is one line that says what to do."""
+
+
+class Stage:
+    """A stage process. Made by `start`.
+
+    Threads read and write, so a stage that does not read or an event loop that is busy is not mistaken for a dead one.
+    Stops, pauses, and pings have a channel of their own, `stops_by`: a pipe that never holds a long message. Where a
+    child process can't inherit one, on Windows, they go to standard input, behind what is being written there.
+    """
+
+    ready: Ready
+    """Its first message."""
+
+    def __init__(self, child: Child, hear: Hear, stops: Stops, stops_by: int | None, hang_limit: float) -> None:
+        self._child = child
+        self._hear = hear
+        self._stops = stops
+        self._loop = asyncio.get_running_loop()
+        self._closing = False
+        self._hung = self._failure = ""
+        self._first: asyncio.Future[Heard] = self._loop.create_future()
+        self._ended = asyncio.Event()
+        self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
+        self._sending = threading.Lock()
+        self._stops_by = stops_by
+        self._number = 0  # the latest that was used
+        self._before = 0  # the number of the latest message on that channel
+        self._awake = threading.Event()  # the stage may no longer rest
+        self._over = threading.Event()  # it has ended, or is about to
+        self._watch = Watch(time.monotonic(), hang_limit)
+        self._looking = True  # once it is ready
+        for work in (self._write, self._keep_pinging, self._read):
+            threading.Thread(target=work, daemon=True).start()
+
+    @classmethod
+    async def start(
+        cls,
+        command: Sequence[str],
+        env: Mapping[str, str],
+        hear: Hear,
+        stops: Stops,
+        hang_limit: float = HANG_LIMIT,
+    ) -> Stage:
+        """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with its message.
+
+        If it doesn't answer for `hang_limit` seconds while it moves real robots, it is killed.
+        """
+        try:
+            child, stops_by = _start(command, env)
+        except OSError as error:
+            raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
+        stage = cls(child, hear, stops, stops_by, hang_limit)
+        try:
+            first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
+        except asyncio.TimeoutError:
+            first = {"type": "error", "message": "the stage did not start in time: try again"}
+        except asyncio.CancelledError:
+            child.kill()
+            raise
+        if first["type"] != "ready":
+            await stage.close()
+            raise StageError(
+                first["message"]
+                if first["type"] in ("error", "gone")
+                else f"the stage sent an unexpected first message: {first['type']}"
+            )
+        stage.ready = first
+        stage._look()
+        return stage
+
+    @property
+    def alive(self) -> bool:
+        return not self._ended.is_set() and not self._closing
+
+    def send(self, message: ToStage) -> None:
+        """Send a message. A message to a dead stage is lost; its end has been reported."""
+        self._watch.writing(time.monotonic())
+        self._awake.set()
+        with self._sending:
+            if self._stops_by is None:
+                self._outbox.put(message)
+            elif is_stop(message):
+                self._send_first(message)
+            else:
+                if message["type"] == "load" or message["type"] == "resume":
+                    self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
+                numbered: Any = {**message, "after": self._before}  # each message may have it
+                self._outbox.put(numbered)
+        if not self._looking:
+            with suppress(RuntimeError):  # the loop was closed
+                self._loop.call_soon_threadsafe(self._begin_to_look)
+
+    async def close(self) -> None:
+        """Close its input, which stops the robots and ends the stage. If it does not exit, it is killed."""
+        self._closing = True
+        self._over.set()
+        self._awake.set()
+        self._outbox.put(None)
+        self._close_channel()
+        for _ in range(2):
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._ended.wait(), END_LIMIT)
+                return
+            self._child.kill()
+
+    def _begin_to_look(self) -> None:
+        if not self._looking:
+            self._looking = True
+            self._look()
+
+    def _look(self) -> None:
+        """Kill the process if it hangs. Calls itself periodically, except while the stage rests."""
+        now = time.monotonic()
+        limit = self._watch.look(now, self.ready["real"])
+        if limit is not None and not self._closing:
+            self._hung = f"the stage did not answer for {limit:g} s"
+            self._child.kill()
+        elif self.alive and not self._watch.rests(now):
+            self._loop.call_later(LOOK_PERIOD, self._look)
+        else:
+            self._looking = False
+
+    def _write(self) -> None:
+        """Write messages to standard input, which may take long."""
+        with suppress(OSError):  # it has ended
+            while (message := self._outbox.get()) is not None:
+                loads = message["type"] == "load"
+                if loads:
+                    with self._sending:
+                        self._number = number = self._number + 1
+                    self._watch.loading(number)
+                self._child.write(dumps(message) + b"\n")
+                if loads:
+                    self._child.write(dumps({"type": "ping", "number": number}) + b"\n")
+        self._child.close_input()
+
+    def _keep_pinging(self) -> None:
+        """Ping while the stage doesn't rest. On a thread of its own: a long message must not hold up a ping."""
+        while not self._over.is_set():
+            if self._watch.rests(time.monotonic()):
+                self._awake.wait()
+            self._awake.clear()
+            if self._watch.may_ping(time.monotonic()):
+                with self._sending:
+                    if self._stops_by is not None:
+                        self._send_first({"type": "ping"})
+                    else:
+                        self._number += 1
+                        self._watch.ping(self._number)
+                        self._outbox.put({"type": "ping", "number": self._number})
+            self._over.wait(PING_PERIOD)
+
+    def _send_first(self, message: Mapping[str, Any]) -> None:
+        """Send a numbered message on the channel of stops. Hold the lock."""
+        assert self._stops_by is not None
+        self._number = self._before = self._number + 1
+        if message["type"] == "ping":
+            self._watch.ping(self._number)
+        line = json.dumps({**message, "number": self._number}).encode() + b"\n"
+        with suppress(OSError):  # it has ended; or it has read nothing for minutes, and is about to be killed
+            os.write(self._stops_by, line)  # so short a line is written completely or not at all
+
+    def _close_channel(self) -> None:
+        with self._sending:
+            if self._stops_by is not None:
+                os.close(self._stops_by)
+                self._stops_by = None
+
+    def _read(self) -> None:
+        with suppress(EOFError):
+            while True:
+                for line in self._child.read():
+                    with suppress(ProtocolError):
+                        self._take(read_from_stage(line))
+        self._child.wait()
+        with suppress(RuntimeError):  # the loop was closed before the stage ended
+            self._loop.call_soon_threadsafe(self._end)
+
+    def _take(self, message: FromStage) -> None:
+        if message["type"] == "pong":
+            self._watch.pong(message["number"], time.monotonic())
+            return
+        if message["type"] == "transport":
+            plays = message["state"] == "playing"
+            may_play = message["state"] == "waiting" or bool(message.get("waits_for"))
+            self._watch.moving(plays, may_play, time.monotonic())
+            if plays or may_play:
+                self._awake.set()
+                with suppress(RuntimeError):
+                    self._loop.call_soon_threadsafe(self._begin_to_look)
+        if message["type"] == "stopped":
+            self._watch.stopped(time.monotonic())
+            self._failure = message.get("message", "")
+        # Here and not on the event loop, which may be busy: a stop at a page is obeyed at once.
+        stops = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._told, message, stops)
+
+    def _told(self, message: Heard, stops: int = 0) -> None:
+        if not self._first.done():
+            if message["type"] != "request":  # pages of an earlier stage may reconnect before this one is ready
+                self._first.set_result(message)
+        elif not (self._closing and message["type"] == "gone"):
+            self._hear(self, message, stops)
+
+    def _end(self) -> None:
+        self._ended.set()
+        self._over.set()
+        self._awake.set()
+        self._outbox.put(None)
+        self._close_channel()
+        why = self._failure or self._child.last_error
+        ended = f"the stage failed: {why}" if why else "the stage exited unexpectedly"
+        self._told({"type": "gone", "message": self._hung or ended})
+
+
+def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[Child, int | None]:
+    """The process, and our end of its channel of stops if it can have one. Raises OSError."""
+    if sys.platform == "win32":
+        return Child(command, POLICY, env), None
+    theirs, ours = os.pipe()
+    try:
+        os.set_blocking(ours, False)
+        return Child(command, POLICY, {**env, STOP_PIPE: str(theirs)}, pass_fds=[theirs]), ours
+    except OSError:
+        os.close(ours)
+        raise
+    finally:
+        os.close(theirs)

@@ -1,0 +1,1 @@
+"""Clocks and messages of other programs: OSC, MIDI clock, Ableton Link."""

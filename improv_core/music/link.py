@@ -1,0 +1,48 @@
+"""Listens to Ableton Link, and tells where its session is (docs/protocol.md).
+
+A process of its own, started by the parent, because aalink is under the GPL: Improv neither contains nor links it, and
+nobody gets it unasked. It ends when its standard input ends. `python …/improv_core/stage link "" TEMPO`: the tempo, in
+beats per minute, is that of the session as long as nobody else is in it. aalink is imported lazily.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from improv_core.protocol.clock_messages import FromClock
+from improv_core.protocol.json_lines import Lines, own_output
+
+OFTEN = 0.1
+"""Seconds between two anchors."""
+LACKS = 'Ableton Link needs one more package, which is under the GPL: pip install "improv-ls[link]"'
+
+
+def main() -> int:
+    """Tell where the session is, until standard input ends. Exit code 1 without aalink."""
+    lines: Lines[Any] = Lines()
+    tell: Callable[[FromClock], None] = own_output()
+    try:
+        from aalink import Link
+    except ImportError:
+        tell({"type": "error", "message": LACKS})
+        return 1
+    asyncio.run(_listen(Link, lines, tell))
+    return 0
+
+
+async def _listen(make: Callable[[float], Any], lines: Lines[Any], tell: Callable[[FromClock], None]) -> None:
+    """Be in the session, and tell where it is while others are in it too: alone, we would follow ourselves."""
+    link = make(float(sys.argv[2]))
+    link.enabled = True
+    while not lines.ended:
+        if link.num_peers:
+            beat, at = link.beat, time.monotonic()
+            tell({"type": "anchor", "at": at, "beat": beat, "tempo": link.tempo, "period": OFTEN, "jumps": 0})
+        await asyncio.sleep(OFTEN)
+        for _ in lines.read():
+            pass  # nothing is asked of it but to end
+    link.enabled = False

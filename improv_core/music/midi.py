@@ -1,0 +1,127 @@
+"""Listens to MIDI clock, and tells where it is (docs/protocol.md).
+
+A process of its own, started by the parent: its library may hang or crash, and robots must not. It ends when its
+standard input ends. `python …/improv_core/stage midi PORT`; mido is imported lazily.
+"""
+
+from __future__ import annotations
+
+import queue
+import sys
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from improv_core.music.midi_time import MidiTime, heard
+from improv_core.plain import message as in_plain_text
+from improv_core.protocol.clock_messages import AnchorMessage, FromClock
+from improv_core.protocol.json_lines import Lines, own_output
+from improv_core.score.peer_clock import Anchor
+
+LOOK = 2.0
+"""Seconds between two looks for inputs: they come and go with their cables."""
+PATIENCE = 0.1
+"""Seconds to wait for a message, before it is asked whether to end."""
+LACKS = 'MIDI clock needs two more packages: pip install "improv-ls[midi]"'
+
+
+def main() -> int:
+    """Tell what is heard, until standard input ends. Exit code 1 if this machine can't hear MIDI."""
+    lines: Lines[Any] = Lines()
+    tell: Callable[[FromClock], None] = own_output()
+    try:
+        import mido
+
+        mido.get_input_names()
+    except ImportError:
+        tell({"type": "error", "message": LACKS})
+        return 1
+    except Exception as error:  # whatever the system's library raises
+        tell({"type": "error", "message": f"this machine has no MIDI: {_in_one_line(error)}"})
+        return 1
+    listening = _Listening(mido, sys.argv[1] if len(sys.argv) > 1 else "", tell)
+    looked, known = -LOOK, MidiTime()
+    while not lines.ended:
+        if (now := time.monotonic()) - looked >= LOOK:
+            looked = now
+            listening.look()
+        for kind, position, at in listening.heard():
+            known, anchor = heard(known, kind, position, at)
+            if anchor:
+                tell(to_message(anchor))
+        for _ in lines.read():
+            pass  # nothing is asked of it but to end
+    listening.close()
+    return 0
+
+
+def to_message(anchor: Anchor) -> AnchorMessage:
+    """What a stage is told."""
+    return {
+        "type": "anchor",
+        "at": anchor.at,
+        "beat": anchor.phase,
+        "tempo": anchor.rate * 60,
+        "period": anchor.period,
+        "jumps": anchor.jumps,
+    }
+
+
+def chosen(names: Sequence[str], wanted: str) -> str | None:
+    """The input to listen to: the first one whose name begins with what is wanted; None if there is none."""
+    return next((name for name in names if name.startswith(wanted)), None)
+
+
+class _Listening:
+    """Listens to an input as long as there is one."""
+
+    def __init__(self, mido: Any, wanted: str, tell: Callable[[FromClock], None]) -> None:
+        self._mido, self._wanted, self._tell = mido, wanted, tell
+        self._port: Any = None
+        self._inbox: queue.SimpleQueue[tuple[str, int, float]] = queue.SimpleQueue()
+        self._told = ""
+
+    def look(self) -> None:
+        """Find the input, or see that it is gone."""
+        try:
+            names = self._mido.get_input_names()
+            if self._port and self._port.name not in names:
+                self._say(f"the MIDI input {self._port.name} is gone: it is used again once it is back")
+                self.close()
+            if not self._port and (name := chosen(names, self._wanted)) is not None:
+                self._port = self._mido.open_input(name, callback=self._take)
+                self._told = ""
+            elif not self._port:
+                which = f"MIDI input whose name begins with {self._wanted}" if self._wanted else "MIDI input"
+                others = f"there are {', '.join(names)}" if names else "connect one"
+                self._say(f"there is no {which}: {others}")
+        except Exception as error:  # whatever the system's library raises
+            self._say(f"MIDI can't be heard: {_in_one_line(error)}")
+
+    def heard(self) -> list[tuple[str, int, float]]:
+        """The messages that have come: their kinds, song positions, and when they came."""
+        try:
+            came = [self._inbox.get(timeout=PATIENCE)]
+            while not self._inbox.empty():
+                came.append(self._inbox.get())
+        except queue.Empty:
+            return []
+        return came
+
+    def close(self) -> None:
+        port, self._port = self._port, None
+        if port:
+            port.close()
+
+    def _take(self, message: Any) -> None:
+        """On a thread of the library, which must not wait."""
+        self._inbox.put((message.type, getattr(message, "pos", 0), time.monotonic()))
+
+    def _say(self, line: str) -> None:
+        if line != self._told:
+            self._told = line
+            self._tell({"type": "warning", "message": in_plain_text(line)})
+
+
+def _in_one_line(error: BaseException) -> str:
+    return in_plain_text(" ".join(str(error).split()) or type(error).__name__)

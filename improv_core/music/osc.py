@@ -1,0 +1,278 @@
+"""Exchanges OSC messages with music and show programs: what they ask for goes to the parent, and they are told what
+plays, each thing as it is due.
+
+A process of its own, so that a flood of messages delays nothing else. Started by the parent, as
+`python …/improv_core/stage osc`. Standard library only (python-osc imported lazily).
+"""
+
+from __future__ import annotations
+
+import errno
+import heapq
+import itertools
+import logging
+import math
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+from improv_core.ipc.rate_limit import MOST, Flood, Throttle
+from improv_core.music import osc_in, osc_out, osc_wire
+from improv_core.plain import message as in_plain_text
+from improv_core.preview.forecast import Outlook, WordBegins
+from improv_core.protocol.commands import PageRequest
+from improv_core.protocol.json_lines import Lines, own_output
+from improv_core.protocol.messages import Armed, Sensed, TransportMessage
+from improv_core.protocol.osc_messages import FromOsc, OscExchange, PeerJson, ToOsc
+from improv_core.score.score_json import RowsRead, from_json
+
+NICENESS = 5
+"""If all processors are busy, commands come first."""
+MOST_AT_ONCE = 100
+"""Datagrams that are read before anything else is looked at."""
+AHEAD, LOOK_PERIOD = 2.0, 1.0
+"""Seconds that a look at what comes reaches ahead, and between two looks."""
+PATIENCE = 2.0
+"""Seconds for which a port may be taken before people are told."""
+SAID = 60.0
+"""Seconds until people are told the same kind of thing again."""
+
+Say = Callable[[FromOsc], None]
+
+
+def main() -> int:
+    """Exchange messages as the parent says over standard input, until it ends. If that fails, say why."""
+    lines: Lines[ToOsc] = Lines()
+    say: Say = own_output()
+    os.nice(NICENESS)
+    logging.disable()  # python-osc logs what it can't read
+    try:
+        _exchange(lines, say)
+    except Exception as error:  # whatever python-osc raises, or that it is missing
+        say({"type": "warning", "message": in_plain_text(f"OSC fails: {type(error).__name__}: {error}")})
+        return 1
+    return 0
+
+
+def _exchange(lines: Lines[ToOsc], say: Say) -> None:
+    osc_wire.written([], 0.0)  # imports what it needs
+    desk = OscDesk(say)
+    say({"type": "alive"})
+    while not lines.ended:
+        wait = max(desk.due - time.monotonic(), 0.0)
+        waited: list[int | socket.socket] = [0, *desk.sockets]
+        select.select(waited, [], [], None if wait == math.inf else wait)
+        for message in lines.read():
+            desk.take(message)
+        desk.hear()
+        desk.advance(time.monotonic())
+
+
+class OscDesk:
+    """What this process knows, and its sockets."""
+
+    def __init__(
+        self, say: Say, clock: Callable[[], float] = time.monotonic, wall: Callable[[], float] = time.time
+    ) -> None:
+        self._say = say
+        self._clock = clock
+        self._wall = wall
+        self._known, self._rows = osc_in.Situation(), RowsRead()
+        self._port: socket.socket | None = None
+        self._wanted: PeerJson | None = None  # where to listen
+        self._friends: set[str] = set()  # the addresses of machines that count, besides this one
+        self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._out.setblocking(False)
+        self._peers: list[tuple[str, int]] = []
+        self._time_tags = True
+        self._voice, self._outlook, self._begins = osc_out.Voice(), Outlook(), list[WordBegins]()
+        self._looks = math.inf  # when to look ahead again
+        self._timers: list[tuple[float, int, Callable[[], None]]] = []
+        self._numbers = itertools.count()
+        self._throttle = Throttle(self._ask, self._later)
+        self._flood = Flood()
+        self._said: dict[str, float] = {}
+
+    @property
+    def sockets(self) -> list[socket.socket]:
+        """Where something may arrive."""
+        return [self._port] if self._port else []
+
+    @property
+    def due(self) -> float:
+        """When `advance` is due, in monotonic seconds."""
+        timer = self._timers[0][0] if self._timers else math.inf
+        return min(timer, self._voice.next(self._begins), self._looks) if self._peers else timer
+
+    def take(self, message: ToOsc) -> None:
+        """Take a message of the parent."""
+        if message["type"] == "exchange":
+            self._open(message)
+        elif message["type"] == "plays":
+            score = from_json(message["score"], self._rows)
+            self._known = self._known.playing(score)
+            self._outlook.meet(score, message["generation"])
+        else:
+            self._known = self._known.after(message)
+            self._follow(message)
+
+    def hear(self) -> None:
+        """Read what has come, but never so much that something else waits."""
+        for _ in range(MOST_AT_ONCE if self._port else 0):
+            assert self._port
+            try:
+                datagram, (host, _port) = self._port.recvfrom(osc_wire.MOST_BYTES + 1)
+            except BlockingIOError:
+                return
+            self.read(datagram, host)
+
+    def advance(self, now: float) -> None:
+        """Do everything that is due."""
+        while self._timers and self._timers[0][0] <= now:
+            heapq.heappop(self._timers)[2]()
+        if self._peers:
+            self._voice, due = self._voice.due(self._begins, now)
+            self._send(due)
+            if now >= self._looks:
+                self._look(now)
+
+    def _follow(self, message: TransportMessage | Sensed | Armed) -> None:
+        """Tell others about it, and look ahead again."""
+        if message["type"] == "armed":
+            return
+        now = self._clock()
+        self._outlook.take(message)
+        if message["type"] == "transport":
+            self._voice, due = self._voice.after(message)
+            now = message["monotonic"]  # from where it is then, or what begins there would be late
+        else:
+            self._voice, due = self._voice.sensed(message, self._wall(), now)
+        if self._peers:
+            self._send(due)
+            self._look(now)
+
+    def _look(self, now: float) -> None:
+        self._outlook.look(now, AHEAD)
+        self._begins = list(self._outlook.words())
+        self._looks = now + LOOK_PERIOD if self._outlook.is_moving else math.inf
+
+    def _send(self, due: Sequence[osc_out.OscDue]) -> None:
+        """Send messages: in a bundle for all that are due at the same time, or each by itself."""
+        offset = self._wall() - self._clock()
+        if self._time_tags:
+            datagrams = [
+                osc_wire.written([(each.address, each.arguments) for each in together], at + offset)
+                for at, together in itertools.groupby(due, lambda each: each.at)
+            ]
+        else:
+            datagrams = [osc_wire.plain(each.address, each.arguments) for each in due]
+        for datagram in datagrams:
+            for peer in self._peers:
+                try:
+                    self._out.sendto(datagram, peer)
+                except OSError as error:
+                    self._complain(f"OSC can't be sent to {peer[0]}:{peer[1]}: {error.strerror}", about=f"{peer}")
+
+    def _open(self, exchange: OscExchange) -> None:
+        for port in self.sockets:
+            port.close()
+        self._port, self._friends, self._peers = None, set(), []
+        self._time_tags = exchange["time_tags"]
+        for peer in exchange["send"]:
+            try:
+                host = socket.gethostbyname(peer["host"])
+                self._friends.add(host)
+                self._peers.append((host, peer["port"]))
+            except OSError as error:
+                self._complain(f"OSC can't be sent to {peer['host']}: {error.strerror}", about=peer["host"])
+        self._wanted = exchange["listen"]
+        if self._wanted:
+            self._listen(self._wanted, until=self._clock() + PATIENCE)
+
+    def _listen(self, at: PeerJson, until: float) -> None:
+        """Listen there, or try again for a moment: a process before this one may only just have ended."""
+        if at is not self._wanted:
+            return
+        port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        port.setblocking(False)
+        try:
+            port.bind((at["host"], at["port"]))
+        except OSError as error:
+            port.close()
+            if error.errno == errno.EADDRINUSE and self._clock() < until:
+                self._later(PATIENCE / 10, lambda: self._listen(at, until))
+                return
+            line = f"OSC can't be heard on {at['host']}:{at['port']}: {error.strerror}"
+            self._complain(f"{line}; change `listen` under [osc] in improv.toml, then save", about="listen")
+        else:
+            self._port = port
+
+    def read(self, datagram: bytes, host: str) -> None:
+        """Do what a datagram from this address asks for."""
+        now = self._clock()
+        if not host.startswith("127.") and host not in self._friends:
+            line = f"an OSC message from {host} was ignored: only this machine and those in `send` under [osc] count"
+            self._complain(line, about="stranger")
+            return
+        floods = self._floods(now)
+        if floods and not any(each in datagram for each in osc_in.URGENT):
+            return
+        if len(datagram) > osc_wire.MOST_BYTES:
+            self._complain(f"an OSC message longer than {osc_wire.MOST_BYTES:,} bytes was ignored", about="broken")
+            return
+        try:
+            messages = osc_wire.read(datagram)
+        except osc_wire.BrokenError:
+            self._complain("something that is not an OSC message was ignored", about="broken")
+            return
+        wall = self._wall()
+        for number, message in enumerate(messages):
+            floods = self._floods(now) if number else floods
+            if not floods or message.address in osc_in.STOPS:
+                self._obey(message, now, now + message.due - wall)
+
+    def _floods(self, now: float) -> bool:
+        """Count a message. Returns whether too many have come."""
+        floods = self._flood.counts(now)
+        if floods:
+            self._complain(f"more than {MOST} OSC messages came within a second: only stops count", about="flood")
+        return floods
+
+    def _obey(self, message: osc_wire.OscMessage, now: float, due: float) -> None:
+        """Ask for what a message asks for, or hold it until it is `due`."""
+        try:
+            asked = osc_in.request(message.address, message.arguments, self._known)
+        except osc_in.UnclearError as error:
+            self._complain(f"an OSC message was ignored: {error}", about=message.address[:60])
+            return
+        if asked is None:
+            return
+        if due <= now or not osc_in.waits(asked) or len(self._timers) >= osc_in.MOST_HELD:
+            self._throttle.take(asked)
+        elif due > now + osc_in.AHEAD:
+            line = f"an OSC message was due more than {osc_in.AHEAD:g} s later, and was obeyed at once: compare clocks"
+            self._complain(line, about="clock")
+            self._throttle.take(asked)
+        else:
+            self._later(due - now, lambda: self._throttle.take(asked))
+
+    def _later(self, seconds: float, act: Callable[[], None]) -> None:
+        heapq.heappush(self._timers, (self._clock() + seconds, next(self._numbers), act))
+
+    def _ask(self, asked: PageRequest) -> None:
+        self._say({"type": "request", "command": asked})
+
+    def _complain(self, line: str, about: str) -> None:
+        """Tell people, unless they have just been told something like it, or much else."""
+        now = self._clock()
+        self._said = {each: at for each, at in self._said.items() if at > now - SAID}
+        if about not in self._said and len(self._said) < 10:
+            self._said[about] = now
+            self._say({"type": "warning", "message": line})
+
+
+if __name__ == "__main__":
+    sys.exit(main())

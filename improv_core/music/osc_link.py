@@ -1,0 +1,228 @@
+"""The parent's side of the process that speaks OSC (music/osc.py). Standard library only."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from asyncio import Event, TimeoutError, get_running_loop, wait_for
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Literal, Protocol, TypeAlias, cast
+
+from improv_core.ipc.child import Child, Policy
+from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.decoding import ProtocolError, read_as
+from improv_core.protocol.limits import helper
+from improv_core.protocol.messages import Armed, Sensed, State, TransportMessage
+from improv_core.protocol.osc_messages import FromOsc, PeerJson, ToOsc
+from improv_core.protocol.sliced_json import dumps
+from improv_core.safety.stops import Stops
+from improv_core.score.osc import Osc
+from improv_core.score.score import Score
+from improv_core.score.score_json import RowsWritten, to_json
+
+Reach = Literal["nowhere", "here", "network"]
+"""How far OSC messages may come and go: not at all, on this machine, or wherever improv.toml says."""
+POLICY = Policy(2.0)
+MOST_WAITING = 10_000
+"""Messages that may wait for the process. One that lets more of them wait hangs, and is killed."""
+READY_LIMIT = 2.0
+"""Seconds that a play may wait until the process has started."""
+KEPT = (
+    "/improv/play was ignored: robots were stopped, and not by OSC. Play again on the page, in the editor, or by saving"
+)
+
+
+class OscProcess(Protocol):
+    """The process, as far as the link needs it."""
+
+    @property
+    def is_alive(self) -> bool: ...
+
+    def put(self, message: ToOsc) -> None: ...
+
+    def close(self) -> None: ...
+
+
+Hear: TypeAlias = Callable[[FromOsc | None], None]
+"""Gets what the process says, on a thread; None once it has ended."""
+
+
+class OscLink:
+    """Has a process exchange OSC messages while the score that plays asks for that.
+
+    `ask` gets what they ask for and the count of stops when that arrived, and `say` lines for people; both are called
+    on the event loop. Stops are obeyed on the thread that reads, as those of pages are. What somebody else has stopped
+    can't be played again from here: `plays` notes how often everything has been stopped when a score begins.
+    """
+
+    def __init__(
+        self,
+        reach: Reach,
+        stops: Stops,
+        ask: Callable[[PageRequest, int], None],
+        say: Callable[[str], None],
+        start: Callable[[Hear], OscProcess] | None = None,
+    ) -> None:
+        self._reach = reach
+        self._stops = stops
+        self._ask = ask
+        self._say = say
+        self._start = start or _Running
+        self._process: OscProcess | None = None
+        self._number = 0  # of the process
+        self._ready: Event | None = None  # it has started, or has ended
+        self._osc: Osc | None = None
+        self._refused: Osc | None = None  # what people were told to be out of reach
+        self._written = RowsWritten()
+        self._state: State | None = None
+        self._began = self._ours = stops.stopped  # when the score began; up to here, all stops since then were OSC's
+
+    def expect(self, score: Score) -> None:
+        """A score is about to be sent. Start, keep, or end the process, so that it is ready when that plays."""
+        osc = score.osc if self._reach != "nowhere" else None
+        if osc and osc.away and self._reach != "network":
+            if osc != self._refused:
+                self._refused = osc
+                line = f"OSC is off: {osc.away} in improv.toml reaches other machines. Allow that with --osc-network"
+                self._say(f"{line}, or the setting osc.network")
+            osc = None
+        if not osc or (self._process and not self._process.is_alive):
+            self.close()
+        if osc:
+            self._exchange(osc)
+
+    async def ready(self) -> None:
+        """Wait until a process that has been started can tell others of beat 0, but not for long."""
+        if self._process and self._ready:
+            with suppress(TimeoutError):
+                await wait_for(self._ready.wait(), READY_LIMIT)
+
+    def plays(self, score: Score, generation: int, stopped: int) -> None:
+        """A score has been sent, when everything had been stopped so often."""
+        self._began = self._ours = stopped
+        self.expect(score)
+        if self._process:
+            self._written = self._written.renewed()
+            self._put({"type": "plays", "generation": generation, "score": to_json(score, self._written)})
+
+    def tell(self, message: TransportMessage | Sensed | Armed) -> None:
+        """Pass on what the stage that leads says."""
+        if message["type"] == "transport":
+            self._state = message["state"]
+        if self._process:
+            self._put(message)
+
+    def close(self) -> None:
+        """End the process, without waiting for that."""
+        if self._process:
+            self._process.close()
+        self._process = self._osc = None
+
+    def _exchange(self, osc: Osc) -> None:
+        if not self._process:
+            loop, number = get_running_loop(), self._number + 1
+
+            def hear(message: FromOsc | None) -> None:  # on a thread: a stop is obeyed there
+                asked = self._arrive(message["command"]) if message and message["type"] == "request" else 0
+                with suppress(RuntimeError):  # the loop has been closed
+                    loop.call_soon_threadsafe(self._told, number, message, asked)
+
+            self._ready = Event()
+            self._number, self._process = number, self._start(hear)
+            self._written = RowsWritten()
+        if osc != self._osc:
+            self._osc = osc
+            listen = _json(osc.listen) if osc.listen else None
+            send = [_json(peer) for peer in osc.send]
+            self._put({"type": "exchange", "send": send, "listen": listen, "time_tags": osc.time_tags})
+
+    def _put(self, message: ToOsc) -> None:
+        assert self._process
+        self._process.put(message)
+
+    def _arrive(self, command: PageRequest | Watched) -> int:
+        before = self._stops.stopped
+        asked = self._stops.arrive(command)
+        if command["type"] == "stop" and self._stops.stopped == before + 1 and self._ours == before:
+            self._ours = before + 1
+        return asked
+
+    def _told(self, number: int, message: FromOsc | None, asked: int) -> None:
+        if number != self._number or not self._process:
+            return
+        if self._ready:
+            self._ready.set()
+        if message is None:
+            self.close()
+            self._say("the process that speaks OSC has ended: the next play starts another one")
+        elif message["type"] == "alive":
+            return
+        elif message["type"] == "warning":
+            self._say(message["message"])
+        elif message["command"]["type"] == "restart" and not self._may_restart():
+            self._say(KEPT)
+        elif message["command"]["type"] != "watched":
+            self._ask(message["command"], asked)
+
+    def _may_restart(self) -> bool:
+        """Whether what played has ended, or was stopped by OSC messages alone."""
+        return self._stops.stopped == self._ours and (self._state == "ended" or self._ours > self._began)
+
+
+class _Running:
+    """The process, a thread that writes to it, and one that reads."""
+
+    def __init__(self, hear: Hear) -> None:
+        self._hear = hear
+        self._queue: queue.SimpleQueue[ToOsc | None] = queue.SimpleQueue()
+        self._child: Child | None = None
+        self.is_alive = True
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def put(self, message: ToOsc) -> None:
+        if self._queue.qsize() < MOST_WAITING:
+            self._queue.put(message)
+        elif self._child:
+            self._child.kill()
+
+    def close(self) -> None:
+        self._queue.put(None)
+        patience = threading.Timer(POLICY.end, self._kill)
+        patience.daemon = True
+        patience.start()
+
+    def _kill(self) -> None:
+        if self._child:
+            self._child.kill()
+
+    def _run(self) -> None:
+        """Start the process and write to it: both may take many milliseconds."""
+        try:
+            child = self._child = Child(helper("osc"), POLICY)
+        except OSError:
+            self._end()
+            return
+        threading.Thread(target=self._read, args=(child,), daemon=True).start()
+        with suppress(OSError):  # it has ended
+            while (message := self._queue.get()) is not None:
+                child.write(dumps(message) + b"\n")
+        child.close_input()
+
+    def _read(self, child: Child) -> None:
+        with suppress(EOFError):
+            while True:
+                for line in child.read():
+                    with suppress(ProtocolError):
+                        self._hear(cast(FromOsc, read_as(line, FromOsc)))
+        child.wait()
+        self._end()
+
+    def _end(self) -> None:
+        self.is_alive = False
+        self._hear(None)
+
+
+def _json(peer: tuple[str, int]) -> PeerJson:
+    host, port = peer
+    return {"host": host, "port": port}

@@ -1,0 +1,1 @@
+"""Where velocities go: simulated robots, real ones, and files."""

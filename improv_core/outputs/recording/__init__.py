@@ -1,0 +1,1 @@
+"""Recordings of what robots were told."""

@@ -1,0 +1,246 @@
+"""Records velocities in an MCAP file that `ros2 bag play` and Foxglove can read (mcap, imported lazily)."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
+from typing import IO
+
+from improv_core.outputs.cdr import (
+    SECOND,
+    frame_field,
+    joint_state_message,
+    odometry_message,
+    stamped,
+    string_message,
+    string_of,
+    twist_message,
+)
+from improv_core.outputs.ros.joints.trajectories import in_namespace
+from improv_core.protocol.messages import Decided, Measured, Sensed, read_from_stage
+from improv_core.protocol.output import Edge, Noticed
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Score
+from improv_core.score.senses import RobotSense
+
+_VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
+_TWIST = "Vector3 linear\nVector3 angular"
+_HEADER = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id"
+_TIME = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec"
+_POSE = "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation"
+_POINT = "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z"
+_QUATERNION = "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1"
+_BETWEEN = f"\n{'=' * 80}\n"
+SCHEMAS = {
+    "std_msgs/msg/String": "string data",
+    "geometry_msgs/msg/Twist": _BETWEEN.join([_TWIST, _VECTOR3]),
+    "geometry_msgs/msg/TwistStamped": _BETWEEN.join(
+        ["std_msgs/Header header\nTwist twist", f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME]
+    ),
+    "nav_msgs/msg/Odometry": _BETWEEN.join(
+        [
+            "std_msgs/Header header\nstring child_frame_id\n"
+            "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist",
+            "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance",
+            "MSG: geometry_msgs/TwistWithCovariance\nTwist twist\nfloat64[36] covariance",
+            *(_POSE, _POINT, _QUATERNION, f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME),
+        ]
+    ),
+    "sensor_msgs/msg/JointState": _BETWEEN.join(
+        [
+            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
+            *(_HEADER, _TIME),
+        ]
+    ),
+}
+"""Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
+
+# What outputs/ros/output.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to Iron:
+# later releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
+_ENDLESS = "{sec: 9223372036, nsec: 854775807}"
+OFFERED_QOS_PROFILES = f"""\
+- history: 1
+  depth: 10
+  reliability: 1
+  durability: 2
+  deadline: {_ENDLESS}
+  lifespan: {_ENDLESS}
+  liveliness: 1
+  liveliness_lease_duration: {_ENDLESS}
+  avoid_ros_namespace_conventions: false
+"""
+
+
+JOINT_STATES = "joint_states"
+"""The topic, in its namespace, on which a robot's joints are, if its profile doesn't say otherwise."""
+CHANNELS = {"sensed": "/improv/sensed", "decided": "/improv/decided"}
+"""The topics of what was sensed and what was decided: JSON in a `std_msgs/String`, so that ROS 2 can play it too."""
+
+
+def sensed_in(file: IO[bytes]) -> list[Sensed]:
+    """What was sensed in a recording, up to the first restart. Raises ValueError if it can't be read."""
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    try:
+        messages = [message for *_, message in make_reader(file).iter_messages(topics=[CHANNELS["sensed"]])]
+    except (McapError, struct.error):
+        raise ValueError("it is not a recording") from None
+    sensed: list[Sensed] = []
+    for message in messages:
+        edge = read_from_stage(string_of(message.data).encode())
+        if edge["type"] == "sensed" and edge["generation"] == (sensed[0] if sensed else edge)["generation"]:
+            sensed.append(edge)
+    return sensed
+
+
+class Recorder:
+    """A sink that records the robots' commands on their topics, calibrated and limited as real robots get them.
+
+    `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
+    written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.
+    """
+
+    name: str = "recorder"
+    period: float | None = None
+    real = False
+
+    def __init__(self, file: IO[bytes], start: int) -> None:
+        from mcap.writer import Writer
+
+        self._writer = Writer(file)
+        self._writer.start(profile="ros2")
+        self._start = start
+        self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # and the frame and the channel of each
+        self._odometry: dict[str, str] = {}  # the topics of poses,
+        self._joints: dict[str, str] = {}  # and of joints
+        self._channels: dict[tuple[str, str], int] = {}
+        self._schemas: dict[str, int] = {}
+        self._times: tuple[int, int] | None = None
+        self.setpoints = 0
+        """The number of setpoints recorded."""
+
+    @property
+    def robots(self) -> int:
+        """The number of robots prepared."""
+        return len(self._robots)
+
+    @property
+    def seconds(self) -> float:
+        """The time from the first command to the last."""
+        return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
+
+    def meet(self, score: Score) -> Iterator[None]:
+        """Does nothing: a recording has all that is sent."""
+        return iter(())
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        for robot, part in score.parts.items():
+            kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
+            channel = self._channel(part.topic, f"geometry_msgs/msg/{kind}")
+            self._robots[robot] = part.profile, frame_field(part.frame), channel
+            if part.odom:
+                self._odometry[robot] = part.odom
+            if body := part.profile.body:
+                self._joints[robot] = in_namespace(body.joint_states or JOINT_STATES, part.namespace)
+
+    def resetting(self) -> bool:
+        return False
+
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Does nothing: joints are at their starts."""
+
+    def ask(self, robots: Collection[str]) -> None:
+        """Does nothing: a file takes everything."""
+
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        return {}
+
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        return {}
+
+    def send(self, robot: str, twist: Twist, at: float) -> None:
+        self.record(robot, twist, self.time(at))
+
+    def record(self, robot: str, twist: Twist, time: int) -> None:
+        """Record a command at a Unix time in nanoseconds. Raises ValueError if it is not finite, and OSError."""
+        if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
+            raise ValueError(f"{robot} was given a speed that is not a finite number")
+        profile, frame, channel = self._robots[robot]
+        data = twist_message(profile.told(twist))
+        if profile.message == "TwistStamped":
+            data = stamped(data, time, frame)
+        self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+        first, last = self._times or (time, time)
+        self._times = min(first, time), max(last, time)
+        self.setpoints += 1
+
+    def time(self, at: float) -> int:
+        """The Unix time in nanoseconds of a performance time."""
+        return self._start + round(at * SECOND)
+
+    def note(self, message: Sensed | Decided, time: int) -> None:
+        """Record what was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
+        channel = self._channel(CHANNELS[message["type"]], "std_msgs/msg/String")
+        data = string_message(json.dumps(message))
+        self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+
+    def record_poses(self, message: Measured) -> None:
+        """Record where robots were, in the world of the score, as odometry on their topics. Raises OSError."""
+        for robot, each in message["robots"].items():
+            if topic := self._odometry.get(robot):
+                data = odometry_message(Pose(**each["pose"]), each["wall"])
+                channel = self._channel(topic, "nav_msgs/msg/Odometry")
+                self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+        self.record_joints(robot, joints, self.time(at))
+
+    def record_joints(self, robot: str, joints: Mapping[str, JointMotion], time: int) -> None:
+        """Record how joints move from a Unix time in nanoseconds on. Raises ValueError if that is not finite, and
+        OSError."""
+        if not all(map(math.isfinite, chain.from_iterable(joints.values()))):
+            raise ValueError(f"a joint of {robot} was given a position or a speed that is not a finite number")
+        if topic := self._joints.get(robot):
+            channel = self._channel(topic, "sensor_msgs/msg/JointState")
+            data = joint_state_message(joints, time)
+            self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        """Does nothing: a recording contains only velocities."""
+
+    def advance(self, to: float) -> None:
+        """Does nothing: a recording contains only what is sent."""
+
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        self.advance(to)
+        return []
+
+    def noticed(self) -> Noticed:
+        return Noticed()
+
+    def coasting(self) -> bool:
+        return False
+
+    def poses(self) -> dict[str, Pose]:
+        return {}
+
+    def finish(self) -> None:
+        """Write the index at the end of the file, without which it can't be played. Raises OSError."""
+        self._writer.finish()  # type: ignore[no-untyped-call]
+
+    def close(self) -> None:
+        """Does nothing: the file belongs to the caller."""
+
+    def _channel(self, topic: str, kind: str) -> int:
+        if kind not in self._schemas:
+            self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
+        if (topic, kind) not in self._channels:
+            offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
+            self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)
+        return self._channels[topic, kind]

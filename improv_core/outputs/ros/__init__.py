@@ -1,0 +1,1 @@
+"""Real robots, over ROS 2 (rclpy, imported lazily)."""

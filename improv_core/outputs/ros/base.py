@@ -1,0 +1,41 @@
+"""What a robot's base is told over ROS 2."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from improv_core.outputs.cdr import twist_message
+from improv_core.outputs.ros.topic import RosTopic
+from improv_core.score.motion import Twist
+from improv_core.score.profiles import is_simulated
+from improv_core.score.score import Part
+
+
+@dataclass(slots=True)
+class RosBase:
+    """A robot of the latest score that has it, and the latest twist it was sent. Most are sent again and again."""
+
+    part: Part
+    topic: RosTopic
+    frame: bytes
+    twist: Twist | None = None
+    message: bytes = b""
+    is_clipped: bool = False
+    needs_base: bool = True
+    moves_since: float | None = None
+    is_simulated: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.is_simulated = is_simulated(self.part.profile)
+
+    def message_of(self, twist: Twist) -> bytes:
+        """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number is not finite."""
+        if twist is not self.twist:
+            if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
+                raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
+            calibrated = self.part.profile.calibrated(twist)
+            told = self.part.profile.limited(calibrated)
+            self.message, self.is_clipped = twist_message(told), told is not calibrated
+            self.twist = twist
+        return self.message

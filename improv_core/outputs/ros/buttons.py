@@ -1,0 +1,190 @@
+"""Buttons that people press in ROS 2 while robots move: emergency stops, deadman buttons (messages imported lazily)."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Collection
+from typing import Any
+
+from improv_core.outputs.ros.nodes import subscribe
+from improv_core.outputs.ros.topic import Now
+from improv_core.protocol.limits import DEADMAN_LIMIT
+from improv_core.protocol.output import Edge, StopButton
+from improv_core.safety.interlocks import StopTopic
+from improv_core.score.score import Safety
+
+LOOK = 0.05
+"""Seconds between two looks for silence, and for new publishers."""
+FOUND = 0.5
+"""Seconds from finding a publisher of the emergency stop until what it has said before has arrived."""
+SURE = 0.1
+"""Seconds without a released deadman button until a held one counts: two gamepads may publish on one topic."""
+DEPTH = 1_000
+"""How many messages of an emergency stop may wait: all publishers of a topic share the queue, and one press must not be
+lost among what the others say. Ten publishers at 20 Hz take five seconds to fill it."""
+FIND_LIMIT = 5.0
+"""Seconds that beat 0 waits for a publisher of the emergency stop, which may be on already."""
+
+
+class Listening:
+    """Subscribes to what a score names, and passes on each change as an edge, on the thread of the node's executor."""
+
+    def __init__(self, node: Any, hear: Callable[[Edge], None], now: Now) -> None:
+        self._node = node
+        self._hear = hear
+        self._now = now
+        self._safety = Safety()
+        self._held: bool | None = None  # the deadman button, as far as is known
+        self._stops: dict[str, StopTopic] = {}  # that are listened to
+        self._changing = threading.Lock()  # of what is known of them
+        self._heard = -math.inf  # when the deadman button was last heard of
+        self._released = -math.inf  # when it was last not held
+        self._asked = -math.inf  # when the emergency stop was first listened for
+        self._found = math.inf  # since when somebody publishes it
+        self._destroy: dict[str, Callable[[], None]] = {}
+
+    def take(self, safety: Safety) -> None:
+        """Listen to what a score names, and to emergency stops that are on."""
+        old, self._safety = self._safety, safety
+        with self._changing:
+            left = [topic for topic, stop in self._stops.items() if topic != safety.stop and not stop.on]
+            for topic in left:
+                del self._stops[topic]
+        for topic in left:
+            self._destroy.pop(topic)()
+        if old.stop != safety.stop and safety.stop:
+            self._asked, self._found = self._now(), math.inf
+            self._listen_to(safety.stop, StopTopic())
+        if old.deadman != safety.deadman:
+            if old.deadman:
+                self._destroy.pop(str(old.deadman))()
+                self._hold(str(old.deadman), None)
+            if safety.deadman:
+                self._destroy[str(safety.deadman)] = self._subscribe_deadman(
+                    str(safety.deadman), safety.deadman.topic, safety.deadman.button
+                )
+
+    def guard(self, topics: Collection[str]) -> None:
+        """Listen to emergency stops that are on."""
+        for topic in topics:
+            self._listen_to(topic, StopTopic(on=True, latest=True))
+
+    def under_way(self) -> bool:
+        """Whether it is still unknown if the emergency stop is on. Call it repeatedly before beat 0."""
+        if not self._safety.stop:
+            return False
+        now = self._now()
+        if not self._count_publishers(self._safety.stop):
+            self._found = math.inf
+            return now < self._asked + FIND_LIMIT
+        self._found = min(self._found, now)
+        return now < self._found + FOUND
+
+    def warnings(self) -> dict[str, str]:
+        """A line for each topic that nobody publishes on, or only with another type."""
+        wanted = [(self._safety.stop, "std_msgs/msg/Bool", "the emergency stop there stops nothing")]
+        if self._safety.deadman:
+            wanted.append((self._safety.deadman.topic, "sensor_msgs/msg/Joy", "robots wait for it"))
+        found = {}
+        for topic, kind, so in wanted:
+            if topic and not self._count_publishers(topic):
+                found[topic] = f"nobody publishes on {topic}, so {so}"
+            elif topic:
+                kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(topic)}
+                if kind not in kinds:
+                    found[topic] = f"{topic} carries {', '.join(sorted(kinds))}, not {kind}, so {so}"
+        return found
+
+    def _count_publishers(self, topic: str) -> int:
+        return int(self._node.count_publishers(self._node.resolve_topic_name(topic)))
+
+    def _hold(self, what: str, value: bool | None) -> None:
+        if self._held != value:
+            self._held = value
+            self._hear(Edge(what, value, self._now()))
+
+    def _change(self, topic: str, change: Callable[[StopTopic], StopTopic]) -> None:
+        with self._changing:
+            if before := self._stops.get(topic):  # otherwise, nothing listens to it anymore
+                after = self._stops[topic] = change(before)
+                if after.on != before.on:
+                    self._hear(Edge(StopButton(topic), after.on, self._now()))
+
+    def _listen_to(self, topic: str, stop: StopTopic) -> None:
+        if topic not in self._stops:
+            self._stops[topic] = stop
+            self._destroy[topic] = self._subscribe_stop(topic)
+
+    def _subscribe_stop(self, topic: str) -> Callable[[], None]:
+        from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+        from std_msgs.msg import Bool
+
+        def hear(reliability: Any, durability: Any) -> Any:
+            def take(message: Any) -> None:
+                # Everything that waits, at once: the executor comes by only once for each message.
+                values = [message.data]
+                for subscription in made:  # none yet if it comes at once
+                    while waiting := subscription.handle.take_message(Bool, False):
+                        values.append(waiting[0].data)
+                self._change(topic, lambda stop: stop.heard(values, self._now()))
+
+            made: list[Any] = []
+            qos = QoSProfile(depth=DEPTH, reliability=reliability, durability=durability)
+            made.append(subscribe(self._node, Bool, topic, take, qos))
+            return made[0]
+
+        # This one hears every publisher. A reliable one is heard a second time, so that nothing is lost, and if it
+        # offers what it said before, that too; asking for more than is offered would be reported as an error there.
+        subscriptions = {None: hear(ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)}
+
+        def look() -> None:
+            for publisher in self._node.get_publishers_info_by_topic(topic):
+                offered = publisher.qos_profile
+                if offered.reliability == ReliabilityPolicy.RELIABLE and offered.durability not in subscriptions:
+                    subscriptions[offered.durability] = hear(offered.reliability, offered.durability)
+            self._change(topic, lambda stop: stop.looked(self._now()))
+
+        stop_looking = self._every(LOOK, look)
+
+        def destroy() -> None:
+            stop_looking()
+            for subscription in subscriptions.values():
+                self._node.destroy_subscription(subscription)
+
+        return destroy
+
+    def _subscribe_deadman(self, what: str, topic: str, button: int) -> Callable[[], None]:
+        from rclpy.qos import QoSProfile, ReliabilityPolicy
+        from sensor_msgs.msg import Joy
+
+        def take(message: Any) -> None:
+            self._heard = self._now()
+            held = bool(message.buttons[button]) if button < len(message.buttons) else None
+            if not held:
+                self._released = self._heard
+            if not held or self._heard >= self._released + SURE:
+                self._hold(what, held)
+
+        def look() -> None:
+            if self._now() >= self._heard + DEADMAN_LIMIT:
+                self._hold(what, None)
+
+        # All publishers match best effort, and what is lost is not worth waiting for.
+        qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+        subscription = subscribe(self._node, Joy, topic, take, qos)
+        stop_looking = self._every(LOOK, look)
+
+        def destroy() -> None:
+            stop_looking()
+            self._node.destroy_subscription(subscription)
+
+        return destroy
+
+    def _every(self, seconds: float, look: Callable[[], None]) -> Callable[[], None]:
+        """Call something again and again on the executor's thread; returns what ends that."""
+        from rclpy.clock import Clock, ClockType
+
+        # Not by the node's clock: a simulation's may stand still.
+        timer = self._node.create_timer(seconds, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        return lambda: self._node.destroy_timer(timer)

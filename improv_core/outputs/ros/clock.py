@@ -1,0 +1,54 @@
+"""The time of a simulation, as it comes on /clock (rosgraph_msgs imported lazily)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from improv_core.outputs.ros.nodes import subscribe
+from improv_core.outputs.ros.topic import Now
+from improv_core.score.peer_clock import Anchor, Estimate, first_seen, sighted
+
+TOPIC = "/clock"
+OFTEN = 0.05
+"""Seconds between two anchors, at least: /clock may come a thousand times a second."""
+
+
+class SimulatedTime:
+    """Subscribes to /clock while a score follows it, and passes on where it is, on the thread of the node's executor.
+
+    Messages in which no time has passed say that the simulation pauses: they are as good as none.
+    """
+
+    def __init__(self, node: Any, hear: Callable[[Anchor], None], now: Now) -> None:
+        self._node = node
+        self._hear = hear
+        self._now = now
+        self._subscription: Any = None
+        self._known: Estimate | None = None
+        self._latest = -1.0  # the time in the latest message
+        self._told = 0.0  # when an anchor was last passed on
+
+    def follow(self, wanted: bool) -> None:
+        """Listen, or no longer."""
+        if wanted and not self._subscription:
+            from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+            from rosgraph_msgs.msg import Clock
+
+            self._known = None
+            # The latest one is enough, and those of a simulator may be best effort, as in rclpy.
+            qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
+            self._subscription = subscribe(self._node, Clock, TOPIC, self._take, qos)
+        elif not wanted and self._subscription:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+
+    def _take(self, message: Any) -> None:
+        now, time = self._now(), message.clock.sec + message.clock.nanosec / 1e9
+        if time == self._latest:
+            return
+        self._latest = time
+        self._known = sighted(self._known, now, time) if self._known else first_seen(now, time)
+        if self._known.is_known and now - self._told >= OFTEN and self._known.anchor.at == now:
+            self._told = now
+            self._hear(self._known.anchor)

@@ -1,0 +1,188 @@
+"""Inspects the ROS 2 graph and never publishes anything (rclpy, imported lazily). Standard library only.
+
+Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...`, `graph receive TOPIC`, or
+`graph text TOPIC`.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from itertools import pairwise
+from typing import Any
+
+from improv_core.outputs.ros.sensors.readings import battery
+from improv_core.protocol.fields import PoseJson
+from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Graph
+from improv_core.protocol.json_lines import own_output
+
+VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+"""The message types that move robots."""
+POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
+"""The message types that say where robots are."""
+BATTERY = "sensor_msgs/msg/BatteryState"
+LOOK = 3.0
+"""Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
+RECEIVE_LIMIT = 60.0
+"""Seconds to wait for a Twist, so a receiver whose parent was killed does not run forever."""
+
+
+def main() -> int:
+    """Say what was looked for, as JSON."""
+    say = own_output()
+    command, *arguments = sys.argv[1:]
+    if command == "look":
+        say(look(arguments))
+    elif command == "text":
+        say(text(arguments[0]))
+    else:
+        say(receive(arguments[0], say))
+    return 0
+
+
+def look(topics: Sequence[str]) -> Graph:
+    """Who listens and publishes on these topics and on all other velocity topics, and what comes there of poses and
+    batteries."""
+    import rclpy
+
+    with _node("improv_look") as node:
+        heard = _Heard(node, topics)
+        end = time.monotonic() + LOOK
+        while time.monotonic() < end:
+            heard.listen()
+            rclpy.spin_once(node, timeout_sec=0.05)
+        moving = [topic for topic, types in node.get_topic_names_and_types() if set(types) & set(VELOCITIES)]
+        return {
+            topic: {
+                "listeners": _ends(node.get_subscriptions_info_by_topic(topic)),
+                "publishers": _ends(node.get_publishers_info_by_topic(topic)),
+                "age": heard.ages.get(topic),
+                "gap": heard.gap(topic, end),
+                "pose": heard.poses.get(topic),
+                "battery": heard.batteries.get(topic),
+            }
+            for topic in sorted({*topics, *moving})
+        }
+
+
+def receive(topic: str, say: Callable[[bool], None]) -> bool:
+    """Say `true` as soon as it listens, then wait for a nonzero Twist. Returns whether one came in time."""
+    from geometry_msgs.msg import Twist
+
+    moving: list[Any] = []
+
+    def hear(message: Any) -> None:
+        if message.linear.x:
+            moving.append(message)
+
+    with _node("improv_receive") as node:
+        node.create_subscription(Twist, topic, hear, 10)
+        say(True)
+        _spin(node, moving, RECEIVE_LIMIT)
+    return bool(moving)
+
+
+def text(topic: str) -> str | None:
+    """The text on a topic that keeps its latest message for those who come later, as /robot_description does."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import String
+
+    heard: list[Any] = []
+    with _node("improv_text") as node:
+        keeps = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(String, topic, heard.append, keeps)
+        _spin(node, heard, LOOK)
+    return str(heard[0].data) if heard else None
+
+
+def _spin(node: Any, heard: Sequence[Any], seconds: float) -> None:
+    """Listen until something is heard, or for so long."""
+    import rclpy
+
+    end = time.monotonic() + seconds
+    while not heard and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+
+
+@contextmanager
+def _node(name: str) -> Iterator[Any]:
+    import rclpy
+
+    rclpy.init()
+    node = rclpy.create_node(name)
+    try:
+        yield node
+    finally:
+        # A node that exits without destroying itself stays in the graph for its lease, about twenty seconds.
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+class _Heard:
+    """What comes on topics of poses and batteries. Poses are as old as the newest one by its stamp."""
+
+    def __init__(self, node: Any, topics: Sequence[str]) -> None:
+        self._node = node
+        self._unheard = set(topics)
+        self._times: dict[str, list[float]] = {}
+        self.ages: dict[str, float] = {}
+        self.poses: dict[str, PoseJson] = {}
+        self.batteries: dict[str, float] = {}
+
+    def listen(self) -> None:
+        """Subscribe to topics on which poses or batteries are known to be published by now."""
+        from rclpy.qos import qos_profile_sensor_data
+
+        for topic in list(self._unheard):
+            for info in self._node.get_publishers_info_by_topic(topic):
+                hear = self._hear_battery if info.topic_type == BATTERY else self._hear_pose
+                if info.topic_type in (*POSES, BATTERY):
+                    package, _, kind = info.topic_type.split("/")
+                    found = getattr(import_module(f"{package}.msg"), kind)
+                    self._node.create_subscription(found, topic, partial(hear, topic), qos_profile_sensor_data)
+                    self._unheard.discard(topic)
+                    break
+
+    def gap(self, topic: str, end: float) -> float:
+        """For how many seconds no pose came, until the end of the look."""
+        times = self._times.get(topic, [])
+        return max((later - earlier for earlier, later in pairwise([*times, end])), default=0.0) if times else 0.0
+
+    def _hear_pose(self, topic: str, message: Any) -> None:
+        stamp = message.header.stamp
+        age = time.time() - stamp.sec - stamp.nanosec / 1e9
+        self.ages[topic] = min(age, self.ages.get(topic, age))
+        always = type(message).__name__ != "PoseWithCovarianceStamped"  # localization sends it after a movement
+        if always:
+            self._times.setdefault(topic, []).append(time.monotonic())
+        pose = message.pose if type(message).__name__ == "PoseStamped" else message.pose.pose
+        place, turned = pose.position, pose.orientation
+        heading = 2 * math.atan2(turned.z, turned.w)
+        self.poses[topic] = {"x": place.x, "y": place.y, "z": place.z, "heading": heading}
+
+    def _hear_battery(self, topic: str, message: Any) -> None:
+        if (share := battery(message)) is not None:
+            self.batteries[topic] = share
+
+
+def _ends(infos: Sequence[Any]) -> list[Endpoint]:
+    ends: list[Endpoint] = [
+        {
+            "node": _name(info),
+            "type": info.topic_type,
+            "reliable": info.qos_profile.reliability.name == "RELIABLE",
+            "latched": info.qos_profile.durability.name == "TRANSIENT_LOCAL",
+        }
+        for info in infos
+    ]
+    return sorted(ends, key=lambda end: (end["node"], end["type"]))
+
+
+def _name(info: Any) -> str:
+    unknown = info.node_name == "_NODE_NAME_UNKNOWN_"
+    return UNNAMED if unknown else f"{info.node_namespace.rstrip('/')}/{info.node_name}"

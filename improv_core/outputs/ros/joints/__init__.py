@@ -1,0 +1,1 @@
+"""The joints of real robots: controllers of ros2_control."""

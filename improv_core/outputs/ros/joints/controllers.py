@@ -1,0 +1,329 @@
+"""Tells the controllers of robots' joints what to do, on ROS 2 topics (nodes are passed in)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from improv_core.outputs.cdr import numbers_message
+from improv_core.outputs.ros.joints.trajectories import (
+    Channel,
+    Course,
+    channels_of,
+    homeward,
+    joint_states_of,
+    let_go,
+    message_of,
+    paced,
+    present,
+    stopped,
+    turned,
+    way_home,
+)
+from improv_core.outputs.ros.standby.client import Standby
+from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
+from improv_core.outputs.ros.zero_sender import OwedZeros
+from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off, line_of
+from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.score.joints import JointMotion
+from improv_core.score.score import Part
+
+SETTLED = 0.5
+"""Seconds after which joints that were told to stand have come to rest, so that it counts where they are."""
+PATIENCE = 5.0
+"""Seconds until people are told that it isn't known where joints are: it takes a few until the first of it comes."""
+AGAIN = 5.0
+"""Seconds until they are told again, if it is something else."""
+
+PERIOD = 0.05
+"""Seconds between two messages to joints on their way to their starts."""
+
+OFTEN = 0.75
+"""How much of the period between two commands must have passed until the same is repeated: each body part repeats its
+own, and a controller that moves several gets all of them."""
+
+Measured = Callable[[str], Mapping[str, tuple[float, float]]]
+"""Where the joints of a robot are, and when that came, in monotonic seconds."""
+
+
+class RosControllers:
+    """The controllers of all robots that a score has had. `advertise` creates publishers on a topic, and `measured`
+    says where joints are. The topics of velocity controllers, which never stop by themselves, are the standby's and
+    `owed` too: trajectories end at rest, and a position is where a joint stands."""
+
+    def __init__(
+        self,
+        node: Any,
+        advertise: Callable[[Channel], Advertise],
+        measured: Measured,
+        standby: Standby,
+        owed: OwedZeros,
+        tell: Callable[[str], None],
+        now: Now,
+    ) -> None:
+        self._node = node
+        self._advertise = advertise
+        self._measured = measured
+        self._standby = standby
+        self._owed = owed
+        self._tell = tell
+        self._now = now
+        self._topics: dict[tuple[str, str, int], RosTopic] = {}
+        self._robots: dict[str, _Robot] = {}
+        self._cast: Collection[str] = ()
+        self._begins = False  # whether beat 0 is yet to come
+        self._waits_since = 0.0
+        self._told = ""
+        self._tell_at = 0.0
+        self._held_tell_at = 0.0
+
+    def meet(self, part: Part) -> None:
+        """Create publishers for a robot that is about to be prepared."""
+        for channel in channels_of(part):
+            self._topic(channel, at_once=True)
+
+    def take(self, parts: Mapping[str, Part], restart: bool) -> None:
+        """Have the controllers of these parts. Those that a robot has no longer are told to stand."""
+        for robot, part in parts.items():
+            before = {arm.channel: arm for arm in self._robots[robot].arms} if robot in self._robots else {}
+            channels = channels_of(part)
+            arms = [before.get(each) or _Arm(each, self._topic(each, at_once=not restart)) for each in channels]
+            for channel in before.keys() - channels:
+                self._leave(robot, before[channel])
+            self._robots[robot] = _Robot(part, arms)
+            for arm in arms:
+                arm.anew, arm.tried = arm.anew or restart, arm.tried and not restart
+                if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
+                    zero = numbers_message([0.0] * len(arm.channel.joints))
+                    self._standby.owes(arm.topic.name, "")
+                    self._owed.inherits(robot, arm.topic, "", zero)
+        self._cast = [*parts]
+        self._begins = restart
+        self._waits_since, self._told = self._now(), ""
+
+    def topics(self, robots: Collection[str]) -> set[str]:
+        """The topics of these robots' controllers."""
+        return {arm.topic.name for robot in robots for arm in self._robots[robot].arms}
+
+    def waits(self) -> bool:
+        """Whether beat 0 must wait until it is known where joints are, and until they are at their starts."""
+        found = [each for robot in self._cast for each in self._off(robot)]
+        self._begins = bool(found) or any(arm.way for robot in self._cast for arm in self._robots[robot].arms)
+        line, now = line_of(found), self._now()
+        patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
+        if line != self._told and now >= max(self._waits_since + patience, self._tell_at if self._told else 0.0):
+            self._told, self._tell_at = line, now + AGAIN
+            if line:
+                self._tell(line)
+        return self._begins
+
+    def ask(self, robots: Collection[str]) -> None:
+        """Have those who listen for these robots, which stand, confirm what moves nothing. Before beat 0, joints that
+        somebody has yet to bring to their starts are left alone."""
+        for robot in robots:
+            if self._begins and not self._moves_home(robot) and any(self._off(robot)):
+                continue
+            for arm in self._robots[robot].arms:
+                if course := self._course(robot, arm, begins=False):
+                    arm.topic.ask(message_of(arm.channel, course), self._node.get_clock(), b"")
+
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Bring the joints of these robots to their starts, if `improv.toml` asks for it; those of all others stand."""
+        for robot in self._cast:
+            if robot in robots and self._moves_home(robot):
+                for arm in self._robots[robot].arms:
+                    self._bring_home(robot, arm)
+            else:
+                self.halt(robot)
+
+    def halt(self, robot: str) -> None:
+        """Have a robot's joints stand that are on their way to their starts."""
+        for arm in self._robots[robot].arms:
+            self._halt(arm)
+
+    def missing(self, robot: str) -> str | None:
+        """Why a command to one of a robot's controllers would not be heard now, or None. It is "" while they and we
+        are still finding each other."""
+        lines = [arm.topic.missing(arm.moves) for arm in self._robots[robot].arms]
+        found = [line for line in lines if line is not None]
+        return max(found, key=bool) if found else None
+
+    def warning(self, robot: str, others: Callable[[RosTopic, bool], Collection[str]]) -> str | None:
+        """A line if other nodes publish on the topic of one of a robot's controllers; `others` names them, given
+        whether the standby has a publisher there, too."""
+        for arm in self._robots[robot].arms:
+            if found := others(arm.topic, arm.channel.interface == "velocity"):
+                line = f"other nodes also publish to {arm.topic.name}: {', '.join(found)}; "
+                return f"{line}joints obey all of them: stop the others"
+        return None
+
+    def send(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+        """Publish now what the controllers of these joints are to do from performance time `at` on, by a time of which
+        `pace` passes in a second. Those of which it isn't known where their joints are get nothing. Raises ValueError
+        if a number is not finite, and what rclpy raises."""
+        if not all(math.isfinite(number) for motion in joints.values() for number in motion):
+            raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
+        for arm in self._robots[robot].arms:
+            if any(joint.name in joints for joint in arm.channel.joints):
+                self._send(robot, arm, joints, at, pace)
+
+    def _send(self, robot: str, arm: _Arm, joints: Mapping[str, JointMotion], at: float, pace: float) -> None:
+        self._halt(arm)
+        begins = any(joint.name in joints and joints[joint.name].velocity for joint in arm.channel.joints)
+        before = self._course(robot, arm, begins=begins)
+        if before is None:
+            return
+        arm.anew = arm.anew and not begins
+        arm.course = course = self._let_go(robot, arm, before, turned(arm.channel, before, joints, at))
+        if (
+            course.moves
+            and course.velocities == before.velocities
+            and self._now() < arm.sent + OFTEN * self._period(robot)
+        ):
+            return  # it has just been told this because of another body part
+        topic, message = arm.topic, message_of(arm.channel, paced(course, pace))
+        needs_zeros = arm.channel.interface == "velocity"
+        if course.moves and needs_zeros:
+            self._standby.moves(topic.name, "")
+            self._owed.moves(topic)
+        topic.publish(message, self._node.get_clock(), b"")
+        arm.sent = self._now()
+        if course.moves:
+            arm.moved = arm.sent
+        elif needs_zeros:
+            self._standby.stands(topic.name)
+            self._owed.stands(robot, topic, "", message)
+
+    def _let_go(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
+        now, free = self._now(), let_go(arm.channel, before, course, self._seconds_ago(robot))
+        pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
+        held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
+        if held and course.moves and now >= self._held_tell_at:
+            self._held_tell_at = now + AGAIN
+            self._tell(f"{held[0]} of {robot} is held back: it continues from where it is, not as the program says")
+        return free
+
+    def _let_go_home(self, robot: str, way: Channel, before: Course, now: float) -> Course:
+        """The course of joints on their way to their starts; if something holds one back, they all stay where they
+        are."""
+        course = turned(way, before, {}, now)
+        free = let_go(way, before, course, self._seconds_ago(robot))
+        return course if free == course else stopped(way, free, 0.0)
+
+    def _bring_home(self, robot: str, arm: _Arm) -> None:
+        """Have joints move on to their starts. They try that once: something may be in their way."""
+        now = self._now()
+        if arm.tried or now < arm.sent + PERIOD or arm.topic.missing(arm.moves) is not None:
+            return
+        if arm.way and arm.course:
+            arm.course = self._let_go_home(robot, arm.way, arm.course, now)
+        elif course := self._course(robot, arm, begins=False):
+            if not (way := way_home(arm.channel, course)):
+                return
+            arm.way, arm.course = way, homeward(way, course, now)
+        else:
+            return
+        self._publish(arm)
+        if arm.moves:
+            arm.moved = now
+        else:
+            arm.tried, arm.way = True, None
+
+    def _halt(self, arm: _Arm) -> None:
+        if arm.way and arm.course:
+            arm.course = stopped(arm.way, arm.course, self._now() - arm.course.since)
+            arm.way = None
+            self._publish(arm)
+
+    def _publish(self, arm: _Arm) -> None:
+        assert arm.course
+        arm.topic.publish(message_of(arm.way or arm.channel, arm.course), self._node.get_clock(), b"")
+        arm.sent = self._now()
+
+    def _moves_home(self, robot: str) -> bool:
+        body = self._robots[robot].part.profile.body
+        return body is not None and body.home == "move"
+
+    def _period(self, robot: str) -> float:
+        return 1 / self._robots[robot].part.profile.command_rate
+
+    def _leave(self, robot: str, arm: _Arm) -> None:
+        """Have joints stand that another controller moves from now on."""
+        if arm.course:
+            course = stopped(arm.channel, arm.course, max(self._now() - arm.sent, 0.0))
+            for _ in range(LAST_ZEROS):
+                arm.topic.publish(message_of(arm.channel, course), self._node.get_clock(), b"")
+            if arm.channel.interface == "velocity":
+                self._standby.stands(arm.topic.name)
+                self._owed.stands(robot, arm.topic, "", message_of(arm.channel, course))
+
+    def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
+        """How the joints of a controller move now, before they begin to move or anything else; None if that isn't
+        known."""
+        rests = self._now() >= arm.moved + SETTLED
+        arm.course = present(arm.channel, arm.course, self._fresh(robot), begins=begins, anew=arm.anew, rests=rests)
+        return arm.course
+
+    def _fresh(self, robot: str) -> dict[str, float]:
+        """Where the joints of a robot are, as far as that is known now."""
+        return {joint: position for joint, (position, _) in self._recent(robot).items()}
+
+    def _seconds_ago(self, robot: str) -> dict[str, tuple[float, float]]:
+        """The same, and how many seconds ago that was."""
+        now = self._now()
+        return {joint: (position, max(now - at, 0.0)) for joint, (position, at) in self._recent(robot).items()}
+
+    def _recent(self, robot: str) -> dict[str, tuple[float, float]]:
+        """The same, and when that was, in monotonic seconds."""
+        since, body = self._now() - FRESH, self._robots[robot].part.profile.body
+        return {
+            name: (position + body.joint[name].offset, at)
+            for name, (position, at) in self._measured(robot).items()
+            if at >= since and body and name in body.joint
+        }
+
+    def _off(self, robot: str) -> Iterator[JointOff]:
+        """The joints that aren't at their starts, or of which that isn't known."""
+        known = self._robots[robot]
+        topic = joint_states_of(known.part)
+        for arm in known.arms:
+            if known.part.scenes and (topic or arm.channel.needs_positions):
+                brought = self._moves_home(robot) and not arm.tried and arm.channel.needs_positions
+                yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot), brought)
+
+    def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
+        key = channel.topic, channel.interface, len(channel.joints)
+        if key not in self._topics:
+            advertise = self._advertise(channel)
+            self._topics[key] = RosTopic(channel.topic, channel.message, self._node, advertise, self._now, at_once)
+        return self._topics[key]
+
+
+@dataclass(slots=True)
+class _Arm:
+    """A controller of a robot, and what it was told last; None before it is known where its joints are."""
+
+    channel: Channel
+    topic: RosTopic
+    course: Course | None = None
+    sent: float = -math.inf
+    moved: float = -math.inf
+    """When it was last told to move."""
+    anew: bool = True
+    """Whether it begins anew, so that its joints are where they are measured."""
+    way: Channel | None = None
+    """Itself while its joints are brought to their starts."""
+    tried: bool = False
+    """Whether they have been."""
+
+    @property
+    def moves(self) -> bool:
+        return self.course is not None and self.course.moves
+
+
+@dataclass(slots=True)
+class _Robot:
+    part: Part
+    arms: list[_Arm] = field(default_factory=list)

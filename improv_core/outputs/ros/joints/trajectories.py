@@ -1,0 +1,312 @@
+"""What the controllers of a robot's joints are told. It never reads a clock. Standard library only.
+
+Positions are in radians or meters, and times in seconds. Where a controller is told that its joints are never jumps: it
+follows from where they stood, and from how fast they were told to move since then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from improv_core.outputs.cdr import numbers_message, trajectory_message
+from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift
+from improv_core.score.body import Body, Controller, Interface, Joint
+from improv_core.score.joints import JointMotion, moved_parts
+from improv_core.score.profiles import is_simulated
+from improv_core.score.score import Part
+
+CRUISE = 0.2
+"""Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
+HORIZON = 0.3
+"""Seconds after which a trajectory has come to rest if nothing follows."""
+LAG, LAST_LAG = 0.5, 0.2
+"""Seconds by which joints that move may be behind what they are told, and by which they may be when they are stopped:
+what is left, they still go."""
+HOMING = 5
+"""How many times as slow as they can joints move to their starts."""
+TICK = 0.001
+"""Seconds: the times in a trajectory are multiples of it, so that no two of its points are too near to each other."""
+TOPICS: Mapping[Interface, str] = {"trajectory": "joint_trajectory", "position": "commands", "velocity": "commands"}
+"""What ros2_control calls the topics of joint_trajectory_controller and of forward_command_controller."""
+MESSAGES: Mapping[Interface, str] = {
+    "trajectory": "JointTrajectory",
+    "position": "Float64MultiArray",
+    "velocity": "Float64MultiArray",
+}
+"""The types of the messages there."""
+FOR_ALL = "joint_trajectory"
+"""The name of the one controller that a body without any has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One controller of one robot: its joints in their order, its interface, and the full name of its topic."""
+
+    joints: tuple[Joint, ...]
+    interface: Interface
+    topic: str
+
+    @property
+    def message(self) -> str:
+        """The type of its messages."""
+        return MESSAGES[self.interface]
+
+    @property
+    def needs_positions(self) -> bool:
+        """Whether it has to be known where its joints are before it can be told anything."""
+        return self.interface != "velocity"
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """How the joints of a controller move from a performance time on, in their order."""
+
+    motions: tuple[JointMotion, ...]
+    since: float = 0.0
+
+    @property
+    def velocities(self) -> list[float]:
+        return [velocity for _, velocity in self.motions]
+
+    @property
+    def moves(self) -> bool:
+        return any(self.velocities)
+
+
+class TrajectoryPoint(NamedTuple):
+    """Where the joints of a controller are, and how fast they move, so many seconds from now."""
+
+    seconds: float
+    positions: list[float]
+    velocities: list[float]
+
+
+def channels_of(part: Part) -> list[Channel]:
+    """The controllers that move the body parts of a robot's part. Others are told nothing.
+
+    For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
+    """
+    body = part.profile.body
+    if not body or is_simulated(part.profile):
+        return []
+    if not part.scenes:
+        endless = [each for each in controllers_of(body) if each.interface == "velocity"]
+        return [_channel(each, body, part.namespace) for each in endless]
+    moved = {drive.joint for name in moved_parts(part) for drive in body.part[name].drives}
+    return [_channel(each, body, part.namespace) for each in controllers_of(body) if not moved.isdisjoint(each.joints)]
+
+
+def controllers_of(body: Body) -> Sequence[Controller]:
+    """The controllers of a body: without any, one has all of its joints."""
+    return body.controllers or [Controller(FOR_ALL, tuple(body.joint))]
+
+
+def joint_states_of(part: Part) -> str | None:
+    """The full name of the topic that says where a robot's joints are, if there is one."""
+    body = part.profile.body
+    return in_namespace(body.joint_states, part.namespace) if body and body.joint_states else None
+
+
+def needs_base(part: Part) -> bool:
+    """Whether a robot's base has anything to do. One whose body parts alone move need not have one."""
+    if is_simulated(part.profile):
+        return False
+    return not channels_of(part) or any(any(scene.bounds.peak[:4]) for scene in part.scenes)
+
+
+def topic_of(controller: Controller, namespace: str) -> str:
+    """The full name of a controller's topic in a robot's namespace."""
+    return in_namespace(controller.topic or f"{controller.name}_controller/{TOPICS[controller.interface]}", namespace)
+
+
+def in_namespace(topic: str, namespace: str) -> str:
+    """A topic's full name in a namespace, unless it begins with `/`."""
+    return topic if topic.startswith("/") else f"{namespace}/{topic}"
+
+
+def standing(channel: Channel, positions: Mapping[str, float]) -> Course:
+    """The joints stand at these positions."""
+    return Course(tuple(JointMotion(positions[joint.name], 0.0) for joint in channel.joints))
+
+
+def present(
+    channel: Channel, course: Course | None, measured: Mapping[str, float], *, begins: bool, anew: bool, rests: bool
+) -> Course | None:
+    """How joints move now; None if that isn't known. `measured` is where joints were lately.
+
+    If joints that rest begin to move, and somebody else has moved them, or they never came to rest where they should,
+    they are where they are measured; so are all that start `anew`, such as for beat 0. As long as they stand, nothing
+    is told to follow what is measured: an arm that hangs a little would sink and sink.
+    """
+    if course and (course.moves or not rests or not (begins or anew)):
+        return course
+    if all(joint.name in measured for joint in channel.joints):
+        told = course and [motion.position for motion in course.motions]
+        return standing(channel, measured) if not told or anew or adrift(channel.joints, measured, told) else course
+    if course or channel.needs_positions:
+        return course
+    return standing(channel, {joint.name: joint.start for joint in channel.joints})
+
+
+def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at: float) -> Course:
+    """The course after some of the joints were told how fast to move from a time on. The others continue.
+
+    No joint gets faster than it can, or passes its limits.
+    """
+    passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
+    pairs = zip(channel.joints, before.motions, strict=True)
+    return Course(tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs), at)
+
+
+def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[str, tuple[float, float]]) -> Course:
+    """The course of joints some of which something may have held back, such as a person or a protective stop: these
+    continue from where they are. They would jump as soon as they are let go.
+
+    `measured` is where joints were, and how many seconds ago. Joints that stand may hang a little.
+    """
+    if not channel.needs_positions:
+        return course
+    motions = []
+    for joint, last, motion in zip(channel.joints, before.motions, course.motions, strict=True):
+        speed = max(abs(last.velocity), abs(motion.velocity))
+        position, ago = measured.get(joint.name, (motion.position, 0.0))
+        far = (FAR_SLIDE if joint.slides else FAR_TURN) + speed * ((LAG if motion.velocity else LAST_LAG) + ago)
+        is_held = speed and abs(position - motion.position) > far
+        motions.append(motion._replace(position=position) if is_held else motion)
+    return turned(channel, Course(tuple(motions), course.since), {}, course.since)
+
+
+def way_home(channel: Channel, course: Course) -> Channel | None:
+    """The controller with joints that stop at their starts and move at a fifth of their highest speed; None if not all
+    that have to move have one. Velocity controllers don't come to rest by themselves, so they have no way home."""
+    joints = []
+    for joint, (position, _) in zip(channel.joints, course.motions, strict=True):
+        if joint.max_velocity is None and position != joint.start:
+            return None
+        least, most = sorted((position, joint.start))
+        slow = joint.max_velocity and joint.max_velocity / HOMING
+        joints.append(replace(joint, min=least, max=most, max_velocity=slow))
+    return replace(channel, joints=tuple(joints)) if channel.needs_positions else None
+
+
+def homeward(way: Channel, course: Course, now: float) -> Course:
+    """The course of joints that stand, and from now on move to their starts."""
+    told = {
+        joint.name: JointMotion(at, math.copysign(joint.max_velocity or 0.0, joint.start - at))
+        for joint, (at, _) in zip(way.joints, course.motions, strict=True)
+    }
+    return turned(way, replace(course, since=now), told, now)
+
+
+def stopped(channel: Channel, course: Course, passed: float) -> Course:
+    """The course once all joints stand, so many seconds after it began."""
+    pairs = zip(channel.joints, course.motions, strict=True)
+    motions = tuple(JointMotion(_after(passed, joint, motion), 0.0) for joint, motion in pairs)
+    return Course(motions, course.since + passed)
+
+
+def paced(course: Course, pace: float) -> Course:
+    """How joints move by a time of which `pace` passes in a second, such as a simulation's."""
+    if pace == 1:
+        return course
+    return replace(course, motions=tuple(JointMotion(at, speed / pace) for at, speed in course.motions))
+
+
+def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
+    """The points of a course that begins now and comes to rest by itself. Joints that stand are a single point.
+
+    Between two points, positions are cubic (joint_trajectory_controller's splines): with these velocities, a joint that
+    brakes does so evenly, and none passes its limits.
+    """
+    plans = [_plan(joint, motion) for joint, motion in zip(channel.joints, course.motions, strict=True)]
+    ends = {time for plan in plans if plan.velocity for time in (plan.cruises, plan.rests)}
+    for seconds in sorted({0.0, *map(_ticks, ends)}):
+        positions, velocities = [], []
+        for begin, velocity, cruises, rests, end in plans:
+            left = rests - seconds
+            if left <= TICK * _ALMOST:
+                position, velocity = end, 0.0
+            elif seconds <= cruises:
+                position = begin + velocity * seconds
+            else:
+                velocity *= left / (rests - cruises)
+                position = end - velocity * left / 2
+            positions.append(position)
+            velocities.append(velocity)
+        yield TrajectoryPoint(seconds, positions, velocities)
+
+
+def message_of(channel: Channel, course: Course) -> bytes:
+    """What a controller is sent at the beginning of a course. It counts from where its encoders do."""
+    if channel.interface == "velocity":
+        return numbers_message(course.velocities)
+    if channel.interface == "position":
+        return numbers_message(_counted(channel, [motion.position for motion in course.motions]))
+    points = [
+        (seconds, _counted(channel, positions), velocities)
+        for seconds, positions, velocities in trajectory(channel, course)
+    ]
+    return trajectory_message(tuple(joint.name for joint in channel.joints), points)
+
+
+def _counted(channel: Channel, positions: Sequence[float]) -> list[float]:
+    return [position - joint.offset for joint, position in zip(channel.joints, positions, strict=True)]
+
+
+def _channel(controller: Controller, body: Body, namespace: str) -> Channel:
+    joints = tuple(body.joint[name] for name in controller.joints)
+    return Channel(joints, controller.interface, topic_of(controller, namespace))
+
+
+def _turned(joint: Joint, motion: JointMotion, told: JointMotion | None, passed: float) -> JointMotion:
+    if not (told or motion.velocity):
+        return motion
+    position = _after(passed, joint, motion)
+    velocity = told.velocity if told else motion.velocity
+    if joint.max_velocity is not None:
+        velocity = max(-joint.max_velocity, min(velocity, joint.max_velocity))
+    limit = joint.max if velocity > 0 else joint.min
+    is_there = velocity and limit is not None and (position - limit) * velocity >= 0
+    return JointMotion(position, 0.0 if is_there else velocity)
+
+
+def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
+    """Where a joint is later. It stops at its limits; one that is beyond them already doesn't jump back."""
+    position, velocity = motion
+    later = position + velocity * seconds
+    if velocity > 0 and joint.max is not None:
+        return min(later, max(position, joint.max))
+    if velocity < 0 and joint.min is not None:
+        return max(later, min(position, joint.min))
+    return later
+
+
+class _Plan(NamedTuple):
+    """How one joint comes to rest if nothing follows: it `cruises` until a time and brakes evenly until it `rests`."""
+
+    begin: float
+    velocity: float
+    cruises: float
+    rests: float
+    end: float
+
+
+def _plan(joint: Joint, motion: JointMotion) -> _Plan:
+    begin, velocity = motion
+    if not velocity:
+        return _Plan(begin, 0.0, 0.0, 0.0, begin)
+    end = _after((CRUISE + HORIZON) / 2, joint, motion)  # evenly, so at half the velocity on average
+    limited = (end - begin) / velocity  # how long it takes there without braking
+    cruises = min(CRUISE, limited)
+    return _Plan(begin, velocity, cruises, cruises + 2 * (limited - cruises), end)
+
+
+def _ticks(seconds: float) -> float:
+    """A time, or a moment later: a joint that reaches its limit must not be told a velocity there."""
+    return math.ceil(seconds / TICK - _ALMOST) * TICK
+
+
+_ALMOST = 1e-6

@@ -1,0 +1,142 @@
+"""The nodes from which Improv publishes to ROS 2, and their names (rclpy, imported lazily)."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from improv_core.outputs.ros.lazy import imported_later
+
+DEPTH = 10
+"""QoS history depth. It is reliable, like teleop_twist_keyboard and Nav2, so all listeners match."""
+STANDBY = "_standby"
+"""The suffix of the names of nodes that publish only after their stage has died."""
+READER = "_reader"
+"""The suffix of the names of nodes that read sensors."""
+PUBLISHER = "_publisher"
+"""The suffix of the names of nodes that publish what plays."""
+
+
+class Nodes:
+    """One node that lives as long as its process, and a second one if a topic needs both message types.
+
+    `arguments` are ROS's: `--ros-args …`, without a name for the node. Raises what rclpy raises if they are wrong.
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str] = (), **options: bool) -> None:
+        imported_later("numpy")  # which messages import for fields that nobody here reads or writes: it takes 12 MB
+        import rclpy
+
+        self._arguments = arguments
+        self.first = _node(rclpy.get_default_context(), name, arguments, **options)
+        self._second: Any = None
+
+    @property
+    def names(self) -> list[str]:
+        """Full names: `/improv_…`."""
+        return [node.get_fully_qualified_name() for node in self._all]
+
+    def advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
+        """A publisher of a message type, on the second node if asked to, and a function that destroys it."""
+        try:
+            from rclpy.event_handler import PublisherEventCallbacks
+        except ImportError:  # Humble
+            from rclpy.qos_event import PublisherEventCallbacks
+        node = self._second_node() if second else self.first
+        # With the default callbacks, a destroyed publisher stays on the topic as long as the executor waits.
+        none = PublisherEventCallbacks(use_default_callbacks=False)
+        overrides = None
+        if self._arguments:  # they may override QoS; only then, since each topic declares three parameters for it
+            from rclpy.qos_overriding_options import QoSOverridingOptions
+
+            overrides = QoSOverridingOptions.with_default_policies()
+        publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none, qos_overriding_options=overrides)
+        return publisher, lambda: node.destroy_publisher(publisher)
+
+    def close(self) -> None:
+        """Destroy the nodes. Otherwise they would stay in the graph for about twenty seconds."""
+        import rclpy
+
+        for node in self._all:
+            node.destroy_node()
+            rclpy.try_shutdown(context=node.context)
+
+    @property
+    def _all(self) -> list[Any]:
+        return [self.first, self._second] if self._second else [self.first]
+
+    def _second_node(self) -> Any:
+        """Fast DDS refuses two types on one topic within one context.
+
+        Created only when needed, and used for nothing else: its discovery can take seconds.
+        """
+        if not self._second:
+            import rclpy
+
+            # No executor spins it, so it offers no services.
+            name = f"{self.first.get_name()}_2"
+            self._second = _node(rclpy.Context(), name, self._arguments, start_parameter_services=False)
+        return self._second
+
+
+def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any, *, raw: bool = False) -> Any:
+    """A subscription without rclpy's default callbacks for events."""
+    try:
+        from rclpy.event_handler import SubscriptionEventCallbacks
+    except ImportError:  # Humble
+        from rclpy.qos_event import SubscriptionEventCallbacks
+    # These would log what our warnings tell, and keep a subscription in use while the executor waits.
+    none = SubscriptionEventCallbacks(use_default_callbacks=False)
+    return node.create_subscription(kind, topic, take, qos, event_callbacks=none, raw=raw)
+
+
+def node_name(process: int | str = "") -> str:
+    """A name that no other Improv process has, on this machine or another."""
+    return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"
+
+
+def without_name(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
+    """The name that ROS's arguments give to all nodes (`-r __node:=NAME`), if any, and the arguments without it.
+
+    Improv has several nodes: each gets a name made from this one.
+    """
+    name, kept = None, list[str]()
+    for word in arguments:
+        if found := re.fullmatch(r"(?:[^:]+:)?__(?:node|name):=(\w+)", word):
+            name = found[1]
+            kept.pop()  # the `-r` before it
+        else:
+            kept.append(word)
+    return name, kept
+
+
+def is_harmless(node: str) -> bool:
+    """Whether a node in the graph publishes nothing: a standby, or a node of a stage on this machine that was killed.
+
+    The graph still shows a killed node for about twenty seconds. A node whose name it does not know yet is left to a
+    later look.
+    """
+    if node.endswith("_NODE_NAME_UNKNOWN_") or re.fullmatch(f"/improv_\\w+{STANDBY}(?:_2)?", node):
+        return True
+    found = re.fullmatch(f"/{node_name(process='([0-9]+)')}(?:_2)?", node)
+    if not found or os.name != "posix":
+        return False
+    try:
+        os.kill(int(found[1]), 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        pass  # another user's process, and alive
+    return False
+
+
+def _node(context: Any, name: str, arguments: Sequence[str], **options: bool) -> Any:
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    # rclpy's own handlers would invalidate the context before the last zero could be sent.
+    rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
+    return rclpy.create_node(name, context=context, **options)

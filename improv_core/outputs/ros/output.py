@@ -1,0 +1,407 @@
+"""Publishes velocities on ROS 2 topics from one node that lives as long as the stage (rclpy, imported lazily)."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import Any
+
+from improv_core.ipc.arrivals import End
+from improv_core.outputs.cdr import frame_field
+from improv_core.outputs.ros.base import RosBase
+from improv_core.outputs.ros.buttons import Listening
+from improv_core.outputs.ros.clock import SimulatedTime
+from improv_core.outputs.ros.discovery import described, limited
+from improv_core.outputs.ros.joints.controllers import RosControllers
+from improv_core.outputs.ros.joints.trajectories import Channel, joint_states_of, needs_base
+from improv_core.outputs.ros.nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.outputs.ros.publisher.client import Publishing
+from improv_core.outputs.ros.requests import Ask, Requests
+from improv_core.outputs.ros.reset import Resets
+from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
+from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
+from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
+from improv_core.outputs.ros.zero_sender import ZERO, OwedZeros
+from improv_core.plain import one_line
+from improv_core.protocol.messages import FromStage
+from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses
+from improv_core.safety.zeros import LINGER
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.peer_clock import Anchor
+from improv_core.score.score import Part, Score
+from improv_core.score.senses import CUE, BuiltIn, RobotSense
+from improv_core.score.senses import Topic as SenseTopic
+
+REST = 0.005
+"""Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
+STANDBY_LIMIT = 3.0
+"""Seconds that beat 0 waits for the standby to find the robots too: discovery took up to 2.64 s on a quiet machine."""
+
+
+class Ros:
+    """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
+
+    `discovery` is how far it looks for robots if the environment does not set that (discovery.py). `hear` gets
+    edges, poses, alarms, anchors of /clock, and the end if no more can be received, and `ask` what somebody in ROS 2
+    asks for, from threads of their own; `tell` gets lines for people. `node` is the name of its node, if it is to have
+    one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy raises if the
+    arguments are wrong.
+    """
+
+    name: str = "ROS 2"
+    real: bool = True
+    period: float | None = PULSE_PERIOD
+
+    def __init__(
+        self,
+        discovery: str | None,
+        standby: bool,
+        hear: Callable[[Edge | RawPoses | RawJoints | Alarm | Anchor | End], None],
+        ask: Ask,
+        node: str | None = None,
+        arguments: Sequence[str] = (),
+        tell: Callable[[str], None] = lambda line: None,
+        now: Now = time.monotonic,
+    ) -> None:
+        os.environ.update(limited(os.environ, discovery))
+        name, arguments = without_name(arguments)
+        # First: it starts while we do.
+        self._standby = Standby(node_name() + STANDBY, arguments, now, standby, lambda line: hear(Alarm(line)))
+        from rclpy.executors import SingleThreadedExecutor
+
+        self._nodes = Nodes(name or node or node_name(), arguments)
+        self._node = self._nodes.first
+        self._requests = Requests(self._node, ask)
+        self._clock = self._node.get_clock()
+        self._executor: Any = SingleThreadedExecutor(context=self._node.context)
+        self._executor.add_node(self._node)
+        self._hear = hear
+        self._closing = threading.Event()
+        self._receiving = threading.Thread(target=self._receive, daemon=True)
+        self._receiving.start()
+        self._now = now
+        self._resets = Resets(self._node, now)
+        self._simulated_time = SimulatedTime(self._node, hear, now)
+        self._listening = Listening(self._node, hear, now)
+        self._reader = RosReader(node_name() + READER, hear, now)
+        self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
+        self.owed = OwedZeros(self._send_zero, self._others, self._standby.paid, tell, now)
+        """The zeros that robots may not have heard."""
+        where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
+        shared = (self._standby, self.owed, tell, now)
+        self._controllers = RosControllers(self._node, self._advertise_for, where, *shared)
+        self._robots: dict[str, RosBase] = {}
+        self._topics: dict[str, RosTopic] = {}
+        self._may_bring = False  # whether beat 0 waits for nothing but joints
+        self._met: set[str] = set()  # topics of which no robot has been prepared
+        self._cast: list[str] = []
+        self._elsewhere: Collection[str] = ()  # robots that other stages move
+        self._late: dict[str, float] = {}
+        self._uses_sim_time = False
+        self._standby.wait()
+        self._standby_until = 0.0  # when beat 0 no longer waits for it
+
+    @property
+    def description(self) -> str:
+        """What it reaches, in words: the domain and the range of discovery."""
+        return f"{self.name}, {described(os.environ)}"
+
+    def show(self, message: FromStage) -> None:
+        """Show a message of the stage to others in ROS 2."""
+        self._requests.show(message)
+        self._publishing.show(message)
+        if message["type"] == "transport":
+            zero = message["monotonic"] - message["performed"]
+            self._publishing.health.zero = zero if message["state"] == "playing" else None
+
+    def announce(self, score: Score, generation: int) -> None:
+        """Show a score, before it plays, to others in ROS 2."""
+        self._publishing.take(score, generation)
+
+    def meet(self, score: Score) -> Iterator[None]:
+        """Create publishers for new topics, so that listeners are found before the score begins."""
+        for part in _here(score).values():
+            if part.topic not in self._topics:
+                self._advertise_new(part, at_once=True)
+                self._met.add(part.topic)
+                self._standby.live()
+                yield
+            self._controllers.meet(part)
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.
+
+        With `restart`, robots that have a reset service are stopped, and the service is called.
+        """
+        self._standby.renew()
+        self._listening.take(score.safety)
+        parts = _here(score)
+        self._elsewhere = score.parts.keys() - parts.keys()
+        self._publishing.health.keep(parts.keys())
+        if restart:
+            self._publishing.health.zero = None  # performance time starts over
+        odometry = {name: part.odom for name, part in parts.items() if part.odom}
+        batteries = {name: part.battery for name, part in parts.items() if part.battery}
+        joint_states = {name: topic for name, part in parts.items() if (topic := joint_states_of(part))}
+        period = PROMPT if score.world.keep_apart is not None or score.safety.sight else USUAL
+        self._reader.read(_read_from_topics(parts), odometry, batteries, joint_states, period)
+        self._cast = list(parts)
+        self._controllers.take(parts, restart)
+        self._use_sim_time(any(part.use_sim_time for part in parts.values()))
+        self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
+        for robot, part in parts.items():
+            self._advertise_new(part, at_once=not restart)
+            if restart and part.topic in self._met:
+                self._topics[part.topic].unsettle()
+            self._topics[part.topic].take(part.profile.message)
+            self._robots[robot] = RosBase(
+                part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
+            )
+            if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
+                self._standby.owes(part.topic, part.frame)
+                self.owed.inherits(robot, self._topics[part.topic], part.frame)
+        self._met.clear()
+        if restart:
+            self._standby_until = self._now() + STANDBY_LIMIT
+            reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
+            for _, robot, _ in reset:
+                self.send(robot, STILL, 0.0)
+            self._resets.begin(reset)
+
+    def guard(self, topics: Collection[str]) -> None:
+        """Listen for the release of these emergency stops, which are on, whether or not a score names them."""
+        self._listening.guard(topics)
+
+    def resetting(self) -> bool:
+        # All of them have to be asked.
+        waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
+        self._may_bring = not any([*waits, self._reader.under_way()])
+        return any([self._controllers.waits(), not self._may_bring])
+
+    def bring_home(self, robots: Collection[str]) -> None:
+        self._controllers.bring_home(self._ours(robots) if self._may_bring else ())
+
+    def _awaits_standby(self) -> bool:
+        """Whether the standby has yet to start, or to find a listener that we have found; it gets a few seconds."""
+        if self._now() >= self._standby_until:
+            return False
+        self._standby.look()
+        topics = {self._robots[robot].topic.name for robot in self._cast}
+        return not self._standby.is_ready(topics | self._controllers.topics(self._cast))
+
+    def ask(self, robots: Collection[str]) -> None:
+        robots = self._ours(robots)
+        for known in map(self._robots.__getitem__, robots):
+            known.topic.ask(ZERO, self._clock, known.frame)
+        self._controllers.ask(robots)
+
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        found = {}
+        asked = self._ours(robots)
+        for robot in asked:
+            known, topic = self._robots[robot], self._topic(robot)
+            problem = topic.missing(known.moves_since is not None) if known.needs_base else None
+            if problem is None:
+                problem = self._controllers.missing(robot)
+            if problem is not None:
+                found[robot] = problem and f"{problem} ({self.description})"
+            elif topic.is_stamped and self._clock.ros_time_is_active and not self._clock.now().nanoseconds:
+                found[robot] = (
+                    f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
+                )
+        self._publishing.health.asked(asked, found)
+        return found
+
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        asked = self._ours(robots)
+        found = {robot: line for robot, line in self._resets.warnings().items() if robot in asked}
+        if self._standby.problem:
+            found[self._standby.problem] = self._standby.problem
+        found |= self._listening.warnings()
+        for problem in (self._reader.problem, self._publishing.problem):
+            if problem:
+                found[problem] = problem
+        clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
+        for robot in asked:
+            topic = self._topic(robot)
+            if self._robots[robot].is_simulated:
+                found[robot] = (
+                    f"{robot} is a puppet, which only the simulator has: "
+                    "to move a real robot, give it the profile of one in improv.toml"
+                )
+            elif others := self._others(topic):
+                found[robot] = (
+                    f"other nodes also publish to {topic.name}: {', '.join(others)}; "
+                    "robots obey all of them: stop the others or use twist_mux"
+                )
+            elif clocked and topic.is_stamped:
+                found.setdefault(
+                    robot,
+                    f"messages on {topic.name} carry this machine's time, but a node publishes /clock: "
+                    "if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml",
+                )
+            elif line := self._controllers.warning(robot, self._others):
+                found[robot] = line
+            elif silent := self._silent(robot) or self._unmeasured(robot):
+                found.setdefault(robot, silent)
+        return found
+
+    def send(self, robot: str, twist: Twist, at: float) -> None:
+        """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        if robot in self._elsewhere:
+            return
+        known, stands = self._robots[robot], twist == STILL
+        if known.is_simulated:
+            return
+        message = known.message_of(twist)
+        known.moves_since = None if stands else known.moves_since or self._now()
+        if not stands:
+            self._standby.moves(known.topic.name, known.part.frame)
+            self.owed.moves(known.topic)
+        known.topic.publish(message, self._clock, known.frame)
+        if stands:
+            self._controllers.halt(robot)
+            self._standby.stands(known.topic.name)
+            self.owed.stands(robot, known.topic, known.part.frame)
+        if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
+            self._late[robot] = max(self._late.get(robot, 0.0), late)
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+        """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        if robot in self._elsewhere:
+            return
+        self._controllers.send(robot, joints, at, pace)
+        if (late := self._publishing.health.sent(robot, at, self._now(), False)) > 0:
+            self._late[robot] = max(self._late.get(robot, 0.0), late)
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        """Does nothing: real robots stay where they are."""
+
+    def advance(self, to: float) -> None:
+        """Tell the standby that the stage is alive, and the publisher how well commands reach robots."""
+        self._standby.live()
+        self._publishing.report()
+
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        self.advance(to)
+        return []
+
+    def coasting(self) -> bool:
+        return False
+
+    def poses(self) -> dict[str, Pose]:
+        return {}
+
+    def noticed(self) -> Noticed:
+        late, self._late = self._late, {}
+        return Noticed(self._reader.alive, late, self._reader.batteries)
+
+    def close(self) -> None:
+        self._standby.close()
+        self._reader.close()
+        self._publishing.close()
+        time.sleep(LINGER)
+        self._closing.set()
+        self._executor.shutdown()
+        self._receiving.join()
+        self._nodes.close()
+
+    def _receive(self) -> None:
+        """Receive simulated time, service responses, requests, and what people press, on a thread of its own.
+
+        If that fails, the stage ends: it would no longer hear an emergency stop, or that a deadman button is released.
+        """
+        try:
+            while not self._closing.wait(REST):
+                self._executor.spin_once()
+        except Exception as error:  # rclpy raises what its callbacks raise, such as for a negative time on /clock
+            if not self._closing.is_set():
+                self._hear(End(f"a message from ROS 2 can't be handled ({one_line(error)})"))
+
+    def _advertise_new(self, part: Part, *, at_once: bool) -> None:
+        if part.topic not in self._topics:
+            message = part.profile.message
+            self._topics[part.topic] = RosTopic(part.topic, message, self._node, self._advertise, self._now, at_once)
+
+    def _advertise_for(self, channel: Channel) -> Advertise:
+        """How publishers for a controller are made. The standby has none for those that come to rest by themselves."""
+        if channel.interface == "velocity":
+            return lambda kind, topic, second: self._advertise(kind, topic, second, len(channel.joints))
+        return self._nodes.advertise
+
+    def _advertise(self, kind: Any, topic: str, second: bool, joints: int = 0) -> tuple[Any, Callable[[], None]]:
+        publisher, destroy = self._nodes.advertise(kind, topic, second)
+        self._standby.publish(topic, kind.__name__, second, publisher.get_subscription_count, joints)
+
+        def withdraw() -> None:
+            destroy()
+            self._standby.withdraw(topic, kind.__name__)
+
+        return publisher, withdraw
+
+    def _silent(self, robot: str) -> str | None:
+        """Why a sense of a robot is silent, as far as is known; None if there is none."""
+        for sense, source in self._robots[robot].part.senses.items():
+            if isinstance(source, BuiltIn) and sense != CUE:
+                return f"no topic provides `{sense}` for real robots: add [senses.{sense}] to improv.toml"
+            if isinstance(source, SenseTopic) and self._reader.is_silent(RobotSense(robot, sense)):
+                problem = self._reader.unread.get(source.topic) or self._unheard(source)
+                return f"{problem}, so {robot} stands still where it reads `{sense}`"
+        return None
+
+    def _unheard(self, source: SenseTopic) -> str:
+        kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(source.topic)}
+        if not kinds:
+            return f"nobody publishes on {source.topic}"
+        if source.message.replace("/", "/msg/") not in kinds:
+            return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
+        return f"nothing usable comes on {source.topic}"
+
+    def _unmeasured(self, robot: str) -> str | None:
+        """Why it is not known where a robot is that has been told to move; None if it is known."""
+        known = self._robots[robot]
+        topic = known.part.odom
+        if not topic or known.moves_since is None or not self._reader.lacks_poses(robot, known.moves_since):
+            return None
+        silent = "no poses arrive" if self._node.count_publishers(topic) else "nobody publishes"
+        return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
+
+    def _others(self, topic: RosTopic, guarded: bool = True) -> list[str]:
+        """The nodes that also publish on a topic, except ours and those that send nothing. The standby has publishers
+        on those that are `guarded`."""
+        standby = guarded and self._standby.works
+        return [name for name in topic.others(self._nodes.names, standby) if not is_harmless(name)]
+
+    def _send_zero(self, topic: RosTopic, message: bytes, frame: bytes) -> None:
+        topic.publish(message, self._clock, frame)
+
+    def _ours(self, robots: Collection[str] | None) -> Collection[str]:
+        """Those of these robots that this stage moves (None: of the latest `prepare`)."""
+        return self._cast if robots is None else [robot for robot in robots if robot not in self._elsewhere]
+
+    def _topic(self, robot: str) -> RosTopic:
+        return self._robots[robot].topic
+
+    def _use_sim_time(self, wanted: bool) -> None:
+        if wanted != self._uses_sim_time:
+            from rclpy.parameter import Parameter
+
+            self._uses_sim_time = wanted
+            self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
+
+
+def _here(score: Score) -> dict[str, Part]:
+    """The parts whose robots this stage moves."""
+    return {robot: part for robot, part in score.parts.items() if not part.elsewhere}
+
+
+def _read_from_topics(parts: Mapping[str, Part]) -> dict[RobotSense, SenseTopic]:
+    return {
+        RobotSense(robot, sense): source
+        for robot, part in parts.items()
+        for sense, source in part.senses.items()
+        if isinstance(source, SenseTopic)
+    }

@@ -1,0 +1,1 @@
+"""The process that publishes what plays, and the stage's side of it."""

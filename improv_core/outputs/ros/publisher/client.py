@@ -1,0 +1,206 @@
+"""The stage's side of the process that publishes what plays (see publisher.py)."""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from improv_core.ipc.child import Child, Policy
+from improv_core.plain import message as in_plain_text
+from improv_core.protocol.limits import helper
+from improv_core.protocol.messages import FromStage
+from improv_core.protocol.publisher_messages import FromPublisher, Health, ToPublisher
+from improv_core.score.score import Score
+from improv_core.score.score_json import RowsWritten, to_json
+
+HEALTH_PERIOD = 1.0
+"""Seconds between two reports of how well robots are served; REP 107 has diagnostics once a second."""
+MEASURED_PERIOD = 1.0
+"""Seconds between two reports of where a robot was, which lay its odometry's frame on the world of the score."""
+MOST_WAITING = 10_000
+"""Messages that may wait for the process. One that lets more of them wait hangs."""
+END_LIMIT = 2.0
+"""Seconds it may take to exit when the stage ends."""
+POLICY = Policy(20.0)
+"""The same while the stage keeps running. One that is killed stays in the graph for about as long."""
+
+
+class Publishing:
+    """Has another process publish what plays while a score asks for that. A thread of its own writes to it.
+
+    Nothing waits for that process. If it fails, `problem` says so, and the next score that asks for it starts another.
+    """
+
+    def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float]) -> None:
+        self._command = helper("publisher", node, *arguments)
+        self._clock = clock
+        self._due = 0.0  # when the next report of health is due
+        self._measured: dict[str, float] = {}  # when to report each robot's pose again
+        self._process: _Process | None = None
+        self._leaving: list[_Process] = []
+        self.health = _Noticed()
+
+    @property
+    def problem(self) -> str | None:
+        """What is wrong with the process, in one line."""
+        return self._process.problem if self._process else None
+
+    def take(self, score: Score, generation: int) -> None:
+        """A score has arrived: start, keep, or end the process, as it asks."""
+        if self._process and (self._process.problem or not score.publish):
+            self._process.close()
+            self._leaving = [each for each in [*self._leaving, self._process] if each.is_alive]
+            self._process = None
+        if score.publish:
+            self._process = self._process or _Process(self._command)
+            self._process.put((score, generation))
+
+    def show(self, message: FromStage) -> None:
+        """Pass on a message of the stage. Of measured poses, only as many as are needed are passed on."""
+        if not self._process:
+            return
+        if message["type"] == "measured":
+            now = self._clock()
+            if any(now >= self._measured.get(robot, 0.0) for robot in message["robots"]):
+                self._measured.update(dict.fromkeys(message["robots"], now + MEASURED_PERIOD))
+                self._process.put(message)
+        elif (
+            message["type"] == "transport"
+            or message["type"] == "sensed"
+            or message["type"] == "warning"
+            or message["type"] == "error"
+            or message["type"] == "fault"
+        ):
+            self._process.put(message)
+
+    def report(self) -> None:
+        """Report how well robots are served if that is due."""
+        if self._process and (now := self._clock()) >= self._due:
+            self._due = now + HEALTH_PERIOD
+            self._process.put(self.health.taken())
+
+    def close(self) -> None:
+        """End all processes."""
+        for process in self._leaving:
+            process.kill()
+        if self._process:
+            self._process.close()
+            self._process.wait()
+
+
+@dataclass(slots=True)
+class _Noticed:
+    """What is noticed while velocities are sent."""
+
+    zero: float | None = None
+    """The time on the clock of performance time 0, while something plays."""
+    _late: float = 0.0
+    _missing: dict[str, str] = field(default_factory=dict)
+    _clipped: set[str] = field(default_factory=set)
+
+    def sent(self, robot: str, at: float, now: float, clipped: bool) -> float:
+        """A velocity that was due at a performance time has been sent. Returns by how many seconds it was late."""
+        if clipped:
+            self._clipped.add(robot)
+        late = 0.0 if self.zero is None else now - self.zero - at
+        self._late = max(self._late, late)
+        return late
+
+    def asked(self, robots: Collection[str], missing: dict[str, str]) -> None:
+        """Some robots have been looked at, and these of them can't hear; the line is empty for one that soon will."""
+        for robot in robots:
+            if missing.get(robot):
+                self._missing[robot] = missing[robot]
+            else:
+                self._missing.pop(robot, None)
+
+    def keep(self, robots: Collection[str]) -> None:
+        """Forget all other robots."""
+        for robot in self._missing.keys() - robots:
+            del self._missing[robot]
+
+    def taken(self) -> Health:
+        """What was noticed since the last call."""
+        late, clipped, self._late, self._clipped = self._late, self._clipped, 0.0, set()
+        return {"type": "health", "late": late, "missing": dict(self._missing), "clipped": sorted(clipped)}
+
+
+class _Process:
+    """The process, and the thread that writes to it."""
+
+    def __init__(self, command: Sequence[str]) -> None:
+        self._command = command
+        self._queue: queue.SimpleQueue[ToPublisher | tuple[Score, int] | None] = queue.SimpleQueue()
+        self._child: Child | None = None
+        self._closed = False
+        self.problem: str | None = None
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def put(self, message: ToPublisher | tuple[Score, int]) -> None:
+        if self._queue.qsize() < MOST_WAITING:
+            self._queue.put(message)
+        else:
+            self.kill()
+
+    @property
+    def is_alive(self) -> bool:
+        return self._thread.is_alive()
+
+    def kill(self) -> None:
+        if self._child:
+            self._child.kill()
+
+    def close(self) -> None:
+        """End it, without waiting for that."""
+        self._closed = True
+        self._queue.put(None)
+        # The thread that writes can't end one that hangs: it may wait until that one reads.
+        patience = threading.Timer(POLICY.end, self.kill)
+        patience.daemon = True
+        patience.start()
+
+    def wait(self) -> None:
+        """Wait until it has ended, and end one that hangs."""
+        self._thread.join(END_LIMIT)
+        self.kill()
+
+    def _run(self) -> None:
+        """Start the process and write to it. Not the stage's thread, since both may take many milliseconds."""
+        why = ""
+        try:
+            self._child = Child(self._command, POLICY)
+            why = self._write(self._child)
+        except OSError as error:
+            why = f"can't start: {error}"
+        if why and not self._closed:
+            line = f"the process that publishes what plays {why}: the next play starts another one"
+            self.problem = in_plain_text(" ".join(line.split()))
+
+    def _write(self, child: Child) -> str:
+        """Write everything from the queue; returns why the process ended too early."""
+        written = RowsWritten()
+        try:
+            while (item := self._queue.get()) is not None:
+                message: ToPublisher
+                if isinstance(item, tuple):
+                    written = written.renewed()
+                    message = {"type": "plays", "generation": item[1], "score": to_json(item[0], written)}
+                else:
+                    message = item
+                child.write(json.dumps(message).encode() + b"\n")
+            return "has been closed"
+        except OSError:
+            why = "it was killed"
+            with suppress(EOFError):
+                for line in child.read(END_LIMIT):
+                    said: FromPublisher = json.loads(line)
+                    why = said["message"]
+            child.kill()
+            return f"has ended: {why}"
+        finally:
+            child.end()

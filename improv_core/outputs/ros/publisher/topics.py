@@ -1,0 +1,228 @@
+"""The topics on which others in ROS 2 can watch what plays (rclpy and messages imported lazily)."""
+
+from __future__ import annotations
+
+import colorsys
+import json
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from improv_core.outputs.ros.nodes import Nodes
+from improv_core.preview.forecast import Outlook
+from improv_core.protocol.messages import TransportMessage, counted, is_silent
+from improv_core.protocol.publisher_messages import Health
+from improv_core.safety.fault_rules import LATE
+from improv_core.score.motion import Pose
+
+TEXT_HEIGHT, ABOVE = 0.15, 0.4
+"""Meters: the size of a marker's text, and how high it is above its robot."""
+LONGEST_NAME = 200
+"""Characters of a robot's name in the name of a topic, which may have 247."""
+GOLDEN = 0.618
+"""The share of the color circle between two robots, so that no two of them look alike."""
+
+Advertised = tuple[Any, Callable[[], None]]
+"""A publisher, and a function that destroys it."""
+
+
+class Publications:
+    """Publishes to whoever subscribes, with ROS's `arguments`. Raises ImportError without rclpy or its messages."""
+
+    def __init__(self, node: str, arguments: Sequence[str]) -> None:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from rclpy.executors import SingleThreadedExecutor
+        from std_msgs.msg import String
+        from visualization_msgs.msg import MarkerArray
+
+        self._nodes = Nodes(node, arguments, start_parameter_services=False)
+        self._node = self._nodes.first
+        self._executor: Any = SingleThreadedExecutor(context=self._node.context)
+        self._executor.add_node(self._node)
+        self._clock = self._node.get_clock()
+        self._markers = self._advertise(MarkerArray, "/improv/markers")
+        self._transport = self._advertise(String, "/improv/transport")
+        self._diagnostics = self._advertise(DiagnosticArray, "/diagnostics")
+        self._paths: dict[str, Advertised] = {}
+        self._marked: set[str] = set()
+        self._uses_sim_time = False
+
+    def spin(self) -> None:
+        """Take the time from /clock, if that is the time to use."""
+        self._executor.spin_once(timeout_sec=0)
+
+    def log(self, severity: str, line: str) -> None:
+        """Publish a line on /rosout."""
+        logger = self._node.get_logger()
+        if severity == "error":
+            logger.error(line)
+        else:
+            logger.warning(line)
+
+    def publish(self, outlook: Outlook, health: Health, now: float) -> None:
+        """Publish everything, by the latest look."""
+        score, transport = outlook.score, outlook.transport
+        if not score or not transport:
+            return
+        self._use_sim_time(any(part.use_sim_time for part in score.parts.values()))
+        self._publish_paths(outlook)
+        self.publish_markers(outlook, now)
+        if is_heard(self._transport):
+            from std_msgs.msg import String
+
+            position = {"beat": outlook.beat(now), **{name: transport.get(name) for name in _POSITION}}
+            self._transport[0].publish(String(data=json.dumps(position)))
+        if is_heard(self._diagnostics):
+            from diagnostic_msgs.msg import DiagnosticArray
+
+            array = DiagnosticArray(status=[_status(each) for each in diagnose(outlook, health, now)])
+            array.header.stamp = self._clock.now().to_msg()
+            self._diagnostics[0].publish(array)
+
+    def publish_markers(self, outlook: Outlook, now: float) -> None:
+        """Publish where robots ideally are and what they play."""
+        score = outlook.score
+        if not score or not is_heard(self._markers):
+            return
+        from visualization_msgs.msg import Marker, MarkerArray
+
+        stamp, markers = self._clock.now().to_msg(), []
+        for number, robot in enumerate(score.parts):
+            sight = outlook.sight(robot, now)
+            marker = Marker(ns=robot, type=Marker.TEXT_VIEW_FACING, action=Marker.ADD)
+            frame = outlook.frame(robot)
+            marker.header.frame_id, marker.header.stamp = frame.name, stamp
+            marker.text = f"{robot}\n{_position(outlook, now)}\n{' '.join(sight.words)}"
+            _place(marker.pose, sight.pose or frame.origin.then(score.parts[robot].start), ABOVE)
+            marker.scale.z = TEXT_HEIGHT
+            marker.color.r, marker.color.g, marker.color.b = colorsys.hsv_to_rgb(number * GOLDEN % 1, 0.6, 1.0)
+            marker.color.a = 1.0
+            markers.append(marker)
+        gone = [Marker(ns=robot, action=Marker.DELETE) for robot in self._marked - score.parts.keys()]
+        self._marked = set(score.parts)
+        self._markers[0].publish(MarkerArray(markers=[*markers, *gone]))
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self._executor.shutdown()
+        self._nodes.close()
+
+    def _publish_paths(self, outlook: Outlook) -> None:
+        from builtin_interfaces.msg import Time
+        from geometry_msgs.msg import PoseStamped
+        from nav_msgs.msg import Path
+
+        assert outlook.score
+        topics = path_topics(outlook.score.parts)
+        for topic in self._paths.keys() - topics.values():
+            self._paths.pop(topic)[1]()
+        for robot, topic in topics.items():
+            if topic not in self._paths:
+                self._paths[topic] = self._advertise(Path, topic)
+            if not is_heard(self._paths[topic]):
+                continue
+            now = self._clock.now()
+            path, nanoseconds, frame = Path(), now.nanoseconds, outlook.frame(robot).name
+            path.header.frame_id, path.header.stamp = frame, now.to_msg()
+            for seconds, pose in outlook.path(robot):
+                stamped = PoseStamped()
+                stamped.header.frame_id = frame
+                sec, nanosec = divmod(nanoseconds + round(seconds * 1e9), 1_000_000_000)
+                stamped.header.stamp = Time(sec=sec, nanosec=nanosec)
+                _place(stamped.pose, pose)
+                path.poses.append(stamped)
+            self._paths[topic][0].publish(path)
+
+    def _advertise(self, kind: Any, topic: str) -> Advertised:
+        return self._nodes.advertise(kind, topic, False)
+
+    def _use_sim_time(self, wanted: bool) -> None:
+        if wanted != self._uses_sim_time:
+            from rclpy.parameter import Parameter
+
+            self._uses_sim_time = wanted
+            self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
+
+
+_POSITION = ("state", "beats", "tempo", "speed", "generation", "muted", "soloed", "waits_for")
+"""What others are told about the transport, besides the beat."""
+
+
+class Diagnosis(NamedTuple):
+    """One line for monitors. `level` is that of diagnostic_msgs/DiagnosticStatus: 0 is OK, 1 a warning, 2 an error."""
+
+    name: str
+    level: int
+    message: str
+    values: Mapping[str, str]
+
+
+def diagnose(outlook: Outlook, health: Health, now: float) -> Iterator[Diagnosis]:
+    """How well everything plays, and each robot."""
+    transport, score = outlook.transport, outlook.score
+    if not transport or not score:
+        return
+    late = health["late"]
+    values = {
+        "beat": f"{outlook.beat(now):.2f}",
+        "tempo": f"{transport['tempo']:g}",
+        "late (ms)": f"{late * 1000:.1f}",
+        "waits for": ", ".join(transport.get("waits_for", ())),
+    }
+    message = f"{transport['state']}, {late * 1000:.0f} ms late" if late > LATE else transport["state"]
+    yield Diagnosis("improv", int(late > LATE), message, values)
+    for robot in score.parts:
+        missing, clipped = health["missing"].get(robot), robot in health["clipped"]
+        message = missing or ("its commands exceeded its limits and were scaled down" if clipped else "OK")
+        yield Diagnosis(
+            f"improv: {robot}", 2 if missing else int(clipped), message, _flags(robot, missing, clipped, transport)
+        )
+
+
+def path_topics(robots: Sequence[str] | Mapping[str, Any]) -> dict[str, str]:
+    """The topic of each robot's path. Names in programs may have letters that those in ROS 2 may not."""
+    topics: dict[str, str] = {}
+    for robot in robots:
+        name = first = re.sub("[^A-Za-z0-9_]", "_", robot)[:LONGEST_NAME]
+        number = 1
+        while (topic := f"/improv/{name}/path") in topics.values() or (name != robot and name in robots):
+            number += 1
+            name = f"{first}_{number}"
+        topics[robot] = topic
+    return topics
+
+
+def is_heard(advertised: Advertised) -> bool:
+    """Whether anybody subscribes."""
+    return bool(advertised[0].get_subscription_count())
+
+
+def _flags(robot: str, missing: str | None, clipped: bool, transport: TransportMessage) -> dict[str, str]:
+    muted = is_silent(robot, transport["muted"], transport["soloed"])
+    return {"listens": _yes(not missing), "within its limits": _yes(not clipped), "muted": _yes(muted)}
+
+
+def _yes(flag: bool) -> str:
+    return "yes" if flag else "no"
+
+
+def _status(diagnosis: Diagnosis) -> Any:
+    from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+    values = [KeyValue(key=key, value=value) for key, value in diagnosis.values.items()]
+    level = bytes([diagnosis.level])
+    return DiagnosticStatus(level=level, name=diagnosis.name, message=diagnosis.message, values=values)
+
+
+def _position(outlook: Outlook, now: float) -> str:
+    assert outlook.transport
+    state = outlook.transport["state"]
+    beat = counted(outlook.transport, outlook.beat(now))
+    return beat if state == "playing" else f"{beat}, {state}"
+
+
+def _place(message: Any, pose: Pose, above: float = 0.0) -> None:
+    """Write a pose into a geometry_msgs/Pose."""
+    message.position.x, message.position.y, message.position.z = pose.x, pose.y, pose.z + above
+    message.orientation.z, message.orientation.w = math.sin(pose.heading / 2), math.cos(pose.heading / 2)

@@ -1,0 +1,1 @@
+"""The process that reads sensors, and the stage's side of it."""

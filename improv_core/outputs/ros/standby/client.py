@@ -1,0 +1,236 @@
+"""The stage's side of the standby process, which stops robots if the stage dies (see standby.py)."""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
+from typing import NamedTuple
+
+from improv_core.ipc.child import Child, Policy
+from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper
+from improv_core.protocol.standby_messages import FromStandby, ToStandby
+from improv_core.safety.failover import READY_LIMIT, START_LIMIT, Relief
+
+PULSE_PERIOD = 0.1
+"""Seconds between two signs of life while robots move."""
+PATIENCE = HANG_LIMIT + PULSE_PERIOD
+"""Seconds without a sign of life after which the stage counts as hung. The parent comes first, since it says so."""
+AGAIN = 0.5
+"""Seconds until another one is started in place of one that has failed to: it must not keep the machine busy."""
+POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
+"""It survives the stage. What it is told about 1,000 robots doesn't fit into a usual pipe."""
+
+
+class Standby:
+    """Knows what is published where and which robots move, and sends zeros if the stage dies.
+
+    It publishes with the same arguments of ROS (`--ros-args …`) as the stage, so that remapping holds for it too.
+
+    Nothing waits for it, except until it has first started. One that is lost while robots move, or before they do, is
+    replaced on another thread, and `problem` says so. If none is ready for too long, `alarm` gets a line that says that
+    robots must not move on. Apart from that thread, use it from one thread only.
+    """
+
+    def __init__(
+        self,
+        node: str,
+        arguments: Sequence[str],
+        clock: Callable[[], float],
+        wanted: bool,
+        alarm: Callable[[str], None],
+    ) -> None:
+        self._command = helper("standby", node, *arguments)
+        self._clock = clock
+        self._wanted = wanted
+        self._alarm = alarm
+        self.problem: str | None = None
+        """What was wrong with the standby lately, in one line."""
+        self._publishers: dict[tuple[str, str], _Publisher] = {}  # by topic and kind
+        self._moving: dict[str, str] = {}  # topics and the frames of velocities on them
+        self._owed: dict[str, str] = {}  # the same for robots that may not have heard that they were told to stop
+        self._pulse = 0.0  # when the next sign of life is due
+        self._relief = Relief(clock())
+        self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
+        self._has_spoken = False
+        self._closing = threading.Event()
+        self._new: queue.SimpleQueue[Child | OSError] = queue.SimpleQueue()
+        self._starting: threading.Thread | None = None
+        self._child = Child(self._command, POLICY) if wanted else None
+
+    @property
+    def works(self) -> bool:
+        """Whether there is a standby, as far as is known."""
+        return self._child is not None
+
+    def wait(self) -> None:
+        """Wait until it has started, which takes the processor that robots will need."""
+        if self._child:
+            self._child.speaks(START_LIMIT)
+
+    def is_ready(self, topics: Collection[str]) -> bool:
+        """Whether it could stop robots on these topics at once, or need not: it has found a listener wherever we
+        have."""
+        if not self._wanted:
+            return True
+        if not self._child or not self._has_spoken:
+            return False
+        unfound = self._publishers.keys() - self._found
+        return not any(key[0] in topics and self._publishers[key].listeners() > 0 for key in unfound)
+
+    def renew(self) -> None:
+        """Find out whether the standby is alive, because a score is about to begin."""
+        if self.is_ready(()):
+            self.problem = None
+        self._ask(LOADING_LIMIT)
+
+    def look(self) -> None:
+        """Take what it has said, replace it if it is lost, and raise the alarm if robots move without one."""
+        if not self._wanted:
+            return
+        now = self._clock()
+        self._adopt(now)
+        ended = not self._hear()
+        self._relief.look(now)
+        if self._child and (ended or self._relief.is_lost()):
+            self._replace("has ended" if ended else "does not answer")
+        if self._relief.must_stop(bool(self._moving), self.is_ready(self._moving)):
+            self._alarm(
+                f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
+                "save to play again, or turn off `ros.standby`"
+            )
+
+    def publish(self, topic: str, kind: str, second: bool, listeners: Callable[[], int], joints: int = 0) -> None:
+        """The stage has created a publisher of a message type on a topic, on its second node or not. `listeners`
+        counts those that it has found, and `joints` are how many a velocity controller has there."""
+        self._publishers[topic, kind] = publisher = _Publisher(second, listeners, joints)
+        self._found.discard((topic, kind))
+        self._tell(_publish(topic, kind, publisher))
+
+    def withdraw(self, topic: str, kind: str) -> None:
+        """Note that the stage has destroyed this publisher."""
+        del self._publishers[topic, kind]
+        self._tell({"type": "withdraw", "topic": topic, "kind": kind})
+
+    def moves(self, topic: str, frame: str) -> None:
+        """Note that the robot on a topic is about to be told to move, by velocities in a frame."""
+        if self._moving.get(topic) != frame:
+            self._moving[topic] = frame
+            self._owed.pop(topic, None)
+            self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
+
+    def stands(self, topic: str) -> None:
+        """Note that the robot on a topic has been told to stop."""
+        if topic in self._moving:
+            self._owed[topic] = self._moving.pop(topic)
+            if not self._moving:
+                self._tell({"type": "stands"})
+
+    def owes(self, topic: str, frame: str) -> None:
+        """Note that the robot on a topic is told to stop, since an earlier stage may have moved it."""
+        self._owed[topic] = frame
+        self._tell({"type": "owes", "topic": topic, "frame": frame})
+
+    def paid(self, topic: str) -> None:
+        """The robot on a topic has heard that it was told to stop, or zeros are no longer sent for another reason."""
+        self._owed.pop(topic, None)
+        self._tell({"type": "paid", "topic": topic})
+
+    def live(self, patience: float = PATIENCE) -> None:
+        """A sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
+        if self._moving and (self._clock() >= self._pulse or patience != PATIENCE):
+            self._ask(patience)
+
+    def close(self) -> None:
+        """End the process. If robots still move because the stage could not stop them, it tries that first. It stays
+        for a while if robots may not have heard that they were stopped: nobody waits for that."""
+        self._closing.set()
+        if self._starting:
+            self._starting.join(POLICY.end)
+            self._adopt(self._clock())
+        if not self._moving:
+            self._tell({"type": "end"})
+        if self._child and self._owed:
+            self._child.close_input()
+        elif self._child:
+            self._child.end()
+
+    def _ask(self, patience: float) -> None:
+        """Give a sign of life, ask for one, and look whether earlier ones were answered."""
+        self._tell({"type": "pulse", "patience": patience})
+        now = self._clock()
+        self._pulse = now + PULSE_PERIOD
+        self.look()
+        self._relief.asks(now)
+
+    def _tell(self, message: ToStandby) -> None:
+        if self._child:
+            self._child.write(json.dumps(message).encode() + b"\n")  # one that doesn't read is noticed by its silence
+
+    def _hear(self) -> bool:
+        """Take what it has said. Returns whether it may still say something."""
+        with suppress(EOFError):
+            while self._child and (lines := self._child.read(0.0)):
+                for line in lines:
+                    self._take(line)
+            return True
+        return False
+
+    def _take(self, line: bytes) -> None:
+        with suppress(ValueError, LookupError, TypeError):  # the stage must not fail of it
+            message: FromStandby = json.loads(line)
+            if message["type"] == "found":
+                self._found.add((message["topic"], message["kind"]))
+            self._has_spoken = True
+            self._relief.hears()
+
+    def _adopt(self, now: float) -> None:
+        """Use a process that has been started in place of one that was lost: tell it all that the other one knew."""
+        if self._child or self._new.empty():
+            return
+        new = self._new.get()
+        if isinstance(new, OSError):
+            self._replace(f"can't start ({new})")
+            return
+        self._child = new
+        self._relief.starts(now)
+        for (topic, kind), publisher in self._publishers.items():
+            self._tell(_publish(topic, kind, publisher))
+        for topic, frame in self._moving.items():
+            self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
+        for topic, frame in self._owed.items():
+            self._tell({"type": "owes", "topic": topic, "frame": frame})
+
+    def _replace(self, what: str) -> None:
+        """Kill the process, which could wake up again, and start another one, on a thread: robots don't wait for it."""
+        again = bool(self.problem) and not self._has_spoken  # the last one failed too
+        self.problem = f"the standby process {what}: another one starts"
+        old, self._child = self._child, None
+        self._found.clear()
+        self._has_spoken = False
+        arguments = old, AGAIN if again else 0.0
+        self._starting = threading.Thread(target=self._start_another, args=arguments, daemon=True)
+        self._starting.start()
+
+    def _start_another(self, old: Child | None, after: float) -> None:
+        if old:
+            old.kill()
+            old.end()
+        if self._closing.wait(after):
+            return
+        try:
+            self._new.put(Child(self._command, POLICY))
+        except OSError as error:
+            self._new.put(error)
+
+
+class _Publisher(NamedTuple):
+    second: bool
+    listeners: Callable[[], int]
+    joints: int
+
+
+def _publish(topic: str, kind: str, publisher: _Publisher) -> ToStandby:
+    return {"type": "publish", "topic": topic, "kind": kind, "second": publisher.second, "joints": publisher.joints}

@@ -1,0 +1,260 @@
+"""Watches a stage that moves real robots, and stops them itself if the stage dies, is halted or hangs.
+
+A new stage would have to discover the robots first, which takes seconds; this process is matched with them already.
+Started by the stage, with its own interpreter, as `python …/improv_core/stage standby`. Standard library only (rclpy
+imported lazily).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from improv_core.outputs.cdr import frame_field, numbers_message, stamped, twist_message
+from improv_core.protocol.json_lines import Lines, own_output
+from improv_core.protocol.standby_messages import FromStandby, ToStandby
+from improv_core.safety.pending_zeros import UNCONFIRMED, TopicFacts, look, owe
+from improv_core.safety.zeros import LAST_ZEROS, LINGER
+from improv_core.score.motion import STILL
+
+LOOK = 0.12
+"""Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
+there are between two of them, so that a stage that is well is not looked at."""
+FIND = 0.02
+"""Seconds between two looks whether listeners of new publishers have been found."""
+FIND_LIMIT = 10.0
+"""Seconds to look for them: robots may not be there at all."""
+ALIVE_PERIOD = 0.1
+"""Seconds between two signs of life while there is much to do."""
+ZERO_PERIOD = 0.05
+"""Seconds between two zeros."""
+DISCOVERY_LIMIT = 3.0
+"""Seconds to keep sending zeros where nobody listens: a standby as young as its stage may not have found the robot."""
+
+
+END_LIMIT = 2.0
+"""Seconds that a stage may take to end after its last message."""
+
+
+class ParentWatch:
+    """Decides when a stage has to be replaced, from its messages and the times (seconds) at which they came."""
+
+    def __init__(self, now: float) -> None:
+        self.moved: dict[str, str] = {}
+        """The topics on which robots were told to move since all last stood, and the frames of their velocities."""
+        self.owed: dict[str, str] = {}
+        """The topics on which robots may not have heard that they were told to stop, and the same frames: nobody else
+        knows of them once the stage is gone."""
+        self.ended = False
+        """Whether the stage has said goodbye: all robots stand."""
+        self._looked = now
+        self._hung = math.inf
+
+    def take(self, message: ToStandby, now: float) -> None:
+        """Take a message from the stage; those about publishers are not for us."""
+        if message["type"] == "moves":
+            self.moved[message["topic"]] = message["frame"]
+            self.owed.pop(message["topic"], None)
+        elif message["type"] == "stands":
+            self.owed |= self.moved
+            self.moved.clear()
+        elif message["type"] == "owes":
+            self.owed[message["topic"]] = message["frame"]
+        elif message["type"] == "paid":
+            for topics in (self.owed, self.moved):
+                topics.pop(message["topic"], None)
+        elif message["type"] == "end":
+            self.ended = True
+        if message["type"] == "moves" or message["type"] == "pulse":
+            self._looked, self._hung = now, now + message["patience"]
+
+    def must_stop(self, now: float, gone: bool, halted: bool) -> bool:
+        """Whether robots move that the stage can no longer stop, or it can't tell them again that they were stopped;
+        all that it has said has been taken before. What is owed by one that is gone needs no stop."""
+        if now > self._looked + 2 * LOOK:
+            self._hung += now - self._looked  # we ourselves stalled, which says nothing about the stage
+        self._looked = now
+        fails = halted or (bool(self.moved) and (gone or now > self._hung))
+        return fails and bool(self.moved or self.owed) and not self.ended
+
+
+def main() -> int:
+    """Watch the process that has started us, until it ends; what it says comes over standard input."""
+    lines: Lines[ToStandby] = Lines()
+    tell: Callable[[FromStandby], None] = own_output()
+    stage = _Stage(os.getppid())
+    publishers = _Publishers(sys.argv[1], sys.argv[2:])
+    watch = ParentWatch(time.monotonic())
+    tell({"type": "alive"})
+    said = time.monotonic()
+    while not watch.ended:
+        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.owed else None)
+        now = time.monotonic()
+        for topic, kind in publishers.found(now):
+            tell({"type": "found", "topic": topic, "kind": kind})
+        for message in lines.read():
+            watch.take(message, now)
+            publishers.take(message)
+            if message["type"] == "pulse" or time.monotonic() > said + ALIVE_PERIOD:
+                tell({"type": "alive"})
+                said = time.monotonic()
+        gone = gone or lines.ended
+        if watch.must_stop(now, gone, silent and stage.is_halted()):
+            if not gone:  # one that has closed our input sends nothing anymore, and may have last words
+                stage.kill()  # it could come back and continue to send
+            publishers.stop(watch.moved)
+        elif not gone:
+            continue
+        break
+    if owed := {**watch.owed, **watch.moved}:
+        stage.wait_for_end(END_LIMIT)  # its node must not be taken for somebody else's who moves robots now
+        publishers.pay(owed)
+    publishers.close()
+    return 0
+
+
+class _Stage:
+    """The process that is watched."""
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self._poll = select.poll()
+        self._poll.register(0, select.POLLIN)
+        self._fd = -1
+        with suppress(AttributeError, OSError):  # Linux 5.3 and newer; elsewhere the end of our input tells
+            self._fd = os.pidfd_open(pid)
+            self._poll.register(self._fd, select.POLLIN)
+
+    def wait(self, seconds: float | None) -> tuple[bool, bool]:
+        """Until it says something or ends: whether it has ended, and whether nothing came in time."""
+        events = self._poll.poll(None if seconds is None else seconds * 1000)
+        return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid, not events
+
+    def wait_for_end(self, seconds: float) -> None:
+        """Wait until it has ended, no matter what it says."""
+        with suppress(KeyError):
+            self._poll.unregister(0)
+        self._poll.poll(seconds * 1000)
+
+    def is_halted(self) -> bool:
+        """Whether it was sent SIGSTOP, or is traced. False if there is no /proc."""
+        try:
+            stat = Path(f"/proc/{self._pid}/stat").read_bytes()
+        except OSError:
+            return False
+        return stat[stat.rindex(b")") + 2 :][:1] in (b"T", b"t")
+
+    def kill(self) -> None:
+        if os.getppid() == self._pid:
+            with suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGKILL)
+
+
+class _Publishers:
+    """Publishers like those of the stage, each matched with the same listeners."""
+
+    def __init__(self, node: str, arguments: Sequence[str]) -> None:
+        from improv_core.outputs.ros.nodes import Nodes
+
+        # Nobody spins the node, so it offers no services; nor does it log.
+        self._nodes = Nodes(node, arguments, start_parameter_services=False, enable_rosout=False)
+        self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
+        self._joints: dict[str, int] = {}  # of the controllers on topics
+        self.new: dict[tuple[str, str], float] = {}
+        """Publishers that have found no listener yet, and until when to look."""
+
+    def found(self, now: float) -> Iterator[tuple[str, str]]:
+        """The topics and kinds of new publishers that have found a listener."""
+        for key, until in list(self.new.items()):
+            if found := self._made[key][0].get_subscription_count() > 0:
+                yield key
+            if found or now > until:
+                del self.new[key]
+
+    def take(self, message: ToStandby) -> None:
+        if message["type"] == "publish":
+            from improv_core.outputs.ros.topic import message_class
+
+            topic, kind = message["topic"], message["kind"]
+            self._made[topic, kind] = self._nodes.advertise(message_class(kind), topic, message["second"])
+            self._joints[topic] = message["joints"]
+            self.new[topic, kind] = time.monotonic() + FIND_LIMIT
+        elif message["type"] == "withdraw":
+            _, destroy = self._made.pop((message["topic"], message["kind"]))
+            self.new.pop((message["topic"], message["kind"]), None)
+            destroy()
+
+    def stop(self, topics: Mapping[str, str]) -> None:
+        """Send zeros on these topics, in their frames, to all at once, and longer on those without a known listener.
+
+        A publisher that fails does not keep the others from it.
+        """
+        left = {(topic, kind): LAST_ZEROS for topic, kind in self._made if topic in topics}
+        end = time.monotonic() + DISCOVERY_LIMIT
+        while left and time.monotonic() < end:
+            for topic, kind in list(left):
+                publisher, _ = self._made[topic, kind]
+                with suppress(Exception):  # whatever rclpy raises
+                    self._send_zero(publisher, topic, kind, topics[topic])
+                    left[topic, kind] -= publisher.get_subscription_count() > 0
+            left = {key: count for key, count in left.items() if count}
+            time.sleep(ZERO_PERIOD)
+        time.sleep(LINGER)
+
+    def pay(self, topics: Mapping[str, str]) -> None:
+        """Send zeros that are owed on these topics, in their frames, until they are heard, for `UNCONFIRMED` at most:
+        nobody can be told anymore."""
+        made = {
+            topic: {kind: self._made[name, kind][0] for name, kind in self._made if name == topic} for topic in topics
+        }
+        for topic in topics:  # at once: listeners have confirmed all that we have sent as long as that is nothing
+            self._send_zeros(topic, made[topic], topics[topic])
+        now = time.monotonic()
+        owed = {topic: owe(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics}
+        end = now + UNCONFIRMED
+        while owed and now < end:
+            for topic in [topic for topic, each in owed.items() if each.due <= now]:
+                found = look(owed.pop(topic), now, self._facts(topic, made[topic]))
+                if found.sends:
+                    self._send_zeros(topic, made[topic], topics[topic])
+                if found.owed:
+                    owed[topic] = found.owed
+            time.sleep(ZERO_PERIOD)
+            now = time.monotonic()
+
+    def _facts(self, topic: str, publishers: Mapping[str, Any]) -> TopicFacts:
+        from improv_core.outputs.ros.nodes import is_harmless
+        from improv_core.outputs.ros.topic import confirms, has_confirmed
+
+        node, made = self._nodes.first, publishers.values()
+        infos = node.get_publishers_info_by_topic(topic)
+        names = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - {*self._nodes.names}
+        return TopicFacts(
+            sum(publisher.get_subscription_count() for publisher in made),
+            confirms(node, topic, publishers),
+            all(map(has_confirmed, made)),
+            frozenset(name for name in names if not is_harmless(name)),
+        )
+
+    def _send_zeros(self, topic: str, publishers: Mapping[str, Any], frame: str) -> None:
+        for kind, publisher in publishers.items():
+            with suppress(Exception):  # whatever rclpy raises: the others need theirs
+                self._send_zero(publisher, topic, kind, frame)
+
+    def _send_zero(self, publisher: Any, topic: str, kind: str, frame: str) -> None:
+        if joints := self._joints[topic]:
+            publisher.publish(numbers_message([0.0] * joints))
+            return
+        zero, now = twist_message(STILL), self._nodes.first.get_clock().now().nanoseconds
+        publisher.publish(stamped(zero, now, frame_field(frame)) if kind == "TwistStamped" else zero)
+
+    def close(self) -> None:
+        self._nodes.close()

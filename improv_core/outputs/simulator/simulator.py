@@ -1,0 +1,372 @@
+"""Simulated robots: discs that follow their setpoints, push each other, and bump into things."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from threading import Lock
+
+from improv_core.outputs.simulator.collisions import Bump, Colliding, Collisions, Disc, Pushed
+from improv_core.outputs.simulator.joints import SimulatedJoints
+from improv_core.outputs.simulator.robot import SimulatedRobot
+from improv_core.outputs.simulator.senses import SimulatedSenses
+from improv_core.outputs.simulator.trails import Trail
+from improv_core.protocol.output import Edge, Noticed
+from improv_core.score.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Part, Score
+from improv_core.score.senses import RobotSense
+from improv_core.score.world import World
+
+LOOK = 24
+"""Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
+is not pushed."""
+MARGIN = 0.05
+"""Extra meters that count as near, because pushing can make robots faster."""
+MOST_PARTS = 16
+"""The most parts of a step. Steps are divided so even fast or small discs move at most half their radius at once."""
+BUMPS_KEPT = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """What the page draws: poses at performance time `at` (seconds), radii in meters, trails, and the latest bumps.
+
+    `placed` counts how often robots were moved by hand or by a seek: between two snapshots in which it differs, robots
+    jumped. `joints` has the positions of the joints of robots with a body, in radians or meters.
+    """
+
+    at: float = 0.0
+    placed: int = 0
+    poses: Mapping[str, Pose] = field(default_factory=dict)
+    radii: Mapping[str, float] = field(default_factory=dict)
+    trails: Mapping[str, Trail] = field(default_factory=dict)
+    bumps: tuple[Bump, ...] = ()
+    joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+
+class Simulator:
+    """A sink that moves discs in a world of walls and obstacles.
+
+    Robots that are near nothing move on exact arcs, without steps. Those that could touch something are pushed in whole
+    steps of 1/240 s counted from beat 0, divided into equal parts if one is fast, and only robots that are really
+    pushed leave their arcs. Who is near is also decided at whole steps. So the same program gives bit-identical poses,
+    no matter how often `advance` is called.
+    """
+
+    name: str = "simulator"
+    real: bool = False
+
+    def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], Colliding] = Collisions) -> None:
+        self.period = period
+        self._collide = collide
+        self._lock = Lock()  # any thread may ask for poses
+        self._placed = 0
+        self._clear(World())
+
+    def _clear(self, world: World) -> None:
+        self._world = world
+        self._collisions = self._collide(world)
+        self._robots: dict[str, SimulatedRobot] = {}
+        self._senses = SimulatedSenses(world, self._robots)
+        self._awake: list[str] = []  # robots near something
+        self._fastest = 0.0  # m/s, of all setpoints so far
+        self._faster: deque[tuple[float, float]] = deque()  # when that increases, and to what
+        self._steps = 0
+        self._look_again = 0
+        self._now = 0.0
+        self._bumps: deque[Bump] = deque(maxlen=BUMPS_KEPT)
+        self._met: dict[str, dict[str, None]] = {}
+
+    def meet(self, score: Score) -> Iterator[None]:
+        """Does nothing: simulated robots can be told at once."""
+        return iter(())
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        """Put new robots at their start poses. With `restart`, start everything over at time 0.
+
+        Without `restart`, existing robots continue from where they are, including those without a part: the sender of
+        twists stops them at the exact time.
+        """
+        with self._lock:
+            if restart:
+                self._clear(score.world)
+                self._placed += 1
+            elif score.world != self._world:
+                self._world, self._collisions = score.world, self._collide(score.world)
+                self._senses = SimulatedSenses(score.world, self._robots)
+            for name, part in score.parts.items():
+                self._cast(name, part)
+            self._look_soon()
+
+    def resetting(self) -> bool:
+        return False
+
+    def bring_home(self, robots: Collection[str]) -> None:
+        """Does nothing: joints are at their starts."""
+
+    def ask(self, robots: Collection[str]) -> None:
+        """Does nothing: simulated robots hear everything."""
+
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        return {}
+
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        """Who has bumped into whom so far, listed under the robot whose name comes first."""
+        return {
+            name: f"{name} bumped into {_listed(met)}: {_advice(met)}"
+            for name in (self._met if robots is None else robots)
+            if (met := self._met.get(name))
+        }
+
+    def send(self, robot: str, twist: Twist, at: float) -> None:
+        """Queue a twist. Ignored for robots that a restart has removed: they are still told to stop."""
+        known = self._robots.get(robot)
+        if known is None or known.commanded == twist:
+            return
+        speed = math.hypot(twist.x, twist.y)
+        with self._lock:
+            known.commanded = twist
+            known.setpoints.append((at, twist))
+            if speed > (self._faster[-1][1] if self._faster else self._fastest):
+                self._faster.append((at, speed))
+
+    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+        """Queue how joints move. Ignored for robots that a restart has removed."""
+        if known := self._robots.get(robot):
+            with self._lock:
+                known.joints.tell(joints, at)
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        with self._lock:
+            for name, pose in poses.items():
+                robot = self._robots[name]
+                # Setpoints from before no longer apply.
+                robot.motion, robot.commanded, robot.trail = Motion(self._now, pose), STILL, Trail(self._now, pose)
+                robot.pushed, robot.bumped = None, False
+                robot.setpoints.clear()
+            self._placed += 1
+            self._look_soon()
+
+    def advance(self, to: float) -> None:
+        """Run every whole step that ends by `to`. The rest of the time only shows in `poses`."""
+        with self._lock:
+            if to > self._now:  # otherwise nothing can change, and what was asked for last time stays known
+                self._senses.ask((), self._now)
+            self._run(to)
+
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        """Like `advance`, but only until senses change that are asked for: the edges, sorted; none once it is at `to`.
+
+        A sense that was not asked for last time gives an edge at once. The others are looked at after every whole step,
+        so the same program gives the same edges, no matter how often this is called. The senses of keys that people
+        hold are not for us.
+        """
+        with self._lock:
+            return self._senses.ask(asked, self._now) or self._run(to)
+
+    def coasting(self) -> bool:
+        return any(robot.ahead(self._now).twist != STILL for robot in self._robots.values() if robot.motors)
+
+    def noticed(self) -> Noticed:
+        return Noticed()
+
+    def poses(self) -> dict[str, Pose]:
+        """The poses at the exact time of the latest `advance`."""
+        return dict(self.snapshot().poses)
+
+    def snapshot(self) -> Snapshot:
+        """The state after the latest `advance` or `prepare`; may be called from any thread."""
+        with self._lock:
+            for robot in self._robots.values():
+                robot.leave_trail(self._now)
+            return Snapshot(
+                self._now,
+                self._placed,
+                {name: robot.pose_at(self._now) for name, robot in self._robots.items()},
+                {name: robot.disc.radius for name, robot in self._robots.items()},
+                {name: robot.trail for name, robot in self._robots.items()},
+                tuple(self._bumps),
+                {name: robot.joints.positions(self._now) for name, robot in self._robots.items() if robot.joints.body},
+            )
+
+    def close(self) -> None:
+        """Does nothing: a page can still show the last poses."""
+
+    def _run(self, to: float) -> list[Edge]:
+        """Run whole steps until `to`, or until one changes a sense that is asked for."""
+        last = _whole_steps(to)
+        while self._steps < last:
+            end = (self._steps + 1) / STEPS_PER_SECOND
+            while self._faster and self._faster[0][0] < end:
+                _, self._fastest = self._faster.popleft()
+                self._look_again = self._steps
+            if self._steps >= self._look_again:
+                self._look()
+            if self._awake:
+                self._step()
+            elif self._senses.could_change(self._steps / STEPS_PER_SECOND):
+                self._steps += 1
+            else:
+                self._steps = min(last, self._look_again, self._next_rise())
+            self._now = self._steps / STEPS_PER_SECOND
+            if edges := self._senses.changes(self._now):
+                return edges
+        self._now = to
+        return []
+
+    def _cast(self, name: str, part: Part) -> None:
+        motors = motors_of(part.profile, name)
+        disc = Disc(part.profile.radius, motors is not None)
+        known = self._robots.get(name)
+        if known:
+            known.part, known.disc, known.motors = part, disc, motors
+            known.joints.become(part.profile.body)
+        else:
+            self._robots[name] = SimulatedRobot(
+                part,
+                disc,
+                motors,
+                Motion(self._now, part.start),
+                Trail(self._now, part.start),
+                SimulatedJoints(part.profile.body),
+            )
+
+    def _next_rise(self) -> int:
+        """The step in which a robot becomes faster than all robots so far."""
+        if not self._faster:
+            return self._steps + LOOK
+        return max(_whole_steps(self._faster[0][0]), self._steps + 1)
+
+    def _look_soon(self) -> None:
+        """Robots have been moved."""
+        self._look_again = self._steps
+        self._senses.jump()
+
+    def _look(self) -> None:
+        """Find the robots that could touch something before the next search."""
+        now = self._steps / STEPS_PER_SECOND
+        self._look_again = self._steps + LOOK
+        reach = self._fastest * LOOK / STEPS_PER_SECOND + MARGIN
+        self._senses.look(reach)
+        circles = {}
+        for name, robot in self._robots.items():
+            robot.mark(now)
+            robot.settle(now)
+            pose = robot.pose_at(now)
+            circles[name] = (pose.x, pose.y, robot.disc.radius + reach)
+        near = _near(circles)
+        near |= {name for name, circle in circles.items() if self._collisions.near_obstacle(*circle)}
+        self._awake = [name for name in self._robots if name in near]
+        self._collisions.keep({name: self._robots[name].disc for name in self._awake})
+        for name in self._robots.keys() - near:
+            self._robots[name].pushed, self._robots[name].bumped = None, False
+
+    def _step(self) -> None:
+        start, end = self._steps / STEPS_PER_SECOND, (self._steps + 1) / STEPS_PER_SECOND
+        paths = self._paths(start, end)
+        parts = self._parts(paths)
+        if parts == 1:
+            self._push(paths, start, end)
+        else:
+            times = [start, *((self._steps + part / parts) / STEPS_PER_SECOND for part in range(1, parts)), end]
+            for since, until in pairwise(times):
+                self._push(self._paths(since, until), since, until)
+        for bump in self._collisions.take_bumps():
+            self._bumps.append(bump)
+            first, *others = bump.robots
+            self._met.setdefault(first, {}).update(dict.fromkeys(others or [_OBSTACLE]))
+        pressed, touching = self._collisions.take_contacts()
+        for name in self._awake:
+            robot = self._robots[name]
+            stands = robot.bumped and name in touching and robot.ahead(end).twist == STILL
+            robot.bumped = name in pressed or stands
+        self._steps += 1
+
+    def _paths(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:
+        """The start and end poses of the robots near something, if nothing pushes them."""
+        robots = {name: self._robots[name] for name in self._awake}
+        return {name: (robot.pose_at(start), robot.ahead(end).pose_at(end)) for name, robot in robots.items()}
+
+    def _parts(self, paths: Mapping[str, tuple[Pose, Pose]]) -> int:
+        """How many parts a step needs, so that no robot moves farther than half its radius in one."""
+        farthest = max(
+            math.dist((before.x, before.y, before.z), (after.x, after.y, after.z)) / self._robots[name].disc.radius
+            for name, (before, after) in paths.items()
+        )
+        return max(1, min(MOST_PARTS, math.ceil(2 * farthest)))
+
+    def _push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> None:
+        pushed = self._collisions.push(paths, start, end)
+        for name in paths:
+            robot = self._robots[name]
+            before, robot.pushed = robot.pushed, pushed.get(name)
+            if bool(before) != bool(robot.pushed):
+                robot.trail.add(start, paths[name][0])
+            if robot.pushed:
+                robot.settle(end)
+                robot.motion = _after_push(robot.motion, robot.pushed, end, robot.motors)
+
+
+def _whole_steps(time: float) -> int:
+    """How many steps have ended by `time`, even if the product is rounded."""
+    steps = math.floor(time * STEPS_PER_SECOND)
+    if (steps + 1) / STEPS_PER_SECOND <= time:
+        return steps + 1
+    return steps - 1 if steps / STEPS_PER_SECOND > time else steps
+
+
+def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None) -> Motion:
+    """The motion from where it was pushed to. A robot with motors has to speed up again."""
+    if not motors:
+        return Motion(at, pushed.pose, motion.commanded, motion.commanded)
+    cos, sin = math.cos(pushed.pose.heading), math.sin(pushed.pose.heading)
+    twist = Twist(cos * pushed.x + sin * pushed.y, cos * pushed.y - sin * pushed.x, motion.twist.z, pushed.yaw)
+    return moving(at, pushed.pose, twist, motion.commanded, motors)
+
+
+def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:
+    """The circles (x, y, radius) that overlap another one. Each is compared only with those in neighboring cells."""
+    if not circles:
+        return set()
+    size = 2 * max(radius for *_, radius in circles.values())
+    cells: dict[tuple[int, int], list[str]] = {}
+    for name, (x, y, _) in circles.items():
+        cells.setdefault((math.floor(x / size), math.floor(y / size)), []).append(name)
+    near: set[str] = set()
+    for one, other in _pairs(cells):
+        x1, y1, r1 = circles[one]
+        x2, y2, r2 = circles[other]
+        if math.hypot(x1 - x2, y1 - y2) < r1 + r2:
+            near |= {one, other}
+    return near
+
+
+def _pairs(cells: Mapping[tuple[int, int], list[str]]) -> Iterator[tuple[str, str]]:
+    """All pairs in the same cell or in cells that touch."""
+    for (x, y), names in cells.items():
+        for place, one in enumerate(names):
+            for other in names[place + 1 :]:
+                yield one, other
+        for beside in ((x + 1, y - 1), (x + 1, y), (x + 1, y + 1), (x, y + 1)):
+            for other in cells.get(beside, ()):
+                for one in names:
+                    yield one, other
+
+
+_OBSTACLE = "an obstacle"
+
+
+def _advice(met: Collection[str]) -> str:
+    if _OBSTACLE not in met:
+        return "start them farther apart or change their paths"
+    return "change its start or its path" if len(met) == 1 else "change their starts or their paths"
+
+
+def _listed(names: Collection[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last

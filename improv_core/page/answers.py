@@ -1,0 +1,134 @@
+"""Answers that take time to compute: what comes next in the score, and the picture of its paths."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from typing import TypeVar
+
+from improv_core.page.background import Background
+from improv_core.preview.replaying import followed, note
+from improv_core.preview.window import MOST_MOMENTS, window
+from improv_core.protocol.messages import Sensed, TransportMessage
+from improv_core.protocol.page_messages import AskWindow, Window
+from improv_core.score.replay import Replay
+from improv_core.score.score import Score
+from improv_core.score.svg import plot
+
+MOST_BEATS = 256
+"""Beats in one window."""
+WINDOWS_KEPT = 64
+"""Windows that are kept for other pages, until something is sensed or another score is shown."""
+MOST_EARLY = 1_000
+"""Changes of senses that are kept. The simulator is behind the real robots beside it, so they come before the scene or
+the jump that they belong to."""
+EARLY = 0.01
+"""Seconds by which the times of a jump may differ in two stages."""
+
+Answer = TypeVar("Answer")
+
+
+class Answers:
+    """Computes answers in the background, so that a page that asks for a lot delays no robot and no other page.
+
+    `show` and `take` may be called from any thread: the answers to later questions know of it.
+    """
+
+    def __init__(self, background: Background) -> None:
+        self._score: Score | None = None
+        self._picture: str | None = None  # of this score
+        self._shown: dict[int, Score] = {}  # by generation: the one that plays, and those that are to take over
+        self._replays: dict[int, Replay] = {}  # of these
+        self._transport: TransportMessage | None = None
+        self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
+        self._windows: dict[tuple[int, float, float], str] = {}  # for other pages
+        self._background = background
+
+    def show(self, score: Score, generation: int) -> None:
+        """Pages show a score, which plays once a transport message has its generation."""
+        self._background.do(partial(self._show, score, generation))
+
+    def take(self, message: TransportMessage | Sensed) -> None:
+        """Follow what the stage says."""
+        self._background.do(partial(self._take, message))
+
+    def close(self) -> None:
+        """Compute nothing that has not been started."""
+        self._background.close()
+
+    async def compute(self, answer: Callable[[], Answer]) -> Answer | None:
+        """The answer, once it is computed; None if it fails, which is reported."""
+        loop = asyncio.get_running_loop()
+        computed: asyncio.Future[Answer | None] = loop.create_future()
+        self._background.do(partial(_answer, loop, computed, answer))
+        return await computed
+
+    def window(self, question: AskWindow) -> str | None:
+        """The message that answers a `window` request; None if it asks about another score. For `compute`."""
+        generation, start = int(question["generation"]), question["from"]
+        end = min(question["to"], start + MOST_BEATS)
+        replay = self._replays.get(generation)
+        if not replay:
+            return None
+        if (generation, start, end) not in self._windows:
+            if len(self._windows) == WINDOWS_KEPT:
+                self._windows.clear()
+            robots = window(replay, start, end)
+            message: Window = {"type": "window", "generation": generation, "from": start, "to": end, "robots": robots}
+            self._windows[generation, start, end] = json.dumps(message)
+        return self._windows[generation, start, end]
+
+    def picture(self) -> str | None:
+        """The score's paths as SVG; None if there is no score. For `compute`."""
+        if self._score and not self._picture:
+            self._picture = plot(self._score, most_moments=MOST_MOMENTS // max(len(self._score.parts), 1))
+        return self._picture
+
+    def _show(self, score: Score, generation: int) -> None:
+        self._windows.clear()
+        self._score, self._picture = score, None
+        self._shown[generation] = score
+        if not self._transport or self._transport["generation"] != generation:
+            self._replays[generation] = Replay(score)
+
+    def _take(self, message: TransportMessage | Sensed) -> None:
+        generation = message["generation"]
+        if message["type"] == "sensed":
+            self._sensed.append(message)
+            if self._transport and self._transport["generation"] == generation:
+                self._windows.clear()
+                note(self._replays[generation], message)
+            return
+        if score := self._shown.get(generation):
+            playing = self._transport["generation"] if self._transport else generation
+            replay = followed(self._replays.get(playing), score, self._transport, message)
+            if replay is not self._replays[generation]:
+                self._windows.clear()
+                for edge in self._sensed:
+                    if edge["generation"] == generation and edge["performed"] >= message["performed"] - EARLY:
+                        note(replay, edge)
+            self._replays[generation], self._transport = replay, message
+            for each in [number for number in self._shown if number < generation]:
+                del self._shown[each], self._replays[each]
+
+
+def _answer(
+    loop: asyncio.AbstractEventLoop, computed: asyncio.Future[Answer | None], answer: Callable[[], Answer]
+) -> None:
+    text = None
+    try:
+        text = answer()
+    except Exception as problem:  # one answer is missing; the next ones are not
+        print(f"the page: {problem!r}", file=sys.stderr)
+    with suppress(RuntimeError):  # the loop is closed
+        loop.call_soon_threadsafe(_settle, computed, text)
+
+
+def _settle(computed: asyncio.Future[Answer | None], text: Answer | None) -> None:
+    if not computed.done():  # whoever asked may be gone
+        computed.set_result(text)

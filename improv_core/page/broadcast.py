@@ -1,0 +1,87 @@
+"""What all pages are told of a performance, wherever they are."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+from improv_core.page.answers import Answers
+from improv_core.page.meetings import Meetings
+from improv_core.page.open_pages import Pages
+from improv_core.preview.window import about
+from improv_core.protocol.commands import Stop
+from improv_core.protocol.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
+from improv_core.protocol.page_messages import MeetingsMessage, ShownScore
+from improv_core.score.music import Music
+from improv_core.score.score import Score
+
+Soon = Callable[..., None]
+"""Has the thread of the pages call a function with these values."""
+
+
+class Broadcast:
+    """Passes on to the pages what they have to know. Its methods may be called from any thread.
+
+    `confirm` gets the mark of each stop that was obeyed. With `takes_start_poses`, pages may ask for other ones.
+    """
+
+    def __init__(
+        self,
+        pages: Pages,
+        answers: Answers,
+        soon: Soon,
+        confirm: Callable[[str], None],
+        *,
+        takes_start_poses: bool,
+        meetings: Meetings | None = None,
+    ) -> None:
+        self._pages = pages
+        self._answers = answers
+        self._soon = soon
+        self._confirm = confirm
+        self._takes_start_poses = takes_start_poses
+        self._restarted = 0
+        self.meetings = meetings
+        """Who finds out who meets whom in what plays, if anybody does."""
+        self.music: Music | None = None
+        """The song of the latest score."""
+
+    def publish(
+        self,
+        message: TransportMessage | Stopped | ToPages | Stop | ShownScore | MeetingsMessage | Sensed | Decided,
+    ) -> None:
+        """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
+
+        An answer goes to the page that has asked, and a stop that was obeyed to the one that asked for it.
+        """
+        if message["type"] == "stop":
+            self._soon(self._confirm, message["mark"])
+            return
+        if message["type"] == "answer":
+            answer = message["answer"]
+            self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
+            return
+        if message["type"] == "measured":
+            self._soon(self._pages.measure, message)
+            return
+        if message["type"] == "transport" and message["restarted"] != self._restarted:
+            self._restarted = message["restarted"]
+            self._soon(self._pages.forget_measured)
+        if message["type"] == "transport" or message["type"] == "sensed":
+            self._answers.take(message)
+        kind = [str(message["type"])]
+        if message["type"] == "sensed":
+            kind += message["robot"], message["sense"]
+        elif message["type"] == "fault":
+            kind += message["robot"], message["fault"]
+        elif message["type"] == "decided" or message["type"] == "joints":
+            kind += [message["robot"]]
+        self._soon(self._pages.put, " ".join(kind), json.dumps(message))
+
+    def show(self, score: Score, generation: int) -> None:
+        """Show what will be played, once the player's messages have this generation."""
+        self.music = score.music
+        self._answers.show(score, generation)
+        self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))
+        if self.meetings:
+            self.meetings.show(score, generation)

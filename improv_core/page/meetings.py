@@ -1,0 +1,94 @@
+"""Finds who meets whom in what plays, in the background, so that no setpoint and no page waits for it."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import astuple
+from functools import partial
+
+from improv_core.page.background import Background
+from improv_core.protocol.page_messages import MeetingsMessage
+from improv_core.score.meetings import RoomCheck, check_room
+from improv_core.score.score import Score
+
+MOST_SHOWN = 100
+"""The most meetings and hits that pages are sent."""
+EXACT = 1024
+"""Beats are rounded down to this part of a beat, to which whole beats can be added exactly."""
+
+
+class Meetings:
+    """Passes on who meets whom in the latest score that was shown: all of it to `publish`, and a line to `tell` if a
+    score has taken over from another, so that robots may meet that were apart."""
+
+    def __init__(
+        self, publish: Callable[[MeetingsMessage], None], tell: Callable[[str], None], background: Background
+    ) -> None:
+        self._publish = publish
+        self._tell = tell
+        self._background = background
+        self._latest = 0  # how many scores were shown
+
+    def show(self, score: Score, generation: int) -> None:
+        """Another score, or the same one once it is known when its parts began."""
+        self._latest += 1
+        self._background.do(partial(self._look, score, generation, self._latest))
+
+    def close(self) -> None:
+        """Check nothing that has not been started."""
+        self._background.close()
+
+    def _look(self, score: Score, generation: int, number: int) -> None:
+        if number == self._latest:  # otherwise a newer one waits
+            try:
+                self._check(score, generation)
+            except Exception as problem:
+                print(f"who meets whom: {problem!r}", file=sys.stderr)
+
+    def _check(self, score: Score, generation: int) -> None:
+        start = max((part.begins for part in score.parts.values()), default=score.since)
+        checked = check_room(score, math.floor(start * EXACT) / EXACT)
+        self._publish(as_message(checked, generation, assumes=score.open))
+        if start and (line := warning(checked, score)):
+            self._tell(line)
+
+
+def as_message(checked: RoomCheck, generation: int, *, assumes: bool) -> MeetingsMessage:
+    """The `meetings` message; with `assumes`, senses may decide otherwise."""
+    return {
+        "type": "meetings",
+        "generation": generation,
+        "from": checked.start,
+        "to": checked.end,
+        "all": checked.is_all,
+        "assumes": assumes,
+        "meetings": [
+            {
+                "robots": list(each.robots),
+                "beat": each.beat,
+                "distance": each.distance,
+                "more": each.more,
+                "poses": [list(astuple(pose)) for pose in each.poses],
+            }
+            for each in checked.meetings[:MOST_SHOWN]
+        ],
+        "hits": [
+            {"robot": each.robot, "thing": each.thing, "beat": each.beat, "pose": list(astuple(each.pose))}
+            for each in checked.hits[:MOST_SHOWN]
+        ],
+    }
+
+
+def warning(checked: RoomCheck, score: Score) -> str | None:
+    """What people have to know when a score takes over from another; None if no robots will meet."""
+    if not checked.meetings:
+        return None
+    first = checked.meetings[0]
+    one, other = first.robots
+    seconds = score.seconds(first.beat - checked.start)
+    soon = f"in {seconds:.1f} s" if seconds else "now"
+    others = len(checked.meetings) - 1
+    more = f", and {others} more pair{'' if others == 1 else 's'} later" if others else ""
+    return f"{one} and {other} will meet {soon}{more}: change what they play, or stop them"

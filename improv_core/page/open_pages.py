@@ -1,0 +1,156 @@
+"""The open pages, and what all of them know."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from improv_core.page.measured_trails import MeasuredTrail, measured_place
+from improv_core.page.outbox import PageOutbox, bumps_message
+from improv_core.protocol.messages import SIMULATED, Measured
+from improv_core.protocol.page_messages import DrawnPoses, DrawnRobot, DrawnRobots, ServerTime
+
+if TYPE_CHECKING:
+    from improv_core.outputs.simulator.collisions import Bump
+    from improv_core.outputs.simulator.simulator import Snapshot
+    from improv_core.outputs.simulator.trails import Trail
+
+FRAME = 1 / 60
+
+
+class Pages:
+    """An outbox for each open page. Everything here runs on the server's thread."""
+
+    def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
+        self._snapshot = snapshot
+        self._outboxes: set[PageOutbox] = set()
+        self._joined = 0  # pages so far
+        self._watched = asyncio.Event()
+        self._latest: dict[str, str] = {}
+        self._drawn: dict[str, object] = {}
+        self._bumps: tuple[Bump, ...] = ()
+        self._trails: dict[str, tuple[Trail, int]] = {}  # with their lengths
+        self._placed = 0
+        self._measured: dict[str, MeasuredTrail] = {}
+        self._problem = ""
+
+    def __len__(self) -> int:
+        return len(self._outboxes)
+
+    def join(self) -> PageOutbox:
+        """A new page's outbox, filled with everything that the other pages know."""
+        self._draw()
+        self._joined += 1
+        outbox = PageOutbox(self._joined)
+        now: ServerTime = {"type": "time", "wall": time.time()}
+        outbox.put("time", json.dumps(now))
+        for kind, text in self._latest.items():
+            outbox.put(kind, text)
+        if self._bumps:
+            outbox.put("past", bumps_message(self._bumps, past=True))
+        if self._trails:
+            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()}, self._placed)
+        if self._measured:
+            outbox.show_measured(self._measured)
+        self._outboxes.add(outbox)
+        self._watched.set()
+        return outbox
+
+    def leave(self, outbox: PageOutbox) -> None:
+        """Forget a page that was closed."""
+        self._outboxes.remove(outbox)
+        if not self._outboxes:
+            self._watched.clear()
+
+    def put(self, kind: str, text: str) -> None:
+        """Send a message to every page, and to later ones until another of its kind replaces it."""
+        self._latest[kind] = text
+        for outbox in self._outboxes:
+            outbox.put(kind, text)
+
+    def measure(self, message: Measured) -> None:
+        """Show where robots really were. Measured poses of a robot replace simulated ones."""
+        for name, each in message["robots"].items():
+            trail, simulated = self._measured.get(name), each["source"] == SIMULATED
+            if not trail or trail.simulated > simulated:
+                trail = MeasuredTrail(simulated)
+            elif trail.simulated < simulated:
+                continue
+            trail.places.append(measured_place(each))
+            self._measured[name] = trail.renewed()
+        for outbox in self._outboxes:
+            outbox.show_measured(self._measured)
+
+    def forget_measured(self) -> None:
+        """Note that another performance begins."""
+        self._measured = {}
+        self._latest = {kind: text for kind, text in self._latest.items() if not kind.startswith("fault ")}
+
+    def answer(self, page: int, kind: str, text: str) -> None:
+        """Send a message to one page, unless it has been closed."""
+        for outbox in self._outboxes:
+            if outbox.number == page:
+                outbox.put(kind, text)
+
+    async def watch(self) -> None:
+        """Send what moves, 60 times a second while a page is open, forever."""
+        while True:
+            await self._watched.wait()
+            self._draw()
+            await asyncio.sleep(FRAME)
+
+    async def emptied(self) -> None:
+        """Wait until every page has received everything."""
+        await asyncio.gather(*(outbox.emptied() for outbox in self._outboxes))
+
+    def _draw(self) -> None:
+        """Send the latest snapshot; a failure is reported once, and the next frame tries again."""
+        try:
+            self._send(self._snapshot())
+            self._problem = ""
+        except Exception as problem:
+            if repr(problem) != self._problem:
+                print(f"the page: {problem!r}", file=sys.stderr)
+            self._problem = repr(problem)
+
+    def _send(self, snapshot: Snapshot) -> None:
+        """Send the robots, their poses in the same order, trails, and bumps, if any of these is new."""
+        robots: dict[str, DrawnRobot] = {
+            name: {"radius": radius, "joints": list(snapshot.joints.get(name, ()))}
+            for name, radius in snapshot.radii.items()
+        }
+        poses = [
+            [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 4)]
+            for pose in map(snapshot.poses.__getitem__, robots)
+        ]
+        joints = {
+            name: [round(position, 4) for position in each.values()] for name, each in snapshot.joints.items() if each
+        }
+        if robots != self._drawn.get("robots"):
+            cast: DrawnRobots = {"type": "robots", "robots": robots}
+            self.put("robots", json.dumps(cast))
+        drawn: dict[str, object] = {"robots": robots, "poses": poses, "joints": joints}
+        if drawn != self._drawn:
+            message: DrawnPoses = {
+                "type": "poses",
+                "at": round(snapshot.at, 4),
+                "placed": snapshot.placed,
+                "poses": poses,
+                "joints": joints,
+            }
+            self.put("poses", json.dumps(message, separators=(",", ":")))
+        self._drawn = drawn
+        trails = {name: (trail, len(trail.places)) for name, trail in snapshot.trails.items()}
+        if (trails, snapshot.placed) != (self._trails, self._placed):
+            self._trails, self._placed = trails, snapshot.placed
+            for outbox in self._outboxes:
+                outbox.show_trails(snapshot.trails, snapshot.placed)
+        known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
+        new = [bump for bump in snapshot.bumps if id(bump) not in known]
+        self._bumps = snapshot.bumps
+        for outbox in self._outboxes if new else ():
+            outbox.add_bumps(new)

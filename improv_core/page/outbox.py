@@ -1,0 +1,131 @@
+"""Messages that wait for one page, so that a slow page sees the present and delays nobody else."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+from improv_core.protocol.page_messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
+
+if TYPE_CHECKING:
+    from improv_core.outputs.simulator.collisions import Bump
+
+MOST_BUMPS = 200
+TrailKind = Literal["trails", "measured"]
+
+
+class Lengthening(Protocol):
+    """A trail, which only ever becomes longer, at its end."""
+
+    @property
+    def places(self) -> Sequence[Sequence[float]]: ...
+
+
+class PageSocket(Protocol):
+    """Where a page's messages go, such as a WebSocket."""
+
+    async def send_str(self, data: str) -> None: ...
+
+
+class PageOutbox:
+    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked.
+
+    `number` is the page's own.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self._waiting: dict[str, str] = {}
+        self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
+        self._trails: dict[TrailKind, Mapping[str, Lengthening]] = {}
+        self._placed = 0
+        self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # how many places of which trail
+        self._filled = asyncio.Event()
+        self._empty = asyncio.Event()
+        self._question: AskWindow | None = None
+        self._asked = asyncio.Event()
+
+    def put(self, kind: str, text: str) -> None:
+        """Send a message after all others; it replaces one of its kind that still waits."""
+        self._waiting.pop(kind, None)
+        self._waiting[kind] = text
+        self._empty.clear()
+        self._filled.set()
+
+    def add_bumps(self, bumps: Iterable[Bump]) -> None:
+        """Send bumps, together with those that still wait."""
+        self._bumps.extend(bumps)
+        self.put("bumps", "")
+
+    def show_trails(self, trails: Mapping[str, Lengthening], placed: int) -> None:
+        """Send what the page lacks of where robots have been; `placed` is that of the snapshot."""
+        self._trails["trails"], self._placed = trails, placed
+        self.put("trails", "")
+
+    def show_measured(self, trails: Mapping[str, Lengthening]) -> None:
+        """Send what the page lacks of where robots were measured."""
+        self._trails["measured"] = trails
+        self.put("measured", "")
+
+    def ask(self, question: AskWindow) -> None:
+        """Ask for a window, instead of one that nobody has looked at yet."""
+        self._question = question
+        self._asked.set()
+
+    async def asked(self) -> AskWindow:
+        """Wait for a question."""
+        while not self._question:
+            await self._asked.wait()
+            self._asked.clear()
+        question, self._question = self._question, None
+        return question
+
+    async def emptied(self) -> None:
+        """Wait until the page has received everything."""
+        await self._empty.wait()
+
+    async def empty_into(self, page: PageSocket) -> None:
+        """Send everything that waits or will wait, forever."""
+        while True:
+            await self._filled.wait()
+            self._filled.clear()
+            while self._waiting:
+                kind = next(iter(self._waiting))
+                text = self._waiting.pop(kind)
+                with suppress(ConnectionError):  # the page is gone: the reading side ends the session
+                    await page.send_str(text or (self._take_bumps() if kind == "bumps" else self._take_trails(kind)))
+            self._empty.set()
+
+    def _take_trails(self, kind: Any) -> str:
+        robots: dict[str, DrawnTrail] = {}
+        for name, trail in self._trails[kind].items():
+            known, sent = self._sent.get((kind, name), (trail, 0))
+            begin = sent if known is trail else 0
+            places = trail.places[begin:]
+            self._sent[kind, name] = trail, begin + len(places)
+            if places:
+                robots[name] = {"from": begin, "places": [[round(value, 4) for value in place] for place in places]}
+        message: DrawnTrails | DrawnMeasured = (
+            {"type": "trails", "placed": self._placed, "robots": robots}
+            if kind == "trails"
+            else {"type": "measured", "robots": robots}
+        )
+        return json.dumps(message, separators=(",", ":"))
+
+    def _take_bumps(self) -> str:
+        bumps = list(self._bumps)
+        self._bumps.clear()
+        return bumps_message(bumps, past=False)
+
+
+def bumps_message(bumps: Iterable[Bump], past: bool) -> str:
+    """The `bumps` message; `past` is for bumps from before the page was opened."""
+    rows: list[BumpJson] = [
+        {"at": round(bump.at, 4), "x": round(bump.x, 4), "y": round(bump.y, 4), "robots": bump.robots} for bump in bumps
+    ]
+    message: Bumps = {"type": "bumps", "past": past, "bumps": rows}
+    return json.dumps(message)

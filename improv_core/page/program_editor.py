@@ -1,0 +1,230 @@
+"""Answers for the page on which somebody edits a program: colors, problems with fixes, completion, and hovers."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from itertools import islice
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix
+from improv_core.ide.code_action import REMOVABLE
+from improv_core.ide.completion import complete
+from improv_core.ide.hover import hover
+from improv_core.ide.placing import UNPLACED, formed, placed
+from improv_core.ide.semantic_tokens import colored, fragments
+from improv_core.ide.tempo import in_tempo
+from improv_core.program import room
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import starts_of
+from improv_core.program.joint_check import check_joints
+from improv_core.protocol.editing import (
+    Analyze,
+    Analyzed,
+    Arrange,
+    Complete,
+    Completed,
+    Explain,
+    Explained,
+    Move,
+    RobotsMoved,
+    SetTempo,
+    TextProblem,
+)
+from improv_core.protocol.fields import StartPoseJson
+from improv_core.robots.config import FILE_NAME, Robots
+from improv_core.score.encounters import Known
+from improv_core.text import LineIndex, difference
+
+MOST_PAGES = 64
+"""Pages whose texts are kept: as many as there can be."""
+MOST_PROBLEMS = 100
+MOST_WORDS = 50
+REHEARSES = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
+
+
+class PageEditor:
+    """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points."""
+
+    def __init__(self, robots: Robots) -> None:
+        self.robots = robots
+        """May be replaced: what is asked from then on is answered for these."""
+        self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
+        self._latest = analyze("", robots)
+        self._known: Known | None = None  # about who meets whom
+
+    def analysis(self, text: str) -> Analysis:
+        """The analysis of a text, made from the latest one."""
+        if self._latest.cast is not self.robots:
+            self._latest = self._latest.with_robots(self.robots)
+        if text != self._latest.text:
+            self._latest = self._latest.edited(*difference(self._latest.text, text)).settled()
+        return self._latest
+
+    def analyze(self, page: int, ask: Analyze) -> Analyzed:
+        """The colors and problems of a page's text, which is kept."""
+        analysis = self.analysis(ask["text"])
+        self._texts[page] = ask["number"], analysis
+        self._texts.move_to_end(page)
+        if len(self._texts) > MOST_PAGES:
+            self._texts.popitem(last=False)
+        return self._analyzed(ask["number"], analysis, analysis.diagnostics)
+
+    def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
+        """What `analyze` has answered, with whom robots meet, what they hit, and what joints can't do.
+
+        May take a second. None if that is nothing, or if the page has another text by then.
+        """
+        analysis = self._text(page, ask["number"])
+        if not analysis:
+            return None
+        report = room.check(analysis, self._known)
+        found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
+        self._known = report.known if report else self._known
+        if not found or not self._text(page, ask["number"]):
+            return None
+        return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *found])
+
+    def complete(self, page: int, ask: Complete) -> Completed | None:
+        """The words that may be written at an offset: those that begin like what is there, or if none does, contain it.
+
+        None if the page has another text, or no word may be there.
+        """
+        analysis = self._text(page, ask["number"])
+        found = complete(analysis, min(ask["offset"], len(analysis.text))) if analysis else None
+        if not analysis or not found:
+            return None
+        begun = analysis.text[found.span.start : found.span.end].lower()
+        fitting = [item for item in found.items if begun in item.label.lower()]
+        items = [item for item in fitting if item.label.lower().startswith(begun)] or fitting
+        return {
+            "type": "completed",
+            "number": ask["number"],
+            "start": found.span.start,
+            "end": found.span.end,
+            "words": [{"word": item.label, "about": item.detail} for item in items[:MOST_WORDS]],
+        }
+
+    def explain(self, page: int, ask: Explain) -> Explained | None:
+        """The hover at an offset. None if the page has another text, or there is nothing to say."""
+        analysis = self._text(page, ask["number"])
+        found = hover(analysis, min(ask["offset"], len(analysis.text)), pictures=True) if analysis else None
+        if not found:
+            return None
+        return {
+            "type": "explained",
+            "number": ask["number"],
+            "start": found.span.start,
+            "end": found.span.end,
+            "text": found.plain,
+            "picture": found.picture,
+        }
+
+    def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
+        return {
+            "type": "analyzed",
+            "number": number,
+            "colors": list(_colors(analysis)),
+            "problems": list(islice(_problems(found, analysis.lines, self.robots), MOST_PROBLEMS)),
+            "count": len(found) + len(self.robots.diagnostics),
+            "starts": _starts(analysis),
+        }
+
+    def move(self, page: int, ask: Move | Arrange, *, rehearses: bool = False) -> RobotsMoved | None:
+        """The edits that have robots begin elsewhere. None if the page has another text.
+
+        While it `rehearses` with robots where they are in the middle of the program, the page shows those places, which
+        are no starts.
+        """
+        analysis = self._text(page, ask["number"])
+        if not analysis:
+            return None
+        if rehearses:
+            edits = None
+        elif ask["type"] == "arrange":
+            edits = formed(analysis, ask["shape"], ask["distance"], ask["facing"])
+        else:
+            starts = ask["start_poses"]
+            edits = placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
+        problem = "" if edits is not None else REHEARSES if rehearses else UNPLACED
+        return moved(ask["number"], edits or (), problem)
+
+    def set_tempo(self, page: int, ask: SetTempo) -> RobotsMoved | None:
+        """The edits that give a page's text another tempo. None if the page has another text."""
+        analysis = self._text(page, ask["number"])
+        return moved(ask["number"], in_tempo(analysis, ask["tempo"]), "") if analysis else None
+
+    def _text(self, page: int, number: int) -> Analysis | None:
+        known, analysis = self._texts.get(page, (-1, None))
+        return analysis if known == number else None
+
+
+def moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
+    """The answer with the edits of the text with a number, or with a problem."""
+    return {
+        "type": "moved",
+        "number": number,
+        "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits],
+        "problem": problem,
+    }
+
+
+def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:
+    """Where the robots of a program without errors begin, in meters and degrees."""
+    if not analysis.ok:
+        return {}
+    poses = starts_of(analysis)
+    return {
+        name: {"x": pose.x, "y": pose.y, "heading": math.degrees(pose.heading)}
+        for name, pose in ((name, poses[name]) for name in analysis.all_robots)
+    }
+
+
+def _colors(analysis: Analysis) -> Iterator[int]:
+    """Three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
+    before = 0
+    for offset, text, unknown, strange, body_words in fragments(analysis):
+        for start, end, kind, _ in _colored(text, unknown, strange, body_words):
+            yield from (offset + start - before, end - start, kind)
+            before = offset + end
+
+
+_colored = lru_cache(maxsize=10_000)(colored)
+
+
+def _problems(found: Sequence[Diagnostic], lines: LineIndex, robots: Robots) -> Iterator[TextProblem]:
+    """Those of the program, then those of `improv.toml`, in which the page can fix nothing."""
+    for each in found:
+        yield _problem(each, lines)
+    robot_lines = LineIndex(robots.text)
+    for each in robots.diagnostics:
+        file = robots.path.name if robots.path else FILE_NAME
+        yield {**_problem(each, robot_lines), "start": 0, "end": 0, "file": file, "fixes": []}
+
+
+def _kind(problem: Diagnostic, fix: Fix) -> str:
+    """What names the fixes that may be made together: they remove what is idle, or change the same word alike."""
+    edits = [(edit.span, edit.text) for edit in fix.edits]
+    if problem.code in REMOVABLE and not any(text for _, text in edits):
+        return problem.code
+    return f"{problem.code}: {fix.title}" if [span for span, _ in edits] == [problem.span] else ""
+
+
+def _problem(problem: Diagnostic, lines: LineIndex) -> TextProblem:
+    return {
+        "start": problem.span.start,
+        "end": problem.span.end,
+        "file": "",
+        "line": lines.position(problem.span.start).line + 1,
+        "severity": problem.severity.value,
+        "message": problem.message,
+        "fixes": [
+            {
+                "title": fix.title,
+                "kind": _kind(problem, fix),
+                "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in fix.edits],
+            }
+            for fix in problem.fixes
+        ],
+    }

@@ -1,0 +1,322 @@
+"""The page over HTTP and its WebSocket (aiohttp, imported lazily), and the guards against other websites."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import secrets
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from improv_core.ipc.rate_limit import Flood, Throttle
+from improv_core.page.connection_limit import SILENT_LIMIT, Connections
+from improv_core.page.peer_user import user_of
+from improv_core.page.song_file import serve
+from improv_core.page.stop_confirmations import Order, PageStops
+from improv_core.page.tickets import Tickets
+from improv_core.protocol.commands import COMMANDS, Editing, PageRequest, Watched
+from improv_core.protocol.page_requests import read, read_count, read_page
+
+if TYPE_CHECKING:
+    import socket
+
+    from aiohttp import web
+    from aiohttp.typedefs import Handler, Middleware
+
+    from improv_core.page.answers import Answers
+    from improv_core.page.open_pages import Pages
+    from improv_core.page.outbox import PageOutbox
+    from improv_core.score.music import Music
+
+HOST = "127.0.0.1"
+OWN_HOST = re.compile(r"(127\.0\.0\.1|localhost):\d+")
+PARTING = 0.25
+"""Seconds that pages have at the end to receive the reason."""
+MAX_PAGES = 64
+MAX_MESSAGE = 1024 * 1024
+"""Bytes of a message from a page: enough for the longest text, however JSON writes it."""
+CONFIRM_LIMIT = 1.0
+"""Seconds that a stop may wait to be confirmed, until the page is told that it has only arrived."""
+WATCHED: Watched = {"type": "watched"}
+FOLDER = Path(__file__).parent / "static"
+NO_TOKEN = '<meta id="token" name="improv-token" content="">'
+"""What index.html has in the place of the token."""
+CONTENT_TYPES = {".css": "text/css", ".js": "text/javascript"}
+
+# Only VS Code shows the page in a frame. Every frame around the page has to be among these. On a desktop, that is the
+# window (vscode-file:) and the webview (vscode-webview:). In a browser, it is code-server or `code serve-web` on this
+# machine, on any port, and webviews from VS Code's CDN, where each has a host of its own. Any other
+# server on this machine may frame the page, too, but without a ticket: then the page has no token, because in a frame
+# it uses only one from a ticket that this very load has redeemed.
+FRAMES = f"http://{HOST}:* http://localhost:* vscode-file: vscode-webview: https://*.vscode-cdn.net"
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' data:; base-uri 'none'; form-action 'none'; "
+    f"frame-ancestors {FRAMES}",
+    "Referrer-Policy": "no-referrer",  # the address holds a ticket
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+
+
+class Application:
+    """Serves the page on a socket: with the token if the URL has a valid ticket. All but the page's files need it.
+
+    `command` gets each command from a page, and `WATCHED` when one is opened. `music` returns the song that plays.
+    """
+
+    def __init__(
+        self,
+        token: str,
+        pages: Pages,
+        answers: Answers,
+        command: Callable[[PageRequest | Watched], None],
+        music: Callable[[], Music | None],
+    ) -> None:
+        self._token = token
+        self._tickets = Tickets(token)
+        self._pages = pages
+        self._answers = answers
+        self._command = command
+        self._music = music
+        self._throttle = Throttle(command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
+        self._stops = PageStops()
+        self._confirmed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
+        self._open: dict[PageOutbox, web.Request] = {}
+        self._index = (FOLDER / "index.html").read_text(encoding="utf-8")
+        assert self._index.count(NO_TOKEN) == 1
+        self._files = _files()
+
+    def confirm(self, mark: str) -> None:
+        """Note that the stop with this mark has been obeyed, so its page can be told."""
+        page, _, number = mark.rpartition(" ")
+        self._stops.confirm(page, int(number))
+        self._confirmed.set()
+        self._confirmed = asyncio.Event()
+
+    async def serve(self, listening: socket.socket, stop: asyncio.Event) -> None:
+        """Serve until `stop` is set; then pages get what still waits for them, and are disconnected."""
+        from aiohttp import web
+
+        runner = web.AppRunner(
+            self._application(), access_log=None, shutdown_timeout=1.0, keepalive_timeout=SILENT_LIMIT
+        )
+        await runner.setup()
+        assert runner.server is not None
+        self._connections = Connections(runner.server)
+        server = await asyncio.get_running_loop().create_server(self._connections.connect, sock=listening)
+        await stop.wait()
+        server.close()
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._pages.emptied(), PARTING)
+        for request in self._open.values():
+            _abort(request)  # closing politely would wait for pages that no longer listen
+        await runner.cleanup()
+
+    def _application(self) -> web.Application:
+        from aiohttp import web
+
+        application = web.Application(middlewares=[self._guard()])
+        application.on_response_prepare.append(_harden)
+        application.router.add_get("/", self._show_page)
+        application.router.add_get("/token", self._accept_token)
+        application.router.add_get("/path.svg", self._show_path)
+        application.router.add_get("/song", self._play_song)
+        application.router.add_get("/time", self._tell_time)
+        application.router.add_get("/live", self._live)
+        application.router.add_post("/stop", self._stop)
+        for path in self._files:
+            application.router.add_get(path, self._show_file)
+        return application
+
+    def _guard(self) -> Middleware:
+        from aiohttp import web
+
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            # Another website may point a name of its own at this machine, so only this machine's names are answered.
+            # The port may differ: an editor brings the page to its window through a tunnel.
+            if not OWN_HOST.fullmatch(request.headers.get("Host", "")):
+                raise web.HTTPForbidden
+            with self._connections.busy(request):
+                return await handler(request)
+
+        return guard
+
+    async def _show_page(self, request: web.Request) -> web.Response:
+        """The page: with the token for a valid ticket, else without it, as after a reload."""
+        from aiohttp import web
+
+        ticket = request.query.get("ticket")
+        valid = ticket is not None and self._tickets.redeem(ticket, _user_of(request))
+        given = NO_TOKEN.replace('""', f'"{escape(self._token)}"') if valid else NO_TOKEN
+        page = self._index.replace(NO_TOKEN, given)
+        return web.Response(text=page, content_type="text/html", charset="utf-8")
+
+    async def _show_file(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        content_type = CONTENT_TYPES[Path(request.path).suffix]
+        return web.Response(body=self._files[request.path], content_type=content_type, charset="utf-8")
+
+    async def _accept_token(self, request: web.Request) -> web.Response:
+        """Whether the page's token is right, as browsers hide from a page why its WebSocket was refused."""
+        from aiohttp import web
+
+        self._check_token(request)
+        return web.Response(status=204)
+
+    async def _show_path(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        self._check_own(request)
+        picture = await self._answers.compute(self._answers.picture)
+        if picture is None:
+            raise web.HTTPNotFound
+        return web.Response(text=picture, content_type="image/svg+xml")
+
+    async def _play_song(self, request: web.Request) -> web.StreamResponse:
+        self._check_own(request)
+        return await serve(request, self._music())
+
+    async def _tell_time(self, request: web.Request) -> web.Response:
+        """The server's Unix time, for a page that has to know it more exactly than it was told at first."""
+        from aiohttp import web
+
+        self._check_own(request)
+        return web.Response(text=repr(time.time()))
+
+    async def _stop(self, request: web.Request) -> web.Response:
+        """A stop, over a connection of its own: 204 once it has been obeyed, 202 if it has only arrived."""
+        from aiohttp import web
+
+        self._check_token(request)
+        _check_origin(request)
+        page, number = read_page(request.query.get("page")), read_count(request.query.get("number"))
+        if not page or number is None:
+            raise web.HTTPBadRequest
+        if self._stops.arrive(page, number):
+            self._pass_stop(page, number)
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._is_confirmed(page, number), CONFIRM_LIMIT)
+        return web.Response(status=204 if self._stops.is_confirmed(page, number) else 202)
+
+    async def _is_confirmed(self, page: str, number: int) -> None:
+        while not self._stops.is_confirmed(page, number):
+            await self._confirmed.wait()
+
+    def _pass_stop(self, page: str, number: int) -> None:
+        self._throttle.take({"type": "stop", "mark": f"{page} {number}"})
+
+    async def _live(self, request: web.Request) -> web.WebSocketResponse:
+        from aiohttp import WSMsgType, web
+
+        self._check_token(request)
+        _check_origin(request)
+        if len(self._pages) >= MAX_PAGES:
+            raise web.HTTPServiceUnavailable
+        # Nothing is buffered beyond what the system takes, so that a slow page sees the present.
+        page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MAX_MESSAGE, writer_limit=0)
+        outbox = self._pages.join()
+        self._open[outbox] = request
+        name, flood = read_page(request.query.get("page")), Flood()
+        order = Order(self._stops, name)
+        tasks: list[asyncio.Task[None]] = []
+        try:
+            await page.prepare(request)
+            tasks = [asyncio.create_task(outbox.empty_into(page)), asyncio.create_task(self._answer(outbox))]
+            self._command(WATCHED)
+            async for message in page:
+                if flood.counts(asyncio.get_running_loop().time()):
+                    _abort(request)  # what it has sent so far counts, and what waits behind that is dropped
+                    break
+                if message.type is WSMsgType.TEXT:
+                    self._receive(message.data, outbox, name, order)
+        finally:
+            for task in tasks:
+                task.cancel()
+            del self._open[outbox]
+            self._pages.leave(outbox)
+        return page
+
+    def _receive(self, text: str, outbox: PageOutbox, name: str, order: Order) -> None:
+        request = read(text)
+        if request is None or (order.lags and request["type"] in COMMANDS["stop"].voids):
+            return
+        if request["type"] == "press":
+            if order.stop(request["number"]):
+                self._pass_stop(name, request["number"])
+        elif request["type"] == "window":
+            outbox.ask(request)
+        elif (
+            request["type"] == "analyze"
+            or request["type"] == "complete"
+            or request["type"] == "explain"
+            or request["type"] == "write"
+            or request["type"] == "move"
+            or request["type"] == "arrange"
+            or request["type"] == "tempo"
+            or request["type"] == "first_beat"
+        ):
+            editing: Editing = {"type": "editing", "page": outbox.number, "ask": request}
+            if order.lags:
+                editing["overtaken"] = True
+            self._throttle.take(editing)
+        else:
+            self._throttle.take(request)
+
+    async def _answer(self, outbox: PageOutbox) -> None:
+        """Answer the latest question of a page, forever."""
+        while True:
+            question = await outbox.asked()
+            text = await self._answers.compute(partial(self._answers.window, question))
+            if text is not None:
+                outbox.put("window", text)
+
+    def _check_own(self, request: web.Request) -> None:
+        self._check_token(request)
+        if "Origin" in request.headers:  # browsers omit it when a page asks its own server
+            _check_origin(request)
+
+    def _check_token(self, request: web.Request) -> None:
+        from aiohttp import web
+
+        if not secrets.compare_digest(request.query.get("token", "").encode(), self._token.encode()):
+            raise web.HTTPForbidden
+
+
+def _files() -> Mapping[str, bytes]:
+    """The page's files by path, read once: no path ever comes from a URL."""
+    return {f"/{name}": path.read_bytes() for name, path in page_files().items()}
+
+
+def page_files() -> Mapping[str, Path]:
+    """The page's files by their place below its folder."""
+    found = sorted(path for path in FOLDER.rglob("*") if path.suffix in CONTENT_TYPES)
+    return {path.relative_to(FOLDER).as_posix(): path for path in found}
+
+
+async def _harden(request: web.Request, response: web.StreamResponse) -> None:
+    response.headers.update(HEADERS)
+
+
+def _abort(request: web.Request) -> None:
+    if request.transport is not None:
+        request.transport.abort()
+
+
+def _user_of(request: web.Request) -> int | None:
+    transport = request.transport
+    return user_of(transport.get_extra_info("peername"), transport.get_extra_info("sockname")) if transport else None
+
+
+def _check_origin(request: web.Request) -> None:
+    from aiohttp import web
+
+    if request.headers.get("Origin") != f"http://{request.host}":
+        raise web.HTTPForbidden

@@ -1,0 +1,93 @@
+"""The page's server, on a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import secrets
+import socket
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from improv_core.page.answers import Answers
+from improv_core.page.background import OwnThread
+from improv_core.page.broadcast import Broadcast
+from improv_core.page.meetings import Meetings
+from improv_core.page.open_pages import Pages
+from improv_core.page.routes import HOST, Application
+from improv_core.protocol.commands import PageRequest, Watched
+
+if TYPE_CHECKING:
+    from improv_core.outputs.simulator.simulator import Snapshot
+
+
+class Viewer:
+    """The page's server, on this machine's loopback address only.
+
+    `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
+    `WATCHED` when one is opened), both from the server's thread: they must return at once. With `takes_start_poses`,
+    one of them may be `place`. `tell` gets a line if robots will meet because of a score that has taken over. A page
+    survives a new server if that has the same `port` and `token`.
+    Raises OSError if the port is taken; port 0 is any free one.
+    """
+
+    def __init__(
+        self,
+        port: int,
+        snapshot: Callable[[], Snapshot],
+        command: Callable[[PageRequest | Watched], None],
+        *,
+        takes_start_poses: bool = False,
+        token: str | None = None,
+        tell: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self._token = token or secrets.token_urlsafe()
+        self._socket = socket.create_server((HOST, port))
+        self._port: int = self._socket.getsockname()[1]
+        self._pages = Pages(snapshot)
+        self._answers = Answers(OwnThread("improv-answers"))
+        self._stop = asyncio.Event()
+        self._loop = asyncio.new_event_loop()
+        self._application = Application(self._token, self._pages, self._answers, command, lambda: self._broadcast.music)
+        self._broadcast = Broadcast(
+            self._pages, self._answers, self._soon, self._application.confirm, takes_start_poses=takes_start_poses
+        )
+        self.publish, self.show = self._broadcast.publish, self._broadcast.show
+        self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, OwnThread("improv-meetings"))
+        self._thread = threading.Thread(target=self._run, name="improv-viewer", daemon=True)
+        self._thread.start()
+        atexit.register(self.close)  # a page should know whether a performance is over or was cut off
+
+    @property
+    def address(self) -> str:
+        """The page's address. It takes a ticket to open the page there."""
+        return f"http://{HOST}:{self._port}/"
+
+    def close(self) -> None:
+        """Send what has been published, then end all connections and the thread."""
+        atexit.unregister(self.close)
+        self._soon(self._stop.set)
+        self._answers.close()
+        self._meetings.close()
+        self._thread.join()
+
+    def _soon(self, what: Callable[..., None], *values: object) -> None:
+        """Have the server's thread do something."""
+        with suppress(RuntimeError):  # already closed
+            self._loop.call_soon_threadsafe(what, *values)
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._serve())
+        finally:
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        watching = asyncio.create_task(self._pages.watch())
+        try:
+            await self._application.serve(self._socket, self._stop)
+        finally:
+            watching.cancel()

@@ -1,0 +1,74 @@
+// @ts-check
+// What the page tells people: whether it is connected, and news for those who listen.
+
+import { find } from "./elements.js"
+
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {"opening" | "open" | "lost" | "refused" | "over"} Connection */
+
+/** @type {Partial<Record<Connection, string>>} */
+const NOTICES = {
+  lost: "Disconnected. Trying again…",
+  refused: 
+    "This address works only once. To open the page again, press o in the terminal where Improv runs, or open it from your editor.",
+}
+const UNCONFIRMED = "Stop is not confirmed yet. Trying again…"
+const OVER = "The performance is over. Play again from your editor or terminal."
+const EDITED = "Improv has ended. To continue, run improv edit in the terminal. This browser keeps text that isn't saved."
+
+export class Notices {
+  #ending = "" // why the stage has ended, if it has
+  #notice = "" // about the connection
+  #waits = false // whether a stop is not confirmed
+  /** @type {Connection} */
+  connection = "opening"
+
+  /** @param {Messages["stopped"]} message the last one of the stage */
+  end({ message }) {
+    this.#ending = message ? `The stage has failed: ${message}. Play again.` : document.body.classList.contains("editing") ? EDITED : OVER
+  }
+
+  /** @param {"open" | "lost" | "refused"} now */
+  change(now) {
+    if (now === "open") this.#ending = ""
+    const over = now === "lost" && this.#ending !== ""
+    const notice = over ? this.#ending : (NOTICES[now] ?? "")
+    if (notice || this.connection !== "opening") this.announce(notice || "Connected again")
+    this.connection = over ? "over" : now
+    document.body.dataset.connection = this.connection
+    this.#notice = notice
+    this.#show()
+  }
+
+  /** @param {string} line about what is still being loaded */
+  load(line) {
+    this.#notice = line
+    this.#show()
+  }
+
+  /** @param {boolean} waits whether a stop that somebody has pressed has not been confirmed for a while */
+  waitForStop(waits) {
+    if (waits && !this.#waits) this.announce(UNCONFIRMED)
+    this.#waits = waits
+    this.#show()
+  }
+
+  /** @param {string} line why real robots stand; empty if they don't */
+  say(line) {
+    find("stands").hidden = !line
+    find("stands").textContent = line
+    if (line) this.announce(line)
+  }
+
+  #show() {
+    const notice = this.#waits ? UNCONFIRMED : this.#notice
+    find("notice").hidden = !notice
+    find("notice").textContent = notice
+    find("notice").classList.toggle("urgent", this.#waits)
+  }
+
+  /** @param {string} text for screen readers */
+  announce(text) {
+    if (find("news").textContent !== text) find("news").textContent = text
+  }
+}

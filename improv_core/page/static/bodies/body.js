@@ -1,0 +1,98 @@
+// @ts-check
+// What a body looks like: which of its joints turn the head and the arms of a figure, and where these are then.
+
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {Messages["score"]["robots"][string]["body"]} Body */
+/** @typedef {Body[number]["joints"][number]} Joint */
+/** @typedef {Record<string, number>} Positions of joints by name, in radians or meters */
+/** @typedef {{ yaw: number, pitch: number }} Head turned to the left, and looking up, in radians */
+/** @typedef {{ side: 1 | -1, raise: number, out: number, bend: number }} Arm on the left if `side` is 1; in radians */
+/** @typedef {{ head: Head | null, arms: Arm[] }} Figure */
+/** @typedef {[x: number, y: number, z: number]} Place forward, to the left, and up; a figure is about 1 high */
+
+export const HEAD = { height: 0.8, radius: 0.14 }
+const SHOULDER = { height: 0.6, aside: 0.17 }
+const UPPER = 0.2 // an arm's length down to the elbow,
+const LOWER = 0.19 // and from there to the hand
+
+/**
+ * The figure of a body whose joints are at these positions, or at their starts. A part called head is its head; parts
+ * with left or right, and arm, in their names are its arms. Null if it has neither: it has gauges only.
+ * @param {Body} body
+ * @param {Positions} [positions]
+ * @returns {Figure | null}
+ */
+export function figureOf(body, positions = {}) {
+  const angles = (/** @type {Body[number]} */ part) => (/** @type {string[]} */ ...axes) => {
+    const joint = part.joints.find(({ axis, slides }) => axes.includes(axis) && !slides)
+    return joint ? joint.sign * (positions[joint.name] ?? joint.start) : 0
+  }
+  const heads = body.filter(({ name }) => /head/i.test(name)).map(angles)
+  /** @type {Arm[]} */
+  const arms = []
+  for (const part of body) {
+    const side = /left/i.test(part.name) ? 1 : /right/i.test(part.name) ? -1 : null
+    if (side === null || !/arm/i.test(part.name) || arms.some((arm) => arm.side === side)) continue
+    const angle = angles(part)
+    arms.push({ side, raise: angle("z"), out: angle("yaw", "y"), bend: angle("x") })
+  }
+  if (!heads.length && !arms.length) return null
+  return { head: heads.length ? { yaw: heads[0]("yaw"), pitch: heads[0]("z") } : null, arms }
+}
+
+/**
+ * Where an arm's shoulder, elbow, and hand are. Its joints follow one another as in most robots: it is raised forward,
+ * then taken to the left, then bent. An arm hangs down if all are 0.
+ * @param {Arm} arm
+ * @returns {{ shoulder: Place, elbow: Place, hand: Place }}
+ */
+export function places({ side, raise, out, bend }) {
+  /** @type {Place} */
+  const shoulder = [0, side * SHOULDER.aside, SHOULDER.height]
+  const turned = (/** @type {Place} */ place) => pitched(rolled(place, out), raise)
+  const elbow = sum(shoulder, turned([0, 0, -UPPER]))
+  return { shoulder, elbow, hand: sum(elbow, turned(pitched([0, 0, -LOWER], bend))) }
+}
+
+/**
+ * Where a place of a head is that looks ahead in `face`, in radii from its middle.
+ * @param {Head} head
+ * @param {Place} face
+ * @returns {Place}
+ */
+export function onHead({ yaw, pitch }, face) {
+  const [x, y, z] = pitched(face, pitch)
+  const place = /** @type {Place} */ ([x * Math.cos(yaw) - y * Math.sin(yaw), x * Math.sin(yaw) + y * Math.cos(yaw), z])
+  return sum([0, 0, HEAD.height], /** @type {Place} */ (place.map((each) => each * HEAD.radius)))
+}
+
+/**
+ * Turned about the axis to the left: what hangs down is raised forward, and what looks ahead looks up.
+ * @param {Place} place
+ * @param {number} angle
+ * @returns {Place}
+ */
+function pitched([x, y, z], angle) {
+  const [cos, sin] = [Math.cos(angle), Math.sin(angle)]
+  return [x * cos - z * sin, y, x * sin + z * cos]
+}
+
+/**
+ * Turned about the axis forward: what hangs down is taken to the left.
+ * @param {Place} place
+ * @param {number} angle
+ * @returns {Place}
+ */
+function rolled([x, y, z], angle) {
+  const [cos, sin] = [Math.cos(angle), Math.sin(angle)]
+  return [x, y * cos - z * sin, y * sin + z * cos]
+}
+
+/**
+ * @param {Place} one
+ * @param {Place} other
+ * @returns {Place}
+ */
+function sum(one, other) {
+  return [one[0] + other[0], one[1] + other[1], one[2] + other[2]]
+}

@@ -1,0 +1,59 @@
+// @ts-check
+// The deadman button of a gamepad: robots move only while somebody holds it.
+
+import { find } from "../base/elements.js"
+
+/** @import { Request } from "../net/requests.js" */
+
+const PERIOD = 100 // milliseconds between two messages that the button is held
+
+export class Deadman {
+  #send
+  /** @type {number | null} */
+  #button = null
+  #held = false
+  #sent = -Infinity
+
+  /** @param {(request: Request) => void} send */
+  constructor(send) {
+    this.#send = send
+    // A hidden page draws no frames, so it would miss that the button is let go.
+    document.addEventListener("visibilitychange", () => this.look(performance.now()))
+  }
+
+  /** @param {{ button: number } | null} deadman what the score requires */
+  require(deadman) {
+    this.#button = deadman?.button ?? null
+    this.look(performance.now())
+  }
+
+  /**
+   * Looks at the gamepads, which have no events; called at every frame.
+   * @param {number} now in milliseconds
+   */
+  look(now) {
+    const button = this.#button
+    const gamepads = button === null || document.hidden ? [] : connected()
+    const held = button !== null && !!gamepads?.some((gamepad) => gamepad?.buttons[button]?.pressed)
+    if (held && now - this.#sent >= PERIOD) {
+      this.#send({ type: "held" })
+      this.#sent = now
+    }
+    if (this.#held && !held) {
+      this.#send({ type: "released" })
+      this.#sent = -Infinity
+    }
+    this.#held = held
+    find("deadman").hidden = button === null || held
+    find("deadman").textContent = gamepads ? `hold button ${button} to move` : "open this page in a browser to use a gamepad"
+  }
+}
+
+/** The gamepads; null if the browser does not let this frame see them. */
+function connected() {
+  try {
+    return navigator.getGamepads().filter((gamepad) => gamepad?.connected)
+  } catch {
+    return null
+  }
+}

@@ -1,0 +1,327 @@
+// @ts-check
+// The panels, the cards, the tools of the stage, and their keys.
+
+import { download, drawPng, record } from "./export.js"
+import { listen, settings } from "../base/keys.js"
+
+import { find, findA } from "../base/elements.js"
+
+/** @import { Camera } from "../floor/camera.js" */
+/** @import { Controls } from "./controls.js" */
+/**
+ * @typedef {object} Page
+ * @property {() => void} touch has the next frame draw
+ * @property {() => void} resize
+ * @property {(text: string) => void} announce
+ * @property {() => Promise<string | null>} getPicture the paths as SVG
+ * @property {() => void} clearTrails
+ * @property {() => string | void} cue
+ * @property {() => string} getStem what to call files that are saved, without an ending
+ * @property {Controls} controls
+ * @property {Camera} camera
+ * @property {HTMLCanvasElement} canvas
+ */
+
+const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
+/** @type {Record<string, string>} */
+const CARDS = { help: "show-help", guide: "show-guide", save: "save-button", sound: "sound-button", "start-poses": "start-poses-button", wall: "show-wall" }
+const PAN = 60 // pixels
+const ZOOM = 1.25
+const SHOWN = 2500 // milliseconds for which it is shown what a key did
+
+export class Panels {
+  #page
+  /** @type {(() => Promise<Blob>) | null} */
+  #recording = null // ends a recording
+  #writing = false // whether the program can be written
+  #saying = 0 // the timer that hides what a key did
+  #trails = findA("trail", HTMLSelectElement)
+  trail = Infinity // seconds
+  ahead = true
+  presenting = false
+
+  /**
+   * `page` is everything that panels act on.
+   * @param {Page} page
+   */
+  constructor(page) {
+    this.#page = page
+    this.#openUsual("score")
+    this.#openUsual("timeline")
+    for (const name of ["timeline", "score"]) find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
+    SMALL.addEventListener("change", () => {
+      const extra = this.#writing ? "timeline" : "score"
+      if (!SMALL.matches) this.#openUsual(extra)
+      else if (!find("timeline").hidden) this.#open(extra, false)
+      this.#page.resize()
+    })
+    for (const [card, button] of Object.entries(CARDS)) {
+      find(button).addEventListener("click", () => this.#turn(card))
+      find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
+    }
+    const press = {
+      clear: page.clearTrails,
+      "zoom-in": () => this.#zoom(ZOOM),
+      "zoom-out": () => this.#zoom(1 / ZOOM),
+      ahead: () => this.#turnAhead(),
+      present: () => this.#turnPresent(),
+      "present-end": () => this.#turnPresent(),
+      "present-program": () => this.#turnPart("program"),
+      "present-beat": () => this.#turnPart("beat"),
+      "show-more": () => this.#showMore(find("show-more").getAttribute("aria-expanded") !== "true"),
+      fit: () => this.#fit(),
+      record: () => this.#record(),
+      "save-svg": () => this.#save(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
+      "save-png": () => this.#save(".png", drawPng),
+    }
+    for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
+    this.#trails.addEventListener("change", () => this.#setTrail(Number(this.#trails.value)))
+    this.#showTrail(Number(settings.get("trail", "Infinity")))
+    this.#listen()
+  }
+
+  /**
+   * A button that turns a setting on and off, which is on until somebody turns it off. Returns whether it is on.
+   * @param {string} name
+   * @param {(on: boolean) => void} [changed]
+   */
+  #setting(name, changed = () => {}) {
+    const button = find(name)
+    const isOn = () => button.getAttribute("aria-pressed") === "true"
+    const show = (/** @type {boolean} */ on) => {
+      button.setAttribute("aria-pressed", String(on))
+      changed(on)
+    }
+    show(Boolean(settings.get(name, true)))
+    button.addEventListener("click", () => {
+      show(!isOn())
+      settings.set(name, isOn())
+    })
+    return isOn
+  }
+
+  /** Shows for a while what a key did. @param {string} line */
+  #say(line) {
+    find("did").textContent = line
+    find("did").hidden = false
+    this.#page.announce(line)
+    clearTimeout(this.#saying)
+    this.#saying = window.setTimeout(() => (find("did").hidden = true), SHOWN)
+  }
+
+  /** Ends the recording: the dance is over. */
+  finish() {
+    if (this.#recording) this.#record()
+  }
+
+  /** Shows the program, which can be written. */
+  openScore() {
+    this.#writing = true
+    this.#open("score", true)
+    if (SMALL.matches) this.#open("timeline", false)
+    this.#page.resize()
+  }
+
+  showFit() {
+    find("fit").setAttribute("aria-pressed", String(this.#page.camera.fits))
+  }
+
+  #listen() {
+    const { controls, clearTrails, cue, camera, touch } = this.#page
+    const letters = this.#setting("letters")
+    this.#setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
+    this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
+    const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
+      camera.pan(x * PAN, y * PAN)
+      this.showFit()
+      touch()
+    }
+    const stop = (/** @type {KeyboardEvent} */ event) => {
+      const over = document.querySelector("dialog:modal")
+      if (event.key === "Escape" && over instanceof HTMLDialogElement) return over.close()
+      if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
+      if (event.key !== "Escape") return
+      for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+      this.#showMore(false)
+    }
+    const unlessPresenting = (/** @type {() => string | void} */ action) => () => (this.presenting ? undefined : action())
+    /** @type {Record<string, () => string | void>} */
+    const keys = {
+      k: () => controls.playOrPause(),
+      p: () => this.#turnPresent(),
+      r: () => controls.restart(),
+      n: () => controls.step(),
+      "[": () => controls.slower(),
+      "]": () => controls.faster(),
+      "+": () => this.#zoom(ZOOM),
+      "=": () => this.#zoom(ZOOM),
+      "-": () => this.#zoom(1 / ZOOM),
+      f: () => this.#fit(),
+      t: unlessPresenting(() => this.#setTrail(this.trail ? 0 : Infinity)),
+      x: unlessPresenting(() => {
+        clearTrails()
+        return "trails cleared"
+      }),
+      c: cue,
+      a: unlessPresenting(() => this.#turnAhead()),
+      l: unlessPresenting(() => this.#toggle("timeline")),
+      s: () => (this.presenting ? this.#turnPart("program") : this.#toggle("score")),
+      b: () => (this.presenting ? this.#turnPart("beat") : undefined),
+      w: unlessPresenting(() => {
+        if (!find("show-wall").hidden) this.#turn("wall")
+      }),
+      "?": unlessPresenting(() => this.#turn("help")),
+      ArrowLeft: () => controls.seekBy(-1),
+      ArrowRight: () => controls.seekBy(1),
+      Home: () => controls.seek(0),
+    }
+    const shifted = { ArrowLeft: pan(1, 0), ArrowRight: pan(-1, 0), ArrowUp: pan(0, 1), ArrowDown: pan(0, -1) }
+    listen({ stop, keys, shifted, lettersWork: letters, say: (line) => this.#say(line) })
+  }
+
+  /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */
+  #openUsual(name) {
+    const wide = name === "timeline" || innerWidth >= 1000
+    this.#open(name, settings.get(name, wide) && !SMALL.matches)
+  }
+
+  /**
+   * @param {string} name
+   * @param {boolean} open
+   */
+  #open(name, open) {
+    find(name).hidden = !open && !(this.presenting && name === "score")
+    find(`show-${name}`).setAttribute("aria-expanded", String(open))
+  }
+
+  /** @param {string} name */
+  #toggle(name) {
+    const open = find(name).hidden
+    this.#open(name, open)
+    settings.set(name, open)
+    if (open && SMALL.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one only
+    this.#page.resize()
+    return `${name} ${open ? "shown" : "hidden"}`
+  }
+
+  /** @param {boolean} open whether the tools are shown that a narrow stage has no room for */
+  #showMore(open) {
+    find("show-more").setAttribute("aria-expanded", String(open))
+  }
+
+  /** @param {string} card */
+  #card(card) {
+    return findA(card, HTMLDialogElement)
+  }
+
+  /** @param {string} card */
+  #turn(card) {
+    if (this.#card(card).open) this.#shut(card)
+    else {
+      for (const other of Object.keys(CARDS)) if (this.#card(other).open) this.#shut(other)
+      this.#showMore(false)
+      this.#card(card).show() // not modal, so that Stop stays reachable
+      find(CARDS[card]).setAttribute("aria-expanded", "true")
+      if (card === "start-poses") this.#fit() // the rings have to be in view
+    }
+    this.#page.resize()
+  }
+
+  /** @param {string} card */
+  #shut(card) {
+    this.#card(card).close()
+    const button = find(CARDS[card])
+    button.setAttribute("aria-expanded", "false")
+    ;(button.checkVisibility() ? button : find("show-more")).focus()
+    this.#page.resize()
+  }
+
+  /** @param {number} length */
+  #showTrail(length) {
+    this.trail = length
+    this.#trails.value = String(length)
+  }
+
+  /** @param {number} length */
+  #setTrail(length) {
+    this.#showTrail(length)
+    settings.set("trail", String(length))
+    this.#page.touch()
+    return length ? "trails on" : "trails off"
+  }
+
+  #turnAhead() {
+    this.ahead = !this.ahead
+    find("ahead").setAttribute("aria-pressed", String(this.ahead))
+    this.#page.touch()
+    return this.ahead ? "paths on" : "paths off"
+  }
+
+  /**
+   * The stage, the program, and the beat, or everything again. Not the browser's full screen: there, Escape wouldn't
+   * reach us.
+   */
+  #turnPresent() {
+    this.presenting = !this.presenting
+    document.body.classList.toggle("presenting", this.presenting)
+    find("present").setAttribute("aria-pressed", String(this.presenting))
+    this.#open("score", find("show-score").getAttribute("aria-expanded") === "true")
+    for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+    if (!document.activeElement?.checkVisibility()) find("stage").focus() // keys work on
+    this.#page.resize()
+    return this.presenting ? "present" : "present ended"
+  }
+
+  /** Shows or hides a part of what is presented. @param {"program" | "beat"} part */
+  #turnPart(part) {
+    const hidden = document.body.classList.toggle(`without-${part}`)
+    find(`present-${part}`).setAttribute("aria-pressed", String(!hidden))
+    this.#page.resize()
+    return `${part} ${hidden ? "hidden" : "shown"}`
+  }
+
+  /** @param {number} factor */
+  #zoom(factor) {
+    if (!this.#page.camera.view) return
+    this.#page.camera.zoom(factor)
+    this.showFit()
+    this.#page.touch()
+    return factor > 1 ? "zoom in" : "zoom out"
+  }
+
+  #fit() {
+    this.#page.camera.fit()
+    this.showFit()
+    this.#page.touch()
+    return "fit"
+  }
+
+  /**
+   * @param {string} ending
+   * @param {(svg: string) => Blob | Promise<Blob>} make
+   */
+  async #save(ending, make) {
+    const svg = await this.#page.getPicture()
+    if (svg) download(`${this.#page.getStem()}${ending}`, await make(svg))
+    else this.#page.announce("No picture yet. Save a program first.")
+  }
+
+  async #record() {
+    const button = find("record")
+    const show = (/** @type {string} */ text, /** @type {boolean} */ on) => {
+      button.textContent = text
+      button.setAttribute("aria-pressed", String(on))
+      document.body.dataset.recording = String(on)
+    }
+    if (!this.#recording) {
+      this.#recording = record(this.#page.canvas)
+      if (this.#recording) show("Stop and save the video", true)
+      else this.#page.announce((button.textContent = "This browser can't record video"))
+      return
+    }
+    const end = this.#recording
+    this.#recording = null
+    show("Record a video", false)
+    download(`${this.#page.getStem()}.webm`, await end())
+  }
+}

@@ -1,0 +1,211 @@
+// @ts-check
+// What robots sense: a chip for each sense, which can be forced in the simulator; the cue; and keys that are senses.
+
+import { find } from "../base/elements.js"
+
+/** @import { Robot } from "../score/robot-list.js" */
+/** @import { Clock } from "../score/clock.js" */
+/** @import { Request } from "../net/requests.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {{ reach: number, start: number, end: number } | { reach: number, radius: number }} Field a sector, or what is straight ahead */
+
+const CUE = "cue"
+const PERIOD = 100 // milliseconds between two messages that a key is held
+const GIVEN = 300 // milliseconds for which a cue that was given is shown
+
+export class Senses {
+  #clock
+  #send
+  #changed
+  /** @type {Messages["score"]["robots"]} */
+  #robots = {}
+  /** @type {Map<string, boolean | null>} */
+  #values = new Map() // by robot and sense
+  /** @type {Map<string, HTMLButtonElement>} */
+  #chips = new Map()
+  /** @type {Set<string>} */
+  #forced = new Set()
+  /** @type {Map<string, ReturnType<typeof setInterval>>} */
+  #held = new Map() // keys
+
+  /**
+   * `changed` is called when there is something to draw.
+   * @param {Clock} clock
+   * @param {(request: Request) => void} send
+   * @param {() => void} changed
+   */
+  constructor(clock, send, changed) {
+    this.#clock = clock
+    this.#send = send
+    this.#changed = changed
+    find("cue").addEventListener("click", () => this.cue())
+    // Before other keys: in a program that listens to a key, the key does nothing else.
+    addEventListener("keydown", (event) => this.#press(event), { capture: true })
+    addEventListener("keyup", ({ key }) => this.#release(key))
+    addEventListener("blur", () => this.#releaseAll())
+    document.addEventListener("visibilitychange", () => document.hidden && this.#releaseAll())
+  }
+
+  /**
+   * Shows the senses that a score reads.
+   * @param {Messages["score"]} score
+   * @param {Robot[]} cast
+   */
+  show(score, cast) {
+    this.#robots = score.robots
+    this.#chips.clear()
+    const read = cast.map((robot) => ({ robot, names: Object.keys(score.robots[robot.name].senses) }))
+    find("cue").hidden = !read.some(({ names }) => names.includes(CUE))
+    const rows = read.flatMap(({ robot, names }) => {
+      const chips = names.filter((name) => name !== CUE).map((name) => this.#chip(robot.name, name))
+      return chips.length ? [row(robot, chips)] : []
+    })
+    find("senses").hidden = !rows.length
+    find("senses").replaceChildren(...rows)
+    for (const key of this.#held.keys()) if (!this.#keys().has(key)) this.#release(key)
+  }
+
+  /** @param {Messages["sensed"]} message */
+  take({ robot, sense, value }) {
+    this.#values.set(idOf(robot, sense), value)
+    this.#showChip(idOf(robot, sense))
+  }
+
+  /** Another performance begins: nothing is known yet. */
+  restart() {
+    this.#values.clear()
+    for (const id of this.#chips.keys()) this.#showChip(id)
+  }
+
+  /** Gives the cue, if a robot listens for it. */
+  cue() {
+    if (find("cue").hidden) return
+    this.#send({ type: "cue" })
+    find("cue").dataset.given = "true"
+    setTimeout(() => (find("cue").dataset.given = "false"), GIVEN)
+    return "cue"
+  }
+
+  /**
+   * Where a robot looks, and whether something is there.
+   * @param {string} robot
+   * @returns {{ field: Field, on: boolean }[]}
+   */
+  fields(robot) {
+    const { senses = {}, near = 0, radius = 0 } = this.#robots[robot] ?? {}
+    return Object.entries(senses).flatMap(([name, source]) => {
+      const field = fieldOf(source, near, radius)
+      return field ? [{ field, on: this.#values.get(idOf(robot, name)) === true }] : []
+    })
+  }
+
+  /**
+   * @param {string} robot
+   * @param {string} sense
+   */
+  #chip(robot, sense) {
+    const chip = document.createElement("button")
+    chip.type = "button"
+    chip.className = "chip"
+    chip.textContent = sense
+    chip.addEventListener("click", ({ shiftKey }) => shiftKey && this.#force(robot, sense))
+    this.#chips.set(idOf(robot, sense), chip)
+    this.#showChip(idOf(robot, sense))
+    return chip
+  }
+
+  /** @param {string} id */
+  #showChip(id) {
+    const chip = this.#chips.get(id)
+    if (!chip) return
+    const value = this.#values.get(id)
+    const [word, shown] = value ? ["true", "on"] : value === false ? ["false", "off"] : ["not known", "silent"]
+    const [robot, sense] = /** @type {string[]} */ (JSON.parse(id))
+    const forced = this.#forced.has(id)
+    chip.dataset.value = shown
+    chip.dataset.forced = String(forced)
+    chip.setAttribute("aria-pressed", String(value === true))
+    chip.setAttribute("aria-label", `${robot} ${sense}: ${word}${forced ? ", forced" : ""}`)
+    chip.title = `${sense} is ${word}. ${forced ? "Shift+click: sense what is there again" : "Shift+click: force it (only in the simulator)"}`
+    this.#changed()
+  }
+
+  /**
+   * @param {string} robot
+   * @param {string} sense
+   */
+  #force(robot, sense) {
+    if (!this.#clock.transport.generation) return
+    const id = idOf(robot, sense)
+    const value = this.#forced.delete(id) ? null : !this.#values.get(id)
+    if (value !== null) this.#forced.add(id)
+    this.#send({ type: "force", robot, sense, value })
+    this.#showChip(id)
+  }
+
+  /** The keys that are senses. */
+  #keys() {
+    const sources = Object.values(this.#robots).flatMap(({ senses }) => Object.values(senses))
+    return new Set(sources.flatMap(({ key }) => (typeof key === "string" ? [key] : [])))
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    const { key, target } = event
+    if (event.ctrlKey || event.altKey || event.metaKey || (target instanceof Element && target.closest("input, select, textarea"))) return
+    if (key === " " || key === "Escape" || !this.#keys().has(key)) return
+    event.preventDefault()
+    event.stopImmediatePropagation()
+    if (this.#held.has(key)) return
+    this.#send({ type: "key", key, held: true })
+    this.#held.set(key, setInterval(() => this.#send({ type: "key", key, held: true }), PERIOD))
+  }
+
+  /** @param {string} key */
+  #release(key) {
+    if (!this.#held.has(key)) return
+    clearInterval(this.#held.get(key))
+    this.#held.delete(key)
+    this.#send({ type: "key", key, held: false })
+  }
+
+  #releaseAll() {
+    for (const key of [...this.#held.keys()]) this.#release(key)
+  }
+}
+
+/**
+ * @param {string} robot
+ * @param {string} sense
+ */
+function idOf(robot, sense) {
+  return JSON.stringify([robot, sense])
+}
+
+/**
+ * @param {Robot} robot
+ * @param {HTMLElement[]} chips
+ */
+function row({ name, color }, chips) {
+  const item = document.createElement("li")
+  item.dataset.robot = name
+  item.style.setProperty("--robot", color)
+  const label = document.createElement("span")
+  label.className = "name"
+  label.textContent = label.title = name
+  item.append(label, ...chips)
+  return item
+}
+
+/**
+ * What a sense looks at, if that is a part of the ground. The built-in `near` looks where its robot is about to drive.
+ * @param {Record<string, unknown>} source
+ * @param {number} near meters
+ * @param {number} radius meters
+ * @returns {Field | null}
+ */
+function fieldOf({ built_in, below, start, end }, near, radius) {
+  if (built_in === "near") return { reach: near, radius }
+  if (typeof below !== "number" || typeof start !== "number" || typeof end !== "number") return null
+  return { reach: below, start, end }
+}

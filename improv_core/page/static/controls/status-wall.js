@@ -1,0 +1,235 @@
+// @ts-check
+// The wall of real robots: how each of them is, those in trouble first, and in one line whether all is well.
+
+import { find } from "../base/elements.js"
+
+/** @import { Clock } from "../score/clock.js" */
+/** @import { Measured } from "../floor/measured.js" */
+/** @import { Messages } from "../net/messages.js" */
+/**
+ * @typedef {object} Brick one robot as the wall shows it
+ * @property {string} name
+ * @property {string} state what it does, or what is wrong with it
+ * @property {"fault" | "still" | "well"} kind
+ * @property {string} off how far it is off its path
+ * @property {string} age how old its latest pose is
+ * @property {string} battery
+ */
+
+/** @type {Record<string, string>} */
+const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off its path", jumped: "jumped", late: "late" }
+/** The faults, the worst first. */
+const ORDER = Object.keys(WORDS)
+const LOW = 0.2 // of a battery: less is trouble
+const NAMED = 3 // robots in trouble that the line names
+const QUIET = 3 // seconds without a word from a host that are told; usually one comes each second
+const FRESH = 2 // seconds: with poses that come, and are told once a second, the latest one is not older
+const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
+
+export class Wall {
+  /** @type {Map<string, Map<string, string>>} */
+  #faults = new Map() // the line of each fault that is not over, by robot and kind
+  /** @type {Messages["vitals"]["robots"]} */
+  #vitals = {}
+  /** @type {Map<string, HTMLTableRowElement>} */
+  #rows = new Map()
+  /** @type {Map<string, Messages["link"] & { at: number }>} */
+  #links = new Map() // what is known of each host, and when it came
+  #looked = -Infinity
+  #hadLost = false
+  #clock
+  #measured
+  #resize
+
+  /**
+   * `resize` fits the stage to what is covered of it.
+   * @param {Clock} clock
+   * @param {Measured} measured
+   * @param {() => void} resize
+   */
+  constructor(clock, measured, resize) {
+    this.#clock = clock
+    this.#measured = measured
+    this.#resize = resize
+  }
+
+  /** @param {Messages["fault"]} message */
+  takeFault({ robot, fault, over, message }) {
+    const open = this.#faults.get(robot) ?? new Map()
+    if (over) open.delete(fault)
+    else open.set(fault, message)
+    this.#faults.set(robot, open)
+    this.#looked = -Infinity
+  }
+
+  /** @param {Messages["vitals"]} message */
+  takeVitals({ robots }) {
+    this.#vitals = robots
+  }
+
+  /**
+   * @param {Messages["link"]} message
+   * @param {number} now milliseconds
+   */
+  takeLink(message, now) {
+    this.#links.set(message.host, { ...message, at: now })
+  }
+
+  /**
+   * How well each host is reached, in a line each.
+   * @param {number} now milliseconds
+   */
+  links(now) {
+    return [...this.#links.values()].map(({ host, error, lag, at }) => {
+      const silent = Math.round((now - at) / 1000)
+      if (silent > QUIET) return `${host}: no word for ${silent} s`
+      return `${host}: together within ${milliseconds(error)}, reached within ${milliseconds(lag)}`
+    })
+  }
+
+  /** Another performance begins. */
+  restart() {
+    this.#faults.clear()
+    this.#looked = -Infinity
+  }
+
+  /**
+   * What is known of a robot that nobody can see or reach now; empty for others.
+   * @param {string} name
+   */
+  lost(name) {
+    const fault = ["silent", "gone"].find((fault) => this.#faults.get(name)?.has(fault))
+    if (!fault || !Object.hasOwn(this.#vitals, name)) return ""
+    const seconds = this.#seconds(name)
+    if (fault === "gone" && seconds < FRESH) return "" // it is still seen
+    return `${WORDS[fault]}${seconds < Infinity ? `, last pose ${Math.round(seconds)} s ago` : ""}`
+  }
+
+  /** All robots that are real, those in trouble first. @returns {Brick[]} */
+  get bricks() {
+    const found = Object.entries(this.#vitals).map(([name, { odom, battery, instead }]) => {
+      const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
+      const low = battery !== null && battery < LOW
+      const wrong = [...faults.map((fault) => WORDS[fault]), ...(low ? ["battery low"] : [])]
+      const silent = this.#clock.isSilent(name)
+      const { state } = this.#clock.transport
+      const does = silent ? "muted" : instead && this.#clock.playing ? instead : state
+      /** @type {Brick["kind"]} */
+      const kind = wrong.length ? "fault" : silent || instead || !this.#clock.playing ? "still" : "well"
+      const age = this.#age(name)
+      const off = this.#measured.off(name)
+      const brick = {
+        name,
+        state: wrong.length ? `${wrong.join(", ")}${silent ? " (muted)" : ""}` : does,
+        kind,
+        off: age === "now" || !off ? off : `${off.replace(", following", "")} then`,
+        age: odom ? age || "none yet" : "not measured",
+        battery: battery === null ? "" : `${Math.round(battery * 100)}%`,
+      }
+      return { brick, worst: faults.length ? ORDER.indexOf(faults[0]) : low ? ORDER.length : ORDER.length + 1 }
+    })
+    return found.sort((a, b) => a.worst - b.worst || compare(a.brick.name, b.brick.name)).map(({ brick }) => brick)
+  }
+
+  /** Whether all is well, in a line; empty without real robots. */
+  get summary() {
+    const { bricks } = this
+    if (!bricks.length) return ""
+    const robots = bricks.length === 1 ? "1 robot" : `${bricks.length} robots`
+    const wrong = bricks.filter(({ kind }) => kind === "fault")
+    if (!wrong.length) return `${robots}, all well`
+    const named = wrong.slice(0, NAMED).map(({ name, state }) => `${name} ${state}`)
+    const more = wrong.length > NAMED ? `, and ${wrong.length - NAMED} more` : ""
+    return `${wrong.length} of ${robots} in trouble: ${named.join("; ")}${more}`
+  }
+
+  /**
+   * Shows it, if that is due. Whether robots are lost, or were just now, so that what is said of them is to be shown
+   * anew.
+   * @param {number} now milliseconds
+   */
+  show(now) {
+    if (now < this.#looked + PERIOD) return false
+    this.#looked = now
+    const { bricks, summary } = this
+    const button = find("show-wall")
+    button.hidden = !summary
+    write(button, summary)
+    const trouble = bricks[0]?.kind === "fault"
+    if (button.classList.contains("trouble") !== trouble) {
+      button.classList.toggle("trouble", trouble)
+      this.#resize() // it must not cover robots
+    }
+    const isLost = bricks.some(({ name }) => this.lost(name))
+    const lost = isLost || this.#hadLost
+    this.#hadLost = isLost
+    if (!find("wall").hasAttribute("open")) return lost
+    write(find("wall-summary"), summary)
+    write(find("wall-links"), this.links(now).join("\n"))
+    for (const [name, row] of this.#rows) {
+      if (Object.hasOwn(this.#vitals, name)) continue
+      row.remove()
+      this.#rows.delete(name)
+    }
+    const body = find("wall-rows")
+    for (const [place, brick] of bricks.entries()) {
+      const row = this.#rows.get(brick.name) ?? this.#row(brick.name)
+      row.dataset.kind = brick.kind
+      const texts = [brick.name, brick.state, brick.off, brick.age, brick.battery]
+      texts.forEach((text, column) => write(row.cells[column], text))
+      row.title = [...(this.#faults.get(brick.name)?.values() ?? [])].join("\n")
+      if (body.children[place] !== row) body.insertBefore(row, body.children[place] ?? null)
+    }
+    return lost
+  }
+
+  /** How old the latest pose of a robot is, in words; empty if none has come. @param {string} name */
+  #age(name) {
+    const seconds = this.#seconds(name)
+    if (seconds === Infinity) return ""
+    if (!["playing", "paused"].includes(this.#clock.transport.state)) return "–" // nobody looks
+    return seconds < FRESH ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
+  }
+
+  /** How old the latest pose of a robot is; Infinity if none has come. @param {string} name */
+  #seconds(name) {
+    const told = this.#vitals[name].posed ?? -Infinity
+    return this.#clock.performed() - Math.max(told, this.#measured.latest(name))
+  }
+
+  /** @param {string} name */
+  #row(name) {
+    const row = document.createElement("tr")
+    const head = document.createElement("th")
+    head.scope = "row"
+    row.append(head, ...COLUMNS.map(() => document.createElement("td")))
+    row.dataset.robot = name
+    COLUMNS.forEach((column, index) => (row.cells[index + 1].className = column))
+    this.#rows.set(name, row)
+    return row
+  }
+}
+
+/** @param {number} seconds */
+function milliseconds(seconds) {
+  const value = seconds * 1000
+  return `${value < 10 ? value.toFixed(1) : Math.round(value)} ms`
+}
+
+const COLUMNS = ["state", "off", "age", "battery"]
+
+/**
+ * @param {string} one
+ * @param {string} other
+ */
+function compare(one, other) {
+  return one.localeCompare(other, "en", { numeric: true })
+}
+
+/**
+ * @param {HTMLElement} element
+ * @param {string} text
+ */
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text
+}

@@ -1,0 +1,74 @@
+// @ts-check
+// For tests: what the page knows and shows.
+
+/** @import { Cast } from "../score/robot-list.js" */
+/** @import { Clock } from "../score/clock.js" */
+/** @import { Measured } from "../floor/measured.js" */
+/** @import { Motion } from "../floor/motion.js" */
+/** @import { Notices } from "../base/notices.js" */
+/** @import { Program } from "../score/program.js" */
+/** @import { Sound } from "../sound/sound.js" */
+/** @import { Stage } from "../floor/floor.js" */
+/** @import { Trails } from "../floor/trails.js" */
+/** @import { View } from "../floor/view.js" */
+
+/**
+ * @param {{ cast: Cast, clock: Clock, measured: Measured, motion: Motion, notices: Notices, program: Program, sound: Sound, stage: Stage, trails: Trails, view: View }} parts
+ * @param {() => number} seconds
+ */
+export function probe({ cast, clock, measured, motion, notices, program, sound, stage, trails, view }, seconds) {
+  return Object.freeze({
+    get robots() {
+      return structuredClone(view.robots)
+    },
+    get transport() {
+      return structuredClone(clock.transport)
+    },
+    get beat() {
+      return clock.beat()
+    },
+    get frames() {
+      return view.frames
+    },
+    get connected() {
+      return notices.connection === "open"
+    },
+    /** For each robot, the beat up to which its path is known. */
+    get known() {
+      return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
+    },
+    /** The points of each robot's trail at which one arc ends and the next begins: x, y, and seconds. */
+    get trails() {
+      return Object.fromEntries(
+        Object.entries(view.robots).map(([name, pose]) => {
+          const pieces = trails.pieces(name, -Infinity, motion.present(seconds()).at, pose)
+          return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
+        }),
+      )
+    },
+    /** Where robots are drawn: real ones where they were seen. */
+    get drawn() {
+      return structuredClone(stage.poses)
+    },
+    /** How far off each robot is, in words, if that is measured. */
+    get off() {
+      return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
+    },
+    /** How paths are moved that do not begin at their start poses. */
+    get moved() {
+      return Object.fromEntries(program.anchor.moved)
+    },
+    get view() {
+      return structuredClone(stage.camera.view)
+    },
+    /** Which position of the song is heard, in seconds; null if none is, or it plays in grains. */
+    get song() {
+      return sound.audio?.position(seconds()) ?? null
+    },
+    /** The names that stand on the stage. */
+    get names() {
+      return [...stage.names]
+    },
+    toScreen: (/** @type {number} */ x, /** @type {number} */ y) => stage.camera.toScreen({ x, y }),
+  })
+}

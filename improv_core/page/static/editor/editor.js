@@ -1,0 +1,415 @@
+// @ts-check
+// The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
+// up to date: colors, mistakes, offers, hovers, and the words that play.
+
+import { apply, difference, moved } from "./edits.js"
+import { find, findA } from "../base/elements.js"
+import { Ink } from "./highlight.js"
+import { list, listen } from "./mistakes.js"
+import { Moves } from "./moves.js"
+import { Offers } from "./completions.js"
+import { Points } from "./code-points.js"
+import { Saving } from "./saving.js"
+import { Tooltip } from "./tooltip.js"
+
+/** @import { Request } from "../net/requests.js" */
+/** @import { Edit } from "./edits.js" */
+/** @import { Color } from "./highlight.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @import { Mistake } from "./mistakes.js" */
+/** @import { StartPose } from "../net/requests.js" */
+/**
+ * @typedef {object} Starts
+ * @property {() => void} finish has what was moved written
+ * @property {(starts: Record<string, StartPose>) => void} place takes where robots start according to the text
+ * @property {(problem: string) => void} say why nothing was written, if there is a reason
+ */
+
+const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
+const MARGIN = 8 // pixels around the cursor that stay in view
+const PART_OF_WORD = /^[\p{L}\p{N}_]*$/u
+
+export class Editor {
+  #send
+  #connected = false
+  #control = findA("text", HTMLTextAreaElement)
+  #ink = new Ink(find("ink"))
+  #offers = new Offers(this.#control, (word) => this.#pick(word))
+  #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
+  #text = ""
+  #points = new Points("")
+  #number = 0 // of the text
+  #asking = false // about colors and mistakes
+  #analyzed = -1 // the number of the text that the server has
+  #edited = -Infinity // when, in milliseconds
+  #calm = 0 // the timer that shows mistakes
+  /** @type {Color[]} */
+  #colors = []
+  /** @type {Mistake[]} */
+  #mistakes = []
+  #count = 0 // of mistakes, also of those that the server has not sent
+  /** @type {Mistake[]} */
+  #shown = [] // of the mistakes
+  #listed = "" // what the list says, and about which text
+  /** @type {{ start: number, end: number, asked: boolean } | null} */
+  #offering = null // for what is written here
+  #played = ""
+  #playedPoints = new Points("")
+  #starts
+  /** @type {Map<number, string>} */
+  #places = new Map() // of the words that play, in code points of the played text
+
+  /**
+   * `send` asks the server for something.
+   * @param {(request: Request) => void} send
+   * @param {Starts} starts
+   */
+  constructor(send, starts) {
+    this.#send = send
+    this.#starts = starts
+    const control = this.#control
+    control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
+    control.addEventListener("keydown", (event) => this.#press(event))
+    control.addEventListener("compositionstart", () => this.#endOffer())
+    control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
+    control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
+    for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
+    find("paper").addEventListener("scroll", () => this.#moveOffer())
+    listen()
+    // Errors, a bar, or a phone's keyboard may cover the line that is written.
+    new ResizeObserver(() => document.activeElement === control && this.#reveal()).observe(find("paper"))
+    this.saving = new Saving(send, {
+      getText: () => this.#text,
+      set: (text) => this.#set(text),
+      replace: (text) => this.#replace(text),
+      wrote: () => this.#showMistakes(),
+      changes: () => {
+        starts.finish()
+        return this.moves.saveAfter()
+      },
+    })
+    this.moves = new Moves(send, {
+      known: () => (this.#analyzed === this.#number ? this.#number : null),
+      edit: (edits) => this.#edit(edits),
+      say: (problem) => {
+        starts.say(problem)
+        if (problem) this.#analyze() // the rings move back
+      },
+      save: () => this.saving.write(),
+    })
+  }
+
+  /** Whether the program can be written here. */
+  get open() {
+    return this.saving.open
+  }
+
+  /** Whether the text is saved and plays, or was played last. */
+  get isPlayed() {
+    return this.#text === this.#played && this.saving.isSaved && !this.moves.open
+  }
+
+  /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
+  takeSource(source) {
+    const first = this.saving.takeSource(source)
+    this.#analyze() // the robots may have changed, too
+    return first
+  }
+
+  /** @param {Messages["analyzed" | "completed" | "explained" | "written" | "moved"]} message */
+  takeAnswer(message) {
+    if (message.type === "written") this.saving.takeWritten(message)
+    else if (message.type === "moved") this.moves.take(message)
+    else if (message.type === "analyzed") this.#takeAnalysis(message)
+    else if (message.number !== this.#number) return
+    else if (message.type === "completed") this.#takeWords(message)
+    else this.#tooltip.show([...this.#wrongAt(message.start, message.end), message.text].join("\n"), message.picture)
+  }
+
+  /** @param {boolean} connected */
+  connect(connected) {
+    this.#connected = connected
+    this.#analyzed = -1
+    this.#asking = false
+    this.moves.forget()
+    if (connected && this.open) this.#analyze()
+    this.saving.connect(connected)
+  }
+
+  /** The program that plays now. @param {{ text: string }} score */
+  show({ text }) {
+    this.#played = text.replace(/\r\n?/g, "\n")
+    this.#playedPoints = new Points(this.#played)
+  }
+
+  /** Lights words of the played text, given by offset in code points. @param {Map<number, string>} places */
+  light(places) {
+    this.#places = places
+    this.#light()
+  }
+
+  /** @param {InputEvent | null} event */
+  #take(event) {
+    this.#edited = performance.now()
+    this.#refresh()
+    // A phone's keyboard composes every word.
+    const typed = ["insertText", "insertCompositionText", "deleteContentBackward"].includes(event?.inputType ?? "")
+    if (typed) this.#complete(false)
+    else this.#endOffer()
+    this.#reveal()
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    if (event.isComposing) return
+    this.#tooltip.hide()
+    if (event.key === " " && event.ctrlKey) {
+      event.preventDefault()
+      this.#complete(true)
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
+      if (this.#offers.takes(event)) event.preventDefault()
+      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
+    }
+  }
+
+  /** Puts another text in; the cursor stays where it is in what has not changed. @param {string} text */
+  #set(text) {
+    const { value, selectionStart, selectionEnd } = this.#control
+    const edit = difference(value, text)
+    const [start, end] = [selectionStart, selectionEnd].map((offset) =>
+      offset <= edit.start ? offset : Math.max(edit.start, offset + text.length - value.length),
+    )
+    this.#put(edit, text)
+    this.#control.setSelectionRange(start, end)
+    this.#endOffer() // it was about the text before
+    this.#refresh()
+  }
+
+  /** Puts another text in, as if it had been typed. @param {string} text */
+  #replace(text) {
+    const score = find("score")
+    const { hidden } = score
+    score.hidden = false // also while a card or somebody hides it: only what is shown can be undone
+    score.classList.add("changing")
+    this.#control.focus()
+    this.#put(difference(this.#control.value, text), text)
+    score.classList.remove("changing")
+    score.hidden = hidden
+    this.#endOffer() // nobody has typed
+    this.#refresh()
+    this.#reveal()
+  }
+
+  /** Makes edits that count in code points, as if they had been typed. The focus stays where it is. @param {Edit[]} edits */
+  #edit(edits) {
+    const focus = document.activeElement
+    const inUnits = edits.map(({ start, end, text }) => ({ start: this.#points.toUnits(start), end: this.#points.toUnits(end), text }))
+    this.#replace(apply(this.#text, inUnits))
+    if (focus instanceof HTMLElement) focus.focus()
+  }
+
+  /**
+   * With the focus, the edit can be undone.
+   * @param {Edit} edit
+   * @param {string} text after it
+   */
+  #put({ start, end, text: put }, text) {
+    const control = this.#control
+    if (control.value === text) return
+    if (document.activeElement === control) {
+      control.setSelectionRange(start, end)
+      document.execCommand(put ? "insertText" : "delete", false, put)
+    }
+    if (control.value !== text) control.value = text
+  }
+
+  /** The text may have changed. */
+  #refresh() {
+    const text = wellFormed(this.#control.value)
+    if (text !== this.#text) {
+      const edit = difference(this.#text, text)
+      this.#text = text
+      this.#points = new Points(text)
+      this.#number++
+      this.#colors = moved(this.#colors, edit)
+      this.#mistakes = moved(this.#mistakes, edit)
+      this.#shown = moved(this.#shown, edit)
+      this.#analyze()
+      this.saving.edited()
+    }
+    this.#draw()
+  }
+
+  #analyze() {
+    if (this.#asking || !this.#connected) return
+    this.#asking = true
+    this.#send({ type: "analyze", number: this.#number, text: this.#text })
+  }
+
+  /** @param {Messages["analyzed"]} message */
+  #takeAnalysis({ number, colors, problems, count, starts }) {
+    this.#asking = false
+    if (number !== this.#number) {
+      this.#analyze()
+      return
+    }
+    this.#analyzed = number
+    if (this.#offering) this.#askForWords()
+    this.moves.ask()
+    if (Object.keys(starts).length) this.#starts.place(starts)
+    this.#colors = []
+    for (let i = 0, at = 0; i < colors.length; i += 3) {
+      const start = at + colors[i]
+      at = start + colors[i + 1]
+      this.#colors.push({ start: this.#points.toUnits(start), end: this.#points.toUnits(at), kind: colors[i + 2] })
+    }
+    /** @type {<T extends { start: number, end: number }>(span: T) => T} */
+    const inUnits = (span) => ({ ...span, start: this.#points.toUnits(span.start), end: this.#points.toUnits(span.end) })
+    this.#mistakes = problems.map((problem) => ({
+      ...inUnits(problem),
+      fixes: problem.fixes.map((fix) => ({ ...fix, edits: fix.edits.map(inUnits) })),
+    }))
+    this.#count = count
+    clearTimeout(this.#calm)
+    const rest = this.#edited + CALM - performance.now()
+    if (rest <= 0) this.#showMistakes()
+    else this.#calm = window.setTimeout(() => this.#showMistakes(), rest)
+    this.#draw()
+  }
+
+  #showMistakes() {
+    this.#shown = this.#mistakes
+    const number = this.#number
+    const listed = JSON.stringify([number, this.#count, this.#shown])
+    if (listed !== this.#listed) {
+      list(
+        this.#shown,
+        this.#count,
+        this.#text,
+        (offset) => this.#go(offset),
+        (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
+      )
+    }
+    this.#listed = listed // the same rows stay, so that a button that is being pressed is not replaced
+    this.#draw()
+  }
+
+  #draw() {
+    this.#ink.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
+    find("sheet").style.setProperty("--digits", String(Math.max(String(this.#ink.lines).length, 2)))
+    this.#control.scrollTop = 0
+    this.#light()
+  }
+
+  /** Lights what plays, where the text is still as it was played. */
+  #light() {
+    const { start, end, text } = difference(this.#played, this.#text)
+    /** @type {Map<number, string>} */
+    const places = new Map()
+    for (const [place, color] of this.#places) {
+      const offset = this.#playedPoints.toUnits(place)
+      if (offset < start) places.set(offset, color)
+      else if (offset >= end) places.set(offset + text.length - (end - start), color)
+    }
+    this.#ink.light(places)
+  }
+
+  /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
+  #complete(asked) {
+    const { value, selectionStart, selectionEnd: end } = this.#control
+    if (selectionStart !== end) {
+      this.#offering = null
+      return
+    }
+    // Until the server answers, a word that is shown also takes the place of what has been typed since.
+    let start = Math.min(this.#offering?.start ?? end, end)
+    if (!PART_OF_WORD.test(value.slice(start, end))) {
+      this.#endOffer()
+      start = end
+    }
+    this.#offering = { start, end, asked }
+    if (this.#analyzed === this.#number) this.#askForWords()
+  }
+
+  /** Only once the server has the text. */
+  #askForWords() {
+    const offset = this.#points.toPoints(this.#control.selectionEnd)
+    this.#send({ type: "complete", number: this.#number, offset })
+  }
+
+  /** @param {Messages["completed"]} message */
+  #takeWords({ start, end, words }) {
+    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    const offering = this.#offering
+    if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
+    const begun = this.#text.slice(from, to)
+    const complete = words.some(({ word }) => word === begun)
+    const isListed = words.length > 0 && (offering.asked || (begun !== "" && !complete))
+    if (!isListed) this.#endOffer()
+    this.#offering = { ...offering, start: from }
+    this.#offers.tap(complete ? [] : words, begun)
+    if (isListed) this.#offers.show(words, this.#ink.place(from))
+  }
+
+  /** The text has scrolled: the words go along, as long as what they belong to is in view. */
+  #moveOffer() {
+    if (!this.#offering || !this.#offers.open) return
+    const { top, bottom } = find("paper").getBoundingClientRect()
+    const place = this.#ink.place(this.#offering.start)
+    if (place.bottom < top || place.top > bottom) this.#endOffer()
+    else this.#offers.move(place)
+  }
+
+  #endOffer() {
+    this.#offering = null
+    this.#offers.hide()
+  }
+
+  /** @param {string} word */
+  #pick(word) {
+    if (!this.#offering) return
+    const { start, end } = this.#offering
+    this.#offering = null
+    this.#replace(this.#text.slice(0, start) + word + this.#text.slice(end))
+    this.#control.setSelectionRange(start + word.length, start + word.length)
+  }
+
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
+  #explain(x, y) {
+    const word = this.#ink.wordAt(x, y)
+    if (!word) return false
+    this.#send({ type: "explain", number: this.#number, offset: this.#points.toPoints(word.start) })
+    return true
+  }
+
+  /** The messages about a place, which counts in code points. @param {number} start @param {number} end */
+  #wrongAt(start, end) {
+    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    return this.#shown.filter((each) => !each.file && each.start < to && each.end > from).map(({ message }) => message)
+  }
+
+  /** @param {number} offset */
+  #go(offset) {
+    this.#control.focus()
+    this.#control.setSelectionRange(offset, offset)
+    this.#reveal()
+  }
+
+  /** Scrolls to the cursor. */
+  #reveal() {
+    const paper = find("paper")
+    if (!paper.checkVisibility()) return
+    const { top, bottom } = paper.getBoundingClientRect()
+    const place = this.#ink.place(this.#control.selectionEnd)
+    if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top
+    else if (place.bottom > bottom - MARGIN) paper.scrollTop += place.bottom - bottom + MARGIN
+  }
+}
+
+/** Without halves of characters, which can't be saved. @param {string} text */
+function wellFormed(text) {
+  return text.replace(/[\uD800-\uDBFF](?![\uDC00-\uDFFF])|(?<![\uD800-\uDBFF])[\uDC00-\uDFFF]/g, "\uFFFD")
+}

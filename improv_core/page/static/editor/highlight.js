@@ -1,0 +1,186 @@
+// @ts-check
+// The program's text in colors, below the text control that it is written in: both break lines at the same places.
+
+import { count } from "./code-points.js"
+
+/** @import { Span } from "./edits.js" */
+/** @typedef {Span & { kind: number }} Color */
+/** @typedef {Span & { severity: string }} Underline */
+/** @typedef {{ key: string, element: HTMLElement, words: { start: number, element: HTMLElement }[] }} Line */
+
+// In the order of improv_core/ide/semantic_tokens_legend.py.
+const KINDS = [
+  "comment", "keyword", "function", "variable", "class", "enumMember", "number", "operator", "modifier", "parameter", "property",
+]
+
+export class Ink {
+  #sheet
+  /** @type {Line[]} */
+  #lines = []
+  /** @type {number[]} */
+  #starts = [] // of lines
+  /** @type {Set<HTMLElement>} */
+  #lit = new Set()
+
+  /** @param {HTMLElement} sheet */
+  constructor(sheet) {
+    this.#sheet = sheet
+  }
+
+  /**
+   * Shows a text. Only lines that have changed are made again.
+   * @param {string} text
+   * @param {Color[]} colors in order
+   * @param {Underline[]} underlines
+   */
+  show(text, colors, underlines) {
+    const before = this.#lines
+    const wanted = described(text, colors, underlines)
+    const most = Math.min(before.length, wanted.length)
+    let first = 0
+    while (first < most && before[first].key === wanted[first].key) first++
+    let same = 0
+    while (same < most - first && before[before.length - 1 - same].key === wanted[wanted.length - 1 - same].key) same++
+    for (const { element } of before.slice(first, before.length - same)) element.remove()
+    const made = wanted.slice(first, wanted.length - same).map(drawn)
+    const next = before[before.length - same]?.element ?? null
+    for (const { element } of made) this.#sheet.insertBefore(element, next)
+    this.#lines = [...before.slice(0, first), ...made, ...before.slice(before.length - same)]
+    this.#starts = wanted.map(({ start }) => start)
+  }
+
+  get lines() {
+    return this.#lines.length
+  }
+
+  /**
+   * Lights words, given by offset, in colors.
+   * @param {Map<number, string>} places
+   */
+  light(places) {
+    const lit = new Set()
+    for (const [offset, color] of places) {
+      const index = this.#line(offset)
+      const word = this.#lines[index]?.words.find(({ start }) => start === offset - this.#starts[index])?.element
+      if (!word) continue
+      lit.add(word)
+      word.classList.add("lit")
+      word.style.setProperty("--robot", color)
+    }
+    for (const word of this.#lit) if (!lit.has(word)) word.classList.remove("lit")
+    this.#lit = lit
+  }
+
+  /**
+   * Where on the screen the cursor stands at an offset.
+   * @param {number} offset
+   */
+  place(offset) {
+    const index = this.#line(offset)
+    const { element } = this.#lines[index]
+    let rest = offset - this.#starts[index]
+    const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT)
+    let node = walker.nextNode()
+    while (node && rest > (node.nodeValue ?? "").length) {
+      rest -= (node.nodeValue ?? "").length
+      node = walker.nextNode()
+    }
+    const { left, top, bottom } = element.getBoundingClientRect()
+    if (!node || !rest) return node && offset > this.#starts[index] ? edge(node, rest) : { left, top, bottom: Math.min(bottom, top + 30) }
+    return edge(node, rest)
+  }
+
+  /**
+   * The word at a point of the screen: where it starts and ends in the text.
+   * @param {number} x
+   * @param {number} y
+   * @returns {Span | null}
+   */
+  wordAt(x, y) {
+    const index = count(this.#lines.length, (i) => this.#lines[i].element.getBoundingClientRect().bottom <= y)
+    for (const { start, element } of this.#lines[index]?.words ?? []) {
+      for (const { left, right, top, bottom } of element.getClientRects()) {
+        if (left <= x && x < right && top <= y && y < bottom) {
+          const from = this.#starts[index] + start
+          return { start: from, end: from + (element.textContent ?? "").length }
+        }
+      }
+    }
+    return null
+  }
+
+  /** @param {number} offset */
+  #line(offset) {
+    return count(this.#starts.length, (i) => this.#starts[i] <= offset) - 1
+  }
+}
+
+/**
+ * @param {Node} node a text
+ * @param {number} offset after its first character
+ */
+function edge(node, offset) {
+  const range = document.createRange()
+  range.setStart(node, Math.max(offset - 1, 0))
+  range.setEnd(node, offset || 1)
+  const rects = range.getClientRects()
+  const { left, right, top, bottom } = rects[rects.length - 1]
+  return { left: offset ? right : left, top, bottom }
+}
+
+/**
+ * The lines of a text with their marks, which count from the start of the line.
+ * @param {string} text
+ * @param {Color[]} colors
+ * @param {Underline[]} underlines
+ */
+function described(text, colors, underlines) {
+  const found = []
+  let start = 0
+  let next = 0
+  for (const line of text.split("\n")) {
+    const end = start + line.length
+    /** @type {(Span & { name: string })[]} */
+    const marks = []
+    for (; next < colors.length && colors[next].start < end; next++) {
+      marks.push({ start: colors[next].start - start, end: colors[next].end - start, name: KINDS[colors[next].kind] })
+    }
+    for (const each of underlines) {
+      // What is missing has no text: the character before it is underlined.
+      const from = each.end > each.start ? each.start : Math.max(each.start - 1, 0)
+      if (from < end && Math.max(each.end, from + 1) > start) {
+        marks.push({ start: Math.max(from, start) - start, end: Math.min(Math.max(each.end, from + 1), end) - start, name: each.severity })
+      }
+    }
+    found.push({ start, line, marks, key: `${line}\n${marks.map(({ start, end, name }) => `${start} ${end} ${name}`).join()}` })
+    start = end + 1
+  }
+  return found
+}
+
+/**
+ * @param {ReturnType<typeof described>[number]} line
+ * @returns {Line}
+ */
+function drawn({ line, marks, key }) {
+  const element = document.createElement("div")
+  /** @type {Line["words"]} */
+  const words = []
+  const cuts = [...new Set([0, line.length, ...marks.flatMap(({ start, end }) => [start, end])])].sort((a, b) => a - b)
+  cuts.slice(1).forEach((end, i) => {
+    const start = cuts[i]
+    const names = marks.filter((mark) => mark.start < end && mark.end > start).map(({ name }) => name)
+    const text = line.slice(start, end)
+    if (!names.length) {
+      element.append(text)
+      return
+    }
+    const word = document.createElement("span")
+    word.className = names.join(" ")
+    word.textContent = text
+    words.push({ start, element: word })
+    element.append(word)
+  })
+  if (!line) element.append(document.createElement("br")) // keeps an empty line's height
+  return { key, element, words }
+}

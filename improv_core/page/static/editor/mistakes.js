@@ -1,0 +1,131 @@
+// @ts-check
+// The list of what is wrong with the text: a row for each message, with its fixes as buttons.
+
+import { find } from "../base/elements.js"
+
+/** @import { Edit, Span } from "./edits.js" */
+/** @typedef {{ title: string, kind: string, edits: Edit[] }} Fix those of one kind may be made together */
+/** @typedef {Span & { file: string, line: number, severity: string, message: string, fixes: Fix[] }} Mistake */
+
+const ORDER = ["error", "warning", "information", "hint"]
+const MOST_KINDS = 2
+
+/**
+ * Shows what is wrong. `go` is called to go to an offset, and `fix` to make edits.
+ * @param {Mistake[]} mistakes
+ * @param {number} count how many there are, also those that are not listed
+ * @param {string} text that they are about
+ * @param {(offset: number) => void} go
+ * @param {(edits: Edit[]) => void} fix
+ */
+export function list(mistakes, count, text, go, fix) {
+  const sorted = [...mistakes].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
+  const lines = text.split("\n")
+  find("mistakes").hidden = !mistakes.length
+  const all = mistakes.length < count ? `The first ${mistakes.length} of ${count} messages` : counted(count)
+  find("mistakes-title").textContent = all
+  const kinds = together(mistakes).slice(0, MOST_KINDS)
+  find("mistakes-kinds").replaceChildren(
+    ...kinds.map(({ title, edits, times }) => button(`${title}: all ${times}`, "fix-all", () => fix(edits))),
+  )
+  find("mistakes-head").hidden = count < 2
+  find("mistakes-list").replaceChildren(...sorted.map((mistake, i) => row(mistake, lines, go, fix, i === 0, count === 1)))
+}
+
+/** @param {number} count */
+function counted(count) {
+  return count === 1 ? "1 message" : `${count} messages`
+}
+
+/**
+ * The kinds of fixes that can be made more than once, with all their edits, the most frequent first.
+ * @param {Mistake[]} mistakes
+ */
+export function together(mistakes) {
+  /** @type {Map<string, { title: string, edits: Edit[], times: number }>} */
+  const kinds = new Map()
+  const fixes = mistakes.filter(({ file }) => !file).flatMap(({ fixes }) => fixes.filter(({ kind }) => kind))
+  for (const { kind, title, edits } of fixes) {
+    const known = kinds.get(kind) ?? { title, edits: [], times: 0 }
+    if (known.edits.some((one) => edits.some((other) => one.start < other.end && other.start < one.end))) continue
+    kinds.set(kind, { ...known, edits: [...known.edits, ...edits], times: known.times + 1 })
+  }
+  return [...kinds.values()]
+    .filter(({ times }) => times > 1)
+    .sort((one, other) => other.times - one.times)
+    .map((kind) => ({ ...kind, edits: kind.edits.sort((one, other) => one.start - other.start) }))
+}
+
+/** Has the arrows go from row to row. Only one row is reached with Tab, so that what comes after the list is near. */
+export function listen() {
+  find("mistakes-list").addEventListener("keydown", (event) => move(event))
+}
+
+/** @param {KeyboardEvent} event */
+function move(event) {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key]
+  const control = event.target instanceof HTMLElement ? event.target : null
+  const from = control?.closest("li")
+  const to = step && (step > 0 ? from?.nextElementSibling : from?.previousElementSibling)
+  if (!control || !from || !(to instanceof HTMLElement)) return
+  event.preventDefault()
+  const same = to.querySelector(`.${control.classList[0]}`) ?? to.querySelector(".words")
+  reach(from, false)
+  reach(to, true)
+  if (same instanceof HTMLElement) same.focus()
+}
+
+/**
+ * @param {HTMLElement} item
+ * @param {boolean} reachable with Tab
+ */
+function reach(item, reachable) {
+  for (const each of item.querySelectorAll("button, summary")) if (each instanceof HTMLElement) each.tabIndex = reachable ? 0 : -1
+}
+
+/**
+ * @param {Mistake} mistake
+ * @param {string[]} lines
+ * @param {(offset: number) => void} go
+ * @param {(edits: Edit[]) => void} fix
+ * @param {boolean} reachable with Tab
+ * @param {boolean} alone
+ */
+function row(mistake, lines, go, fix, reachable, alone) {
+  const { file, line, message, severity, start } = mistake
+  const item = document.createElement("li")
+  item.className = severity
+  if (file) item.append(made("b", "where", `${file}, line ${line}`))
+  else item.append(button(`line ${line}`, "where", () => go(start)))
+  const details = document.createElement("details")
+  details.open = alone
+  const source = made("code", "source", (file ? "" : (lines[line - 1] ?? "")).trim())
+  details.append(made("summary", "words", message), source)
+  details.append(...mistake.fixes.map(({ title, edits }) => button(title, "fix", () => fix(edits))))
+  item.append(details)
+  const [first] = mistake.fixes
+  if (first) item.append(Object.assign(button("Fix", "quick", () => fix(first.edits)), { title: first.title, ariaLabel: `Fix: ${first.title}` }))
+  reach(item, reachable)
+  return item
+}
+
+/**
+ * @param {string} text
+ * @param {string} kind
+ * @param {() => void} press
+ */
+function button(text, kind, press) {
+  const pressed = made("button", kind, text)
+  pressed.setAttribute("type", "button")
+  pressed.addEventListener("click", press)
+  return pressed
+}
+
+/**
+ * @param {string} name
+ * @param {string} kind
+ * @param {string} text
+ */
+function made(name, kind, text) {
+  return Object.assign(document.createElement(name), { className: kind, textContent: text })
+}

@@ -1,0 +1,76 @@
+// @ts-check
+// Where robots are to start: their lines are asked for one after the other, each for the text that the one before has left.
+
+/** @import { Request } from "../net/requests.js" */
+/** @import { Edit } from "./edits.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @template T @typedef {T extends { number: number } ? Omit<T, "number"> : never} Unnumbered */
+/** @typedef {Unnumbered<Extract<Request, { type: "move" | "arrange" | "tempo" | "first_beat" }>>} Move */
+/**
+ * @typedef {object} Text
+ * @property {() => number | null} known the number of the text, once the server has it
+ * @property {(edits: Edit[]) => void} edit makes edits, which count in code points
+ * @property {(problem: string) => void} say why nothing was written, if there is a reason
+ * @property {() => void} save saves the text
+ */
+
+export class Moves {
+  #send
+  #text
+  /** @type {Move[]} */
+  #waiting = []
+  #asked = -1 // the number of the text for which the server was asked
+  #saves = false // whether the text is to be saved after all of them
+
+  /**
+   * @param {(request: Request) => void} send
+   * @param {Text} text
+   */
+  constructor(send, text) {
+    this.#send = send
+    this.#text = text
+  }
+
+  /** Whether some are not written yet. */
+  get open() {
+    return this.#waiting.length > 0
+  }
+
+  /** @param {Move} move */
+  add(move) {
+    this.#waiting.push(move)
+    this.ask()
+  }
+
+  /** Asks for the next one: the server has the text now. */
+  ask() {
+    const number = this.#text.known()
+    if (!this.open || number === null || number === this.#asked) return
+    this.#asked = number
+    this.#send(/** @type {Request} */ ({ ...this.#waiting[0], number }))
+  }
+
+  /** @param {Messages["moved"]} message */
+  take({ number, edits, problem }) {
+    if (!this.open || number !== this.#text.known()) return // it is asked for again, for the text that is here now
+    this.#waiting.shift()
+    this.#asked = -1
+    this.#text.say(problem)
+    if (edits.length) this.#text.edit(edits)
+    this.ask()
+    if (this.open || !this.#saves) return
+    this.#saves = false
+    this.#text.save()
+  }
+
+  /** Saves the text after all that wait. Whether there are any. */
+  saveAfter() {
+    this.#saves = this.open
+    return this.open
+  }
+
+  /** The connection is lost: what was asked for is not answered. */
+  forget() {
+    this.#asked = -1
+  }
+}

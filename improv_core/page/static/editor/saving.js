@@ -1,0 +1,173 @@
+// @ts-check
+// Saves the text that is written on the page, and shows whether it is saved, and in which versions there is more of it.
+
+import { Draft } from "./draft.js"
+import { find } from "../base/elements.js"
+
+/** @import { Request } from "../net/requests.js" */
+/** @import { Messages } from "../net/messages.js" */
+/**
+ * @typedef {object} Page
+ * @property {() => string} getText
+ * @property {(text: string) => void} set puts another program's text in
+ * @property {(text: string) => void} replace puts a text in that somebody has chosen
+ * @property {() => void} wrote the text is about to be saved
+ * @property {() => boolean} changes whether the text is about to change by itself: it is saved after that
+ */
+
+export class Saving {
+  #send
+  #page
+  #connected = false
+  /** @type {Draft | null} */
+  #draft = null // from when the server says that the program may be written here
+  #number = 0 // of texts that were saved
+  /** @type {string | null} */
+  #writing = null // the text that is just being saved
+  #again = false // save once more as soon as that is done
+  #problem = "" // why the text could not be saved
+
+  /**
+   * `send` asks the server for something.
+   * @param {(request: Request) => void} send
+   * @param {Page} page
+   */
+  constructor(send, page) {
+    this.#send = send
+    this.#page = page
+    find("write").addEventListener("click", () => this.write())
+    find("use-file").addEventListener("click", () => this.#choose("file"))
+    find("keep-mine").addEventListener("click", () => this.#choose("mine"))
+    find("swap").addEventListener("click", () => this.#draft && page.replace(this.#draft.swap(page.getText())))
+    find("forget").addEventListener("click", () => {
+      this.#draft?.drop(page.getText())
+      this.show()
+    })
+    addEventListener("keydown", (event) => {
+      const saves = (event.ctrlKey || event.metaKey) && (event.key === "Enter" || event.key === "s")
+      if (!this.open || !saves || event.isComposing) return
+      event.preventDefault()
+      if (!event.repeat) this.write()
+    })
+    addEventListener("pagehide", () => this.#draft?.keep(page.getText()))
+    addEventListener("beforeunload", (event) => {
+      if (this.#draft && !this.#draft.isKept && !this.isSaved) event.preventDefault()
+    })
+  }
+
+  /** Whether the program can be written here. */
+  get open() {
+    return this.#draft !== null
+  }
+
+  /** The text on the page. */
+  get text() {
+    return this.#page.getText()
+  }
+
+  /** Puts another text in its place. @param {string} text */
+  replace(text) {
+    this.#page.replace(text)
+  }
+
+  get isSaved() {
+    return this.#draft?.isSaved(this.#page.getText()) ?? true
+  }
+
+  /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
+  takeSource(source) {
+    if (this.#draft) {
+      const text = this.#draft.take(source, this.#page.getText(), this.#writing)
+      if (text !== null) this.#page.set(text)
+      this.show()
+      return false
+    }
+    this.#draft = new Draft(source)
+    document.body.classList.add("editing")
+    find("file-name").textContent = source.path.split(/[\\/]/).at(-1) ?? ""
+    find("file-name").title = source.path
+    this.#page.set(this.#draft.begin())
+    this.show()
+    return true
+  }
+
+  /** @param {Messages["written"]} message */
+  takeWritten({ revision, problem }) {
+    if (this.#writing !== null && this.#draft && !problem) {
+      this.#draft.wrote(this.#writing, revision)
+    }
+    this.#writing = null
+    this.#problem = problem
+    this.show()
+    if (this.#again) this.write()
+  }
+
+  /** @param {boolean} connected */
+  connect(connected) {
+    this.#connected = connected
+    this.#writing = null
+    this.show()
+  }
+
+  /** Somebody has edited the text. */
+  edited() {
+    this.#problem = ""
+    this.show()
+  }
+
+  /** Saves the text, and has it played. */
+  write() {
+    if (!this.#draft || !this.#connected || this.#page.changes()) return
+    if (this.#draft.changed) {
+      find("use-file").focus()
+      return
+    }
+    this.#again = this.#writing !== null
+    if (this.#again) return
+    this.#writing = this.#page.getText()
+    this.#problem = ""
+    this.#send({ type: "write", number: ++this.#number, text: this.#writing, revision: this.#draft.base.revision })
+    this.#page.wrote()
+    this.show()
+  }
+
+  /** Somebody has stopped or paused the robots: what still waits to be saved and played must not move them. */
+  halt() {
+    this.#again = false
+  }
+
+  /** Shows what is saved, and the other text, if there is one. */
+  show() {
+    const draft = this.#draft
+    if (!draft) return
+    draft.keep(this.#page.getText())
+    const saved = this.isSaved
+    const unsaved = draft.isKept ? "not saved yet" : "not saved: this browser keeps nothing"
+    const state = this.#writing !== null ? "saving…" : saved ? "saved" : unsaved
+    find("file-state").textContent = this.#problem || state
+    find("file-state").classList.toggle("wrong", this.#problem !== "" || (!saved && !draft.isKept))
+    find("write").setAttribute("aria-disabled", String(!this.#connected))
+    const { changed } = draft
+    const other = draft.other(this.#page.getText())
+    find("versions").hidden = !changed && !other
+    find("versions-text").textContent = changed
+      ? `Another program has changed ${find("file-name").textContent}, and your text is not saved. Choose one: the other is kept here.`
+      : `Another text, from ${when(other?.time ?? 0)}, is kept in this browser until you forget it.`
+    for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
+    for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)
+  }
+
+  /** @param {"file" | "mine"} which */
+  #choose(which) {
+    if (this.#draft) this.#page.replace(this.#draft.choose(which, this.#page.getText()))
+    this.#problem = ""
+    this.show() // the text may be the same as before
+  }
+}
+
+/** A time of today, or a day with its time. @param {number} time */
+function when(time) {
+  const then = new Date(time)
+  const today = then.toDateString() === new Date().toDateString()
+  return then.toLocaleString([], { ...(today ? {} : { dateStyle: "medium" }), timeStyle: "short" })
+}

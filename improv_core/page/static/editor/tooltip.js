@@ -1,0 +1,57 @@
+// @ts-check
+// What the word below the pointer means, in words and as a picture of its path.
+
+import { find } from "../base/elements.js"
+import { beside } from "./completions.js"
+
+const REST = 300 // milliseconds that the pointer rests before anything is asked
+
+export class Tooltip {
+  #box = find("tooltip")
+  #timer = 0
+  /** @type {{ left: number, top: number, bottom: number } | null} */
+  #place = null // of the word that was asked about
+
+  /**
+   * `ask` is called with the point at which the pointer rests; it returns whether there is anything to wait for.
+   * @param {HTMLElement} owner
+   * @param {(x: number, y: number) => boolean} ask
+   */
+  constructor(owner, ask) {
+    owner.addEventListener("pointermove", ({ clientX: x, clientY: y, pointerType, buttons }) => {
+      this.hide()
+      if (pointerType !== "mouse" || buttons) return
+      this.#timer = window.setTimeout(() => (this.#place = ask(x, y) ? { left: x, top: y - 12, bottom: y + 12 } : null), REST)
+    })
+    for (const kind of ["pointerleave", "pointerdown", "wheel", "blur"]) {
+      owner.addEventListener(kind, () => this.hide(), { passive: true })
+    }
+  }
+
+  /**
+   * @param {string} text
+   * @param {string} picture SVG, or nothing
+   */
+  show(text, picture) {
+    if (!this.#place) return
+    const about = document.createElement("p")
+    about.textContent = text
+    this.#box.replaceChildren(about)
+    if (picture) {
+      const image = document.createElement("img")
+      image.alt = ""
+      image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(picture)}`
+      this.#box.append(image)
+      const place = this.#place
+      image.addEventListener("load", () => beside(this.#box, place))
+    }
+    this.#box.hidden = false
+    beside(this.#box, this.#place)
+  }
+
+  hide() {
+    clearTimeout(this.#timer)
+    this.#place = null
+    this.#box.hidden = true
+  }
+}

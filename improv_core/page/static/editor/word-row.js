@@ -1,0 +1,43 @@
+// @ts-check
+// A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find: what may be
+// written here comes first, then what is always there.
+
+import { find } from "../base/elements.js"
+
+export const WORDS = ["forward", "left", "right", "backward", "repeat", "(", ")", "[", "]", "$", "||", "=", "rest", "fast", "slow"]
+
+export class WordRow {
+  /** @param {HTMLTextAreaElement} control gets the words, as if they had been typed */
+  constructor(control) {
+    const always = find("word-always")
+    always.replaceChildren(...WORDS.map((word) => key(word)))
+    find("word-row").addEventListener("pointerdown", (event) => event.preventDefault()) // the keyboard stays
+    always.addEventListener("click", ({ target }) => {
+      if (!(target instanceof HTMLButtonElement)) return
+      control.focus()
+      document.execCommand("insertText", false, spaced(control.value, control.selectionStart, target.textContent ?? ""))
+    })
+  }
+}
+
+/** @param {string} word */
+export function key(word) {
+  const button = document.createElement("button")
+  button.type = "button"
+  button.textContent = word
+  return button
+}
+
+/**
+ * What to type for a word at an offset of a text: it is set apart from the words beside it.
+ * @param {string} text
+ * @param {number} offset
+ * @param {string} word
+ */
+export function spaced(text, offset, word) {
+  const before = text.slice(0, offset)
+  const closes = word === ")" || word === "]"
+  const apart = !closes && before !== "" && !/[\s([]$/.test(before)
+  const opens = word === "(" || word === "["
+  return `${apart ? " " : ""}${word}${opens ? "" : " "}`
+}

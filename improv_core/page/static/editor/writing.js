@@ -1,0 +1,33 @@
+// @ts-check
+// What helps to write and to pass on a program, besides the editor: words to tap, dances to begin with, links, files.
+
+import { Class, isClass } from "../website/class.js"
+import { findA } from "../base/elements.js"
+import { Examples } from "../website/examples.js"
+import { Guide } from "../website/guide.js"
+import { isWebsite } from "../net/backend.js"
+import { Share } from "../website/share.js"
+import { offerStarters } from "../website/starters.js"
+import { getToml, setToml } from "../net/worker-backend.js"
+import { WordRow } from "./word-row.js"
+
+/** @import { Saving } from "./saving.js" */
+
+/**
+ * @param {Saving} saving
+ * @param {() => number} getBeat where the dance stands, if somebody has paused it
+ */
+export function offerHelp(saving, getBeat) {
+  new WordRow(findA("text", HTMLTextAreaElement))
+  if (isWebsite) {
+    const play = (/** @type {string} */ text, toml = "") => {
+      if (toml !== getToml()) setToml(toml)
+      saving.replace(text)
+      saving.write()
+    }
+    new Examples(play)
+    new Guide(play)
+    new Share(saving, getBeat)
+  } else offerStarters(saving)
+  if (isClass) new Class(saving)
+}

@@ -1,0 +1,84 @@
+// @ts-check
+// Bumps: where robots ran into each other or into obstacles, how often, and how that is announced.
+
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {Messages["bumps"]["bumps"][number]} Bump */
+
+
+const KEPT = 200
+const SHOWN = 0.9 // seconds
+const PAUSE = 3 // seconds between two announcements, so that everything else can be heard too
+
+export class Bumps {
+  /** @type {Bump[]} */
+  #coming = [] // not shown yet
+  /** @type {{ x: number, y: number, since: number }[]} */
+  #shown = []
+  /** @type {string[][]} */
+  #untold = []
+  #told = -Infinity
+  #count = 0
+  #counter
+
+  /** @param {HTMLElement} counter shows how many there were */
+  constructor(counter) {
+    this.#counter = counter
+  }
+
+  /** Forgets all bumps: another performance or program begins. */
+  clear() {
+    this.#coming = []
+    this.#shown = []
+    this.#untold = []
+    this.#setCount(0)
+  }
+
+  /**
+   * Takes new bumps; those of the `past`, before the page was opened, are only counted.
+   * @param {Messages["bumps"]} message
+   */
+  take({ bumps, past }) {
+    if (!past) this.#coming = [...this.#coming, ...bumps].slice(-KEPT)
+    this.#setCount(this.#count + bumps.length)
+  }
+
+  /** @param {number} count */
+  #setCount(count) {
+    this.#count = count
+    this.#counter.hidden = !count
+    this.#counter.textContent = count === 1 ? "1 bump" : `${count} bumps`
+  }
+
+  /**
+   * The bumps to draw at `now`, in seconds of the page's clock, while the stage shows `at` seconds of performance.
+   * @param {number} at
+   * @param {number} now
+   */
+  show(at, now) {
+    const begun = this.#coming.filter((bump) => bump.at <= at)
+    if (begun.length) {
+      this.#coming = this.#coming.filter((bump) => bump.at > at)
+      this.#shown.push(...begun.map(({ x, y }) => ({ x, y, since: now })))
+      this.#untold.push(...begun.map(({ robots }) => robots))
+    }
+    if (this.#shown.length) this.#shown = this.#shown.filter(({ since }) => now - since < SHOWN)
+    return this.#shown.map(({ x, y, since }) => ({ x, y, age: (now - since) / SHOWN }))
+  }
+
+  /**
+   * What to announce at `now`, or nothing.
+   * @param {number} now
+   */
+  news(now) {
+    if (!this.#untold.length || now - this.#told < PAUSE) return ""
+    const [count, latest] = [this.#untold.length, inWords(this.#untold.at(-1) ?? [])]
+    this.#untold = []
+    this.#told = now
+    return count === 1 ? latest : `${count} bumps, most recently ${latest}`
+  }
+}
+
+/** @param {string[]} robots */
+function inWords([one, other]) {
+  return other ? `${one} and ${other} bumped into each other` : `${one} bumped into an obstacle`
+}

@@ -1,0 +1,383 @@
+// @ts-check
+// Everything that rarely changes on the stage: the grid, the world, the paths ahead, and the trails. Each frame paints a
+// little of it on a separate sheet, so that no frame is late, and copies the last finished sheet.
+
+import { roundLength } from "./camera.js"
+import { mix } from "../base/colors.js"
+import { after, trace } from "../base/path.js"
+import { penOn } from "../base/pen.js"
+import { paintWorld } from "./world.js"
+
+/** @import { Point, Sight } from "./camera.js" */
+/** @import { Drawn, GroundScene } from "./floor.js" */
+/** @import { Pen } from "../base/pen.js" */
+/** @typedef {{ at: number, version: number, count: number }} Reached how far a trail is painted, and which version of it */
+/** @typedef {GroundScene & { view: Sight, middle: Point, size: { width: number, height: number } }} SheetScene */
+/**
+ * @typedef {object} Sheet
+ * @property {Sight} view
+ * @property {Point} middle of the view, in pixels
+ * @property {number} ratio device pixels per CSS pixel
+ * @property {Map<string, Reached>} painted by robot
+ * @property {string} key of the scene
+ * @property {Generator<void>} steps that are left
+ * @property {number} begun when painting began, in milliseconds
+ * @property {number} since when trails were last added
+ */
+
+const SHADES = 12 // steps in which a trail fades
+const FADED = 0.36
+const AHEAD = 0.5 // how much of its color a path ahead has
+const OLD = 0.4 // seconds after which a sheet is updated while robots move
+const TURNED = 0.1 // seconds after which it is updated while the view changes
+const FADING = 5 // seconds after which it is repainted, as trails fade
+
+export class Ground {
+  /** @type {OffscreenCanvas | null} */
+  #canvas = null // to paint on; finished sheets are images, which are copied faster
+  /** @type {(Sheet & { image: ImageBitmap }) | null} */
+  #shown = null
+  /** @type {Sheet | null} */
+  #making = null
+
+  /**
+   * Continues painting for some milliseconds. Whether there is more to paint.
+   * @param {GroundScene} scene
+   * @param {number} milliseconds
+   */
+  paint(scene, milliseconds) {
+    const { key } = scene
+    const { sight: view } = scene.camera
+    const outdated = (/** @type {Sheet} */ sheet) => sheet.view !== view || sheet.key !== key
+    const now = performance.now()
+    if (this.#making && outdated(this.#making) && (!this.#shown || now - this.#making.begun > 250)) {
+      this.#making = null // half-done work would show an old state for long
+    }
+    if (!this.#making) {
+      const fresh = this.#shown && !outdated(this.#shown)
+      if (this.#shown?.key === key && !fresh && now - this.#shown.begun < TURNED * 1000) return true
+      if (this.#shown && fresh && !(scene.moving && now - this.#shown.since > OLD * 1000)) return false
+      if (this.#shown && fresh && scene.trail === Infinity && now - this.#shown.begun < FADING * 1000) {
+        this.#lengthen(this.#shown, scene)
+        return false
+      }
+      this.#making = this.#begin(scene)
+    }
+    const end = now + milliseconds
+    const sheet = this.#making
+    while (!sheet.steps.next().done) if (performance.now() > end && this.#shown) return true
+    this.#show(sheet)
+    this.#making = null
+    return outdated(sheet)
+  }
+
+  /**
+   * Copies the last finished sheet, moved to where the camera looks now. Returns how far trails are painted on it.
+   * @param {Pen} pen
+   * @param {GroundScene["camera"]} camera
+   * @param {GroundScene["colors"]} colors
+   */
+  draw(pen, camera, colors) {
+    if (!this.#shown) throw new Error("nothing has been painted yet")
+    const { image, view, middle, ratio, painted } = this.#shown
+    pen.setTransform(1, 0, 0, 1, 0, 0)
+    if (camera.view !== view) {
+      const { x, y } = camera.toScreen(view)
+      const factor = camera.sight.scale / view.scale
+      pen.fillStyle = colors.ground
+      pen.fillRect(0, 0, image.width, image.height)
+      pen.setTransform(factor, 0, 0, factor, (x - middle.x * factor) * ratio, (y - middle.y * factor) * ratio)
+    }
+    pen.drawImage(image, 0, 0)
+    return painted
+  }
+
+  /** Discards everything: the size has changed, or the theme. */
+  reset() {
+    this.#canvas = this.#shown = this.#making = null
+  }
+
+  /** @param {Sheet} sheet */
+  #show(sheet) {
+    this.#shown?.image.close()
+    if (this.#canvas) this.#shown = { ...sheet, image: this.#canvas.transferToImageBitmap() }
+  }
+
+  /**
+   * Adds to the sheet the trails since it was painted.
+   * @param {Sheet & { image: ImageBitmap }} shown
+   * @param {GroundScene} scene
+   */
+  #lengthen(shown, scene) {
+    const { image, ratio, painted } = shown
+    const pen = this.#pen(scene)
+    pen.setTransform(1, 0, 0, 1, 0, 0)
+    pen.drawImage(image, 0, 0)
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0)
+    for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
+    const now = new Map(scene.cast.map(({ name }) => [name, reached(scene, name)]))
+    this.#show({ ...shown, painted: now, since: performance.now() })
+  }
+
+  /**
+   * @param {GroundScene} scene
+   * @returns {Sheet}
+   */
+  #begin(scene) {
+    const { camera, ratio } = scene
+    const view = camera.sight
+    const middle = camera.toScreen(view)
+    /** @type {Sheet["painted"]} */
+    const painted = new Map()
+    const now = performance.now()
+    const steps = paintAll(this.#pen(scene), { ...scene, view, middle, size: { ...camera.size } }, painted)
+    return { view, middle, ratio, painted, key: scene.key, steps, begun: now, since: now }
+  }
+
+  /** @param {GroundScene} scene */
+  #pen({ camera: { size }, ratio }) {
+    this.#canvas ??= new OffscreenCanvas(Math.round(size.width * ratio), Math.round(size.height * ratio))
+    const pen = penOn(this.#canvas, { alpha: false })
+    pen.lineJoin = pen.lineCap = "round"
+    return pen
+  }
+}
+
+/**
+ * Where a world point is on a sheet, in CSS pixels.
+ * @param {{ view: Sight, middle: Point }} sheet
+ * @param {Point} point
+ */
+function onSheet({ view, middle }, { x, y }) {
+  return { x: middle.x + (x - view.x) * view.scale, y: middle.y - (y - view.y) * view.scale }
+}
+
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ * @param {Sheet["painted"]} painted
+ */
+function* paintAll(pen, scene, painted) {
+  const { colors, cast, ratio, size } = scene
+  const flat = () => pen.setTransform(ratio, 0, 0, ratio, 0, 0)
+  flat()
+  pen.fillStyle = colors.ground
+  pen.fillRect(0, 0, size.width, size.height)
+  paintGrid(pen, scene)
+  yield
+  if (scene.world) {
+    inWorld(pen, scene)
+    paintWorld(pen, scene.world, scene.view.scale, scene.colors.wall)
+    flat()
+    yield
+  }
+  for (const robot of scene.ahead ? cast : []) {
+    inWorld(pen, scene)
+    paintAhead(pen, scene, robot)
+    flat()
+    yield
+  }
+  for (const robot of cast) {
+    painted.set(robot.name, paintTrail(pen, scene, robot))
+    yield
+  }
+}
+
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ */
+function inWorld(pen, { view, middle, ratio }) {
+  const scale = view.scale * ratio
+  pen.setTransform(scale, 0, 0, -scale, middle.x * ratio - view.x * scale, middle.y * ratio + view.y * scale)
+}
+
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ */
+function paintGrid(pen, scene) {
+  const { view, size, colors } = scene
+  const spacing = roundLength(44 / view.scale) * view.scale
+  const origin = onSheet(scene, { x: 0, y: 0 })
+  const lines = (/** @type {string} */ color, /** @type {() => void} */ put) => {
+    pen.beginPath()
+    put()
+    pen.strokeStyle = color
+    pen.lineWidth = 1
+    pen.stroke()
+  }
+  const upright = (/** @type {number} */ i) => {
+    const x = Math.round(origin.x + i * spacing) + 0.5
+    pen.moveTo(x, 0)
+    pen.lineTo(x, size.height)
+  }
+  const level = (/** @type {number} */ i) => {
+    const y = Math.round(origin.y + i * spacing) + 0.5
+    pen.moveTo(0, y)
+    pen.lineTo(size.width, y)
+  }
+  lines(colors.grid, () => {
+    for (let i = Math.ceil(-origin.x / spacing); i <= (size.width - origin.x) / spacing; i++) upright(i)
+    for (let i = Math.ceil(-origin.y / spacing); i <= (size.height - origin.y) / spacing; i++) level(i)
+  })
+  lines(colors["grid-strong"], () => {
+    upright(0)
+    level(0)
+  })
+}
+
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ * @param {Drawn} robot
+ */
+function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, color }) {
+  if (!path) return
+  const first = path.findIndex(({ end }) => end > beat)
+  if (first < 0) return
+  if (moved) {
+    const cos = Math.cos(moved.heading)
+    const sin = Math.sin(moved.heading)
+    pen.transform(cos, sin, -sin, cos, moved.x, moved.y)
+  }
+  pen.beginPath()
+  for (let i = first; i < path.length && path[i].start < until; i++) {
+    const { start, end, pose, velocity, seconds } = path[i]
+    if (!pose) break
+    const done = Math.max((beat - start) / (end - start), 0)
+    const from = done > 0 ? after(pose, velocity, seconds * done) : pose
+    if (i === first) pen.moveTo(from.x, from.y)
+    trace(pen, from, velocity, seconds * (1 - done))
+  }
+  pen.strokeStyle = mix(colors.ground, color, AHEAD)
+  pen.lineWidth = (trailWidth(view, size) * 0.5) / view.scale
+  pen.stroke()
+}
+
+/**
+ * Paints the trail of a robot up to where it is now, brighter where it is newer. Returns how far.
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ * @param {Drawn} robot
+ * @returns {Reached}
+ */
+function paintTrail(pen, scene, { name, color, pose, seen }) {
+  const { colors, view, size, trail, trails, measured } = scene
+  const at = Math.min(scene.at, seen)
+  if (measured.has(name)) {
+    inWorld(pen, scene)
+    if (trail > 0) measured.paint(pen, name, { from: 0, since: at - trail, ...strokes(scene, view, color) })
+    pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
+    return reached(scene, name)
+  }
+  const pieces = trail > 0 ? [...trails.pieces(name, at - trail, at, pose)] : []
+  if (!pieces.length) return reached(scene, name)
+  const oldest = pieces[0].at
+  const shade = (at - oldest) / SHADES || 1 // seconds
+  let now = -1
+  const finish = () => {
+    if (now < 0) return
+    pen.strokeStyle = mix(colors.ground, color, FADED + ((1 - FADED) * now) / (SHADES - 1))
+    pen.stroke()
+  }
+  inWorld(pen, scene)
+  pen.lineWidth = trailWidth(view, size) / view.scale
+  for (const { pose: from, velocity, at: start, end } of pieces) {
+    const long = Math.max(end - start, 1e-9)
+    for (let time = start; time < end; ) {
+      const step = Math.min(Math.floor((time - oldest) / shade + 1e-9), SHADES - 1)
+      const until = step === SHADES - 1 ? end : Math.min(oldest + (step + 1) * shade, end)
+      const here = after(from, velocity, (time - start) / long)
+      if (step !== now) {
+        finish()
+        now = step
+        pen.beginPath()
+        pen.moveTo(here.x, here.y)
+      }
+      trace(pen, here, velocity, (until - time) / long)
+      time = until
+    }
+  }
+  finish()
+  pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
+  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view, size), colors.ground, mix(colors.ground, color, 0.7))
+  return reached(scene, name)
+}
+
+/**
+ * How a measured robot's lines are painted: the thin one is where it ideally would have been.
+ * @param {{ colors: GroundScene["colors"], size: { width: number, height: number } }} scene
+ * @param {Sight} view
+ * @param {string} color
+ */
+function strokes({ colors, size }, view, color) {
+  return { color, ink: colors.ink, width: trailWidth(view, size) / view.scale, thin: 1.5 / view.scale }
+}
+
+/**
+ * How far trails are painted.
+ * @param {Pick<GroundScene, "at" | "trails" | "measured">} scene
+ * @param {string} name
+ * @returns {Reached}
+ */
+function reached({ at, trails, measured }, name) {
+  const version = measured.has(name) ? measured.version : trails.version
+  return { at, version, count: measured.count(name) }
+}
+
+/**
+ * Paints the part of a trail that is too new to be on the sheet.
+ * @param {Pen} pen
+ * @param {Pick<GroundScene, "camera" | "ratio" | "trails" | "measured" | "colors" | "at">} scene
+ * @param {Drawn} robot
+ * @param {Reached | undefined} from
+ */
+export function paintTail(pen, { camera, ratio, trails, measured, colors, at: now }, { name, pose, color, seen }, from) {
+  const real = measured.has(name)
+  const at = Math.min(now, seen)
+  if (!from || from.version !== (real ? measured : trails).version) return
+  if (real ? from.count === measured.count(name) : from.at >= at) return
+  const origin = camera.toScreen({ x: 0, y: 0 })
+  const scale = camera.sight.scale * ratio
+  pen.setTransform(scale, 0, 0, -scale, origin.x * ratio, origin.y * ratio)
+  if (real) measured.paint(pen, name, { from: from.count, since: -Infinity, ...strokes({ colors, size: camera.size }, camera.sight, color) })
+  else {
+    pen.beginPath()
+    for (const piece of trails.pieces(name, from.at, at, pose)) {
+      pen.moveTo(piece.pose.x, piece.pose.y)
+      trace(pen, piece.pose, piece.velocity, 1)
+    }
+    pen.strokeStyle = color
+    pen.lineWidth = trailWidth(camera.sight, camera.size) / camera.sight.scale
+    pen.stroke()
+  }
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0)
+}
+
+/**
+ * @param {Pen} pen
+ * @param {Point} place
+ * @param {number} width
+ * @param {string} ground
+ * @param {string} color
+ */
+function paintStart(pen, { x, y }, width, ground, color) {
+  pen.beginPath()
+  pen.arc(x, y, width * 1.1, 0, 2 * Math.PI)
+  pen.fillStyle = ground
+  pen.fill()
+  pen.strokeStyle = color
+  pen.lineWidth = width * 0.75
+  pen.stroke()
+}
+
+/**
+ * Pixels: as wide as a pen would draw, but within limits that suit the size of the picture.
+ * @param {Sight} view
+ * @param {{ width: number, height: number }} size
+ */
+function trailWidth(view, { width, height }) {
+  const shorter = Math.min(width, height)
+  return Math.min(Math.max(view.scale * 0.06, shorter * 0.006, 3), Math.max(shorter * 0.012, 6))
+}

@@ -1,0 +1,121 @@
+// @ts-check
+// Robots that are not in their places, so the dance doesn't begin: what to do, and arrows that show it.
+
+import { find } from "../base/elements.js"
+
+/** @import { Camera, Point } from "./camera.js" */
+/** @import { Colors } from "../base/colors.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @import { Pen } from "../base/pen.js" */
+/** @import { Pose } from "../base/path.js" */
+/** @import { Request } from "../net/requests.js" */
+/** @typedef {{ name: string, from: Pose | null, to: Pose }} Way from where a robot stands to its place; null if nobody knows where that is */
+
+const HEAD = 11 // pixels: an arrow's head
+const SIZE = 13 // pixels from a robot's middle to its edge
+const FEW = 4 // so many lines are shown
+
+export class Misplaced {
+  /** @type {Way[]} */
+  ways = []
+  #panel = find("misplaced")
+  #title = find("misplaced-title")
+  #list = find("misplaced-list")
+  #anyway = find("anyway")
+  #announce
+
+  /**
+   * @param {(request: Request) => void} send
+   * @param {(text: string) => void} announce
+   */
+  constructor(send, announce) {
+    this.#announce = announce
+    find("in-place").addEventListener("click", () => send({ type: "resume" }))
+    this.#anyway.addEventListener("click", () => send({ type: "anyway" }))
+  }
+
+  /** @param {Messages["misplaced"]} message */
+  take({ robots, waits }) {
+    const found = Object.entries(robots)
+    this.ways = found.map(([name, { place, pose }]) => ({ name, from: pose, to: place }))
+    const lines = found.slice(0, FEW).map(([, { line }]) => line)
+    if (found.length > FEW) lines.push(`… and ${found.length - FEW} more`)
+    this.#list.replaceChildren(...lines.map(item))
+    const title = found.length ? "Not in place" : "All robots are in place"
+    if (waits && this.#title.textContent !== title) this.#announce(`${title}: ${lines.join(", ")}`)
+    this.#title.textContent = waits ? title : ""
+    this.#panel.hidden = !waits
+    this.#anyway.hidden = !found.length
+    document.body.classList.toggle("misplaced", waits)
+  }
+
+  /** Where something is drawn. */
+  get room() {
+    return this.ways.flatMap(({ from, to }) => (from ? [from, to] : [to]))
+  }
+}
+
+/**
+ * Draws where a robot stands, where it should stand, and an arrow from there to there.
+ * @param {Pen} pen
+ * @param {Way} way
+ * @param {Pick<Camera, "toScreen">} camera
+ * @param {string} color
+ * @param {Colors} colors
+ */
+export function drawWay(pen, { name, from, to }, camera, color, colors) {
+  const end = camera.toScreen(to)
+  const { x, y } = from ? camera.toScreen(from) : end
+  pen.font = "600 14px system-ui, sans-serif"
+  pen.textAlign = "center"
+  pen.textBaseline = "top"
+  pen.lineWidth = 4
+  pen.strokeStyle = colors.ground
+  pen.fillStyle = colors.ink
+  pen.strokeText(name, x, y + 1.5 * SIZE)
+  pen.fillText(name, x, y + 1.5 * SIZE)
+  for (const [width, style] of /** @type {const} */ ([[6, colors.ground], [2.5, color]])) {
+    pen.lineWidth = width
+    pen.strokeStyle = style
+    pen.setLineDash([5, 4])
+    facing(pen, end, to.heading)
+    pen.setLineDash([])
+    if (!from) continue
+    const begin = camera.toScreen(from)
+    facing(pen, begin, from.heading)
+    const far = Math.hypot(end.x - begin.x, end.y - begin.y)
+    if (far < 1) continue
+    const [across, down] = [(end.x - begin.x) / far, (end.y - begin.y) / far]
+    const head = Math.min(HEAD, far / 2)
+    pen.beginPath()
+    pen.moveTo(begin.x, begin.y)
+    pen.lineTo(end.x, end.y)
+    for (const side of [1, -1]) {
+      pen.moveTo(end.x, end.y)
+      pen.lineTo(end.x - head * (across - 0.6 * side * down), end.y - head * (down + 0.6 * side * across))
+    }
+    pen.stroke()
+  }
+}
+
+/**
+ * A circle with a line where its front is.
+ * @param {Pen} pen
+ * @param {Point} place
+ * @param {number} heading
+ */
+function facing(pen, { x, y }, heading) {
+  const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
+  pen.beginPath()
+  pen.arc(x, y, SIZE, 0, 2 * Math.PI)
+  pen.moveTo(x + 0.6 * SIZE * cos, y + 0.6 * SIZE * sin)
+  pen.lineTo(x + 1.5 * SIZE * cos, y + 1.5 * SIZE * sin)
+  pen.stroke()
+}
+
+/** @param {string} line */
+function item(line) {
+  const element = document.createElement("li")
+  element.textContent = line
+  return element
+}

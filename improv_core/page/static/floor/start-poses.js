@@ -1,0 +1,260 @@
+// @ts-check
+// Where robots start: dragged on the stage or typed, then written into the program or, if nobody can, offered as lines for
+// improv.toml.
+
+import { find, findA } from "../base/elements.js"
+import { Offer } from "../editor/toml-lines.js"
+import { placed, under } from "./rings.js"
+
+/** @import { Camera, Point } from "./camera.js" */
+/** @import { Robot } from "../score/robot-list.js" */
+/** @import { StartPose } from "../net/requests.js" */
+/** @import { Messages } from "../net/messages.js" */
+
+
+const LONG = 9 // letters: a longer name takes two smaller lines
+const FINEST = 0.001 // meters and degrees, as they are written
+const FARTHEST = 1000 // meters along x and y
+const PAUSE = 600 // milliseconds without a key after which a number that was typed is written
+const KEYS = /** @type {const} */ (["x", "y", "heading"])
+const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.1 }, heading: { most: 360, step: 15 } }
+
+export class StartPoses {
+  #card = findA("start-poses", HTMLDialogElement)
+  #offering = new Offer("start-poses-offer")
+  #changed
+  #telling = 0 // the timer that has what was typed written
+  /** @type {Set<string>} */
+  #moved = new Set() // robots that were moved, which is not written yet
+  /** @type {Point[]} */
+  #room = [] // where the rings were when one was grabbed: the view must not move under a hand
+  #held = false
+  /** @type {Robot[]} */
+  #cast = []
+  /** @type {Map<string, StartPose>} */
+  #poses = new Map()
+  /** @type {Map<string, StartPose>} */
+  #told = new Map() // according to the score
+  /** @type {Record<string, StartPose>} */
+  #written = {} // according to the text on this page, if it can be written
+  /** @type {string | null} */
+  #chosen = null
+  /** Has starts written into the program; null if nobody can. @type {((starts: Record<string, StartPose>) => void) | null} */
+  #write = null
+
+  /** @param {() => void} changed is called when there is something to draw */
+  constructor(changed) {
+    this.#changed = changed
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
+    find("start-poses-list").addEventListener("change", () => this.tell())
+  }
+
+  /** From now on, this has starts written into the program. @param {(starts: Record<string, StartPose>) => void} write */
+  set write(write) {
+    this.#write = write
+    find("start-poses-writes").hidden = false
+    this.#offer()
+  }
+
+  /**
+   * Shows the start poses of a score. Moved ones stay until they are written, or for good if nobody can.
+   * @param {Messages["score"]} score
+   * @param {Robot[]} cast
+   */
+  show(score, cast) {
+    const before = this.#poses
+    this.#cast = cast
+    this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
+    const kept = (/** @type {string} */ name) => (this.#moved.has(name) ? before.get(name) : this.#written[name])
+    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(kept(name) ?? pose) }]))
+    find("start-poses-rows").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
+    this.#offer()
+  }
+
+  /** Takes where robots start according to the text on this page. @param {Record<string, StartPose>} starts */
+  place(starts) {
+    this.#written = starts
+    for (const [name, pose] of Object.entries(starts)) {
+      if (!this.#poses.has(name) || this.#moved.has(name)) continue
+      this.#poses.set(name, rounded(pose))
+      this.#showFields(name)
+    }
+    this.#offer()
+  }
+
+  /** What has to be in view: the rings. */
+  get room() {
+    if (!this.#held) this.#room = this.rings.map(({ x, y }) => ({ x, y }))
+    return this.#room
+  }
+
+  /** The rings to draw on the stage: none unless the card is open. */
+  get rings() {
+    if (!this.#card.open) return []
+    return this.#cast.map(({ name, color }) => {
+      const { x, y, heading } = this.#pose(name)
+      return { name, x, y, heading: (heading * Math.PI) / 180, color, chosen: name === this.#chosen }
+    })
+  }
+
+  /**
+   * The robot whose ring or arrow is at a point of the canvas.
+   * @param {Point} point
+   * @param {Camera} camera
+   */
+  ringAt(point, camera) {
+    return under(point, placed(this.rings, camera))?.name ?? null
+  }
+
+  /**
+   * Grabs the ring or arrow near a point of the canvas. Returns a function that moves it, or null.
+   * @param {Point} point
+   * @param {Camera} camera
+   * @returns {((to: Point) => void) | null}
+   */
+  grab(point, camera) {
+    const best = under(point, placed(this.rings, camera))
+    if (!best) return null
+    const { name, part } = best
+    this.#chosen = name
+    this.#held = true
+    this.#rowOf(name)?.scrollIntoView({ block: "nearest" })
+    return (to) => {
+      const pose = this.#pose(name)
+      const world = camera.toWorld(to)
+      if (part === "place") Object.assign(pose, { x: neat(within(world.x, FARTHEST), 0.05), y: neat(within(world.y, FARTHEST), 0.05) })
+      else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
+      this.#showFields(name)
+      this.#move(name)
+    }
+  }
+
+  /** @param {string} name */
+  #pose(name) {
+    const pose = this.#poses.get(name)
+    if (!pose) throw new Error(`no robot is called ${name}`)
+    return pose
+  }
+
+  /** Somebody has moved a robot. @param {string} name */
+  #move(name) {
+    this.#moved.add(name)
+    this.#offer()
+    clearTimeout(this.#telling)
+    if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), PAUSE)
+  }
+
+  /** A hand lets go of a ring. */
+  #release() {
+    if (this.#held) this.tell()
+    this.#held = false
+  }
+
+  /** Has what was moved written now, all at once. */
+  tell() {
+    clearTimeout(this.#telling)
+    if (!this.#write || !this.#moved.size || find("start-poses-list").querySelector(":invalid")) return
+    const starts = Object.fromEntries([...this.#moved].map((name) => [name, this.#pose(name)]))
+    this.#moved.clear()
+    this.#write(starts)
+  }
+
+  #offer() {
+    const lines = [...this.#moved].map((name) => {
+      const { x, y, heading } = this.#pose(name)
+      return `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`
+    })
+    this.#offering.show(this.#write || find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
+    this.#changed()
+  }
+
+  /**
+   * @param {string} name
+   * @param {string} color
+   */
+  #fields(name, color) {
+    const set = document.createElement("fieldset")
+    set.dataset.robot = name
+    set.style.setProperty("--robot", color)
+    const legend = document.createElement("legend")
+    legend.textContent = legend.title = name
+    legend.classList.toggle("long", name.length > LONG)
+    set.append(legend)
+    for (const key of KEYS) {
+      const { most, step } = FIELDS[key]
+      const field = document.createElement("label")
+      const input = document.createElement("input")
+      Object.assign(input, { type: "number", required: true, min: String(-most), max: String(most), step: "any", value: String(this.#pose(name)[key]) })
+      input.dataset.key = key
+      input.addEventListener("focus", () => {
+        this.#chosen = name
+        this.#changed()
+      })
+      input.addEventListener("input", () => {
+        if (!input.checkValidity()) return
+        this.#pose(name)[key] = neat(Number(input.value), FINEST)
+        this.#move(name)
+      })
+      input.addEventListener("change", () => {
+        if (!input.checkValidity()) input.value = String(this.#pose(name)[key]) // what is no number moves nobody
+      })
+      input.addEventListener("keydown", (event) => {
+        if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return
+        event.preventDefault()
+        const next = Number(input.value) + (event.key === "ArrowUp" ? step : -step)
+        input.value = String(neat(within(next, most), step))
+        input.dispatchEvent(new Event("input"))
+      })
+      const word = document.createElement("span")
+      word.className = "unseen" // the head of the list says it for all
+      word.textContent = key
+      field.append(word, input)
+      set.append(field)
+    }
+    return set
+  }
+
+  /** @param {string} name */
+  #rowOf(name) {
+    return find("start-poses-list").querySelector(`[data-robot="${CSS.escape(name)}"]`)
+  }
+
+  /** @param {string} name */
+  #showFields(name) {
+    const pose = this.#pose(name)
+    const row = this.#rowOf(name)
+    for (const key of KEYS) {
+      const input = row?.querySelector(`[data-key=${key}]`)
+      if (!(input instanceof HTMLInputElement) || Number(input.value) === pose[key]) continue
+      if (input === document.activeElement && !input.validity.valid) continue // somebody is typing there
+      input.value = String(pose[key])
+    }
+  }
+}
+
+/** @param {number[]} pose */
+function degrees([x, y, , heading]) {
+  return rounded({ x, y, heading: (heading * 180) / Math.PI })
+}
+
+/** @param {StartPose} pose */
+function rounded({ x, y, heading }) {
+  return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat(heading, FINEST) }
+}
+
+/**
+ * @param {number} value
+ * @param {number} most
+ */
+function within(value, most) {
+  return Math.min(Math.max(value, -most), most)
+}
+
+/**
+ * The nearest multiple of a step, rounded as people would write it.
+ * @param {number} value
+ * @param {number} step
+ */
+function neat(value, step) {
+  return Number((Math.round(value / step) * step).toFixed(4)) || 0
+}

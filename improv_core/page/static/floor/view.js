@@ -1,0 +1,190 @@
+// @ts-check
+// The stage, frame by frame: decides when to draw, and collects what to show.
+
+import { figureOf } from "../bodies/body.js"
+import { bounds } from "./camera.js"
+import { outline } from "./world.js"
+
+/** @import { Positions } from "../bodies/body.js" */
+/** @import { Bumps } from "./bumps.js" */
+/** @import { Point } from "./camera.js" */
+/** @import { Cast } from "../score/robot-list.js" */
+/** @import { Clock } from "../score/clock.js" */
+/** @import { Figures } from "../bodies/figures.js" */
+/** @import { Measured } from "./measured.js" */
+/** @import { Meetings } from "./meetings.js" */
+/** @import { Misplaced } from "./out-of-place.js" */
+/** @import { Motion } from "./motion.js" */
+/** @import { Panels } from "../controls/panels.js" */
+/** @import { Pose, Velocity } from "../base/path.js" */
+/** @import { Program } from "../score/program.js" */
+/** @import { Senses } from "../controls/senses.js" */
+/** @import { Stage } from "./floor.js" */
+/** @import { StartPoses } from "./start-poses.js" */
+/** @import { Trails } from "./trails.js" */
+/** @import { Wall } from "../controls/status-wall.js" */
+/** @typedef {ReturnType<View["scene"]>} Scene */
+
+const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
+const stillness = matchMedia("(prefers-reduced-motion: reduce)")
+
+export class View {
+  #parts
+  #stale = true // something has changed since the last drawing
+  #drawn = 0
+  #known = "" // what is known of the paths, in short
+  /** @type {Point[]} */
+  #room = [] // corners of what should be in view
+  #fitted = false // whether a view has shown all paths
+  /** @type {Map<string, { pose: Pose | undefined, seen: number }>} */
+  #lost = new Map() // where robots were that nobody can see or reach now
+  /** @type {Record<string, Pose>} */
+  robots = {}
+  /** @type {Record<string, Positions>} */
+  joints = {}
+  frames = 0
+
+  /**
+   * @param {{ clock: Clock, figures: Figures, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
+   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: Wall }} parts
+   */
+  constructor(parts) {
+    this.#parts = parts
+  }
+
+  get still() {
+    return stillness.matches
+  }
+
+  /** Has the next frame draw. */
+  touch() {
+    this.#stale = true
+  }
+
+  clearTrails() {
+    const { trails, measured, motion } = this.#parts
+    const { at } = motion.present(performance.now() / 1000)
+    trails.clear(at)
+    measured.clear(at)
+    this.touch()
+  }
+
+  /**
+   * Draws if there is something new.
+   * @param {number} now in seconds
+   * @param {number} beat
+   */
+  draw(now, beat) {
+    const { cast, figures, motion, trails, bumps, program, stage } = this.#parts
+    this.frames++
+    const present = motion.present(now)
+    this.robots = present.robots
+    this.joints = cast.posed(present.joints)
+    trails.show(present.placed)
+    trails.complete(program.current)
+    const until = program.current?.horizon(beat) ?? 0
+    this.#lookAtPaths(until)
+    const bumping = bumps.show(present.at, now)
+    const moving = present.moving || bumping.length > 0
+    if (this.#stale || moving) {
+      const more = figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
+      const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
+      this.#stale = stage.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving || more
+    }
+    this.#drawn = now
+  }
+
+  /**
+   * How fast a body part is asked to move now: only the sign counts.
+   * @param {string} robot
+   * @param {string} part
+   * @param {keyof Velocity} axis
+   * @param {number} beat
+   */
+  #asked(robot, part, axis, beat) {
+    const { clock, program } = this.#parts
+    if (!clock.playing || clock.isSilent(robot)) return 0
+    const stretch = program.current?.at(robot, part, beat)
+    return stretch && stretch.start <= beat ? stretch.velocity[axis] : 0
+  }
+
+  /** @param {number} until the beat up to which paths are shown */
+  #lookAtPaths(until) {
+    const { program, stage, trails, measured } = this.#parts
+    const { current, anchor } = program
+    const known = [current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
+    if (known === this.#known) return
+    this.#known = known
+    this.touch()
+    if (!current) return
+    const points = [...current.points(until)]
+    const { world } = current.score
+    this.#room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
+    if (!this.#fitted && points.length) stage.camera.view = null // the first view appears without easing
+    this.#fitted ||= points.length > 0
+  }
+
+  /**
+   * Everything that the stage shows in one frame.
+   * @param {ReturnType<Motion["present"]>} present
+   * @param {number} beat
+   * @param {number} until
+   * @param {ReturnType<Bumps["show"]>} bumps
+   * @param {number} seconds since the last frame
+   */
+  scene({ at, placed, moving }, beat, until, bumps, seconds) {
+    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
+    const { muted, soloed } = clock.transport
+    const robots = cast.list(program.current, (index) => stage.color(index)).map((robot) => {
+      const { name } = robot
+      const lost = wall.lost(name)
+      const silent = clock.isSilent(name)
+      return {
+        ...robot,
+        ...this.#whereabouts(name, lost !== "", at, seconds),
+        figure: robot.body.length ? figureOf(robot.body, this.joints[name]) : null,
+        ideal: lost ? undefined : measured.ideal(name),
+        off: lost || measured.off(name),
+        moved: program.anchor.of(name),
+        fields: lost ? [] : senses.fields(name),
+        silent,
+        lost: lost !== "",
+        path: silent || lost ? null : robot.path,
+      }
+    })
+    return {
+      at,
+      moving,
+      beat,
+      until,
+      bumps,
+      room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room, ...misplaced.room],
+      trails,
+      measured,
+      trail: panels.trail,
+      ahead: panels.ahead,
+      world: program.current?.score.world ?? null,
+      rings: startPoses.rings,
+      meetings: startPoses.rings.length ? [] : meetings.marks(stage.camera),
+      ways: misplaced.ways,
+      still: this.still,
+      key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
+      cast: robots,
+    }
+  }
+
+  /**
+   * Where a robot is, as far as that is known. One that is lost stays where it was `seen`, or where it should have been
+   * then.
+   * @param {string} name
+   * @param {boolean} lost
+   * @param {number} at seconds of performance
+   * @param {number} seconds since the last frame
+   */
+  #whereabouts(name, lost, at, seconds) {
+    const pose = this.#parts.measured.pose(name, seconds) ?? this.robots[name]
+    if (!lost) this.#lost.delete(name)
+    else if (!this.#lost.has(name)) this.#lost.set(name, { pose, seen: at })
+    return this.#lost.get(name) ?? { pose, seen: Infinity }
+  }
+}

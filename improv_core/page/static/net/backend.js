@@ -1,0 +1,21 @@
+// @ts-check
+// Where Improv runs: behind a server, or on a website, in a worker of this browser.
+
+import { connect as connectToServer } from "./connection.js"
+import { connect as connectToWorker, drawPaths } from "./worker-backend.js"
+import { fetchPaths } from "../controls/export.js"
+import * as songs from "./fetch-song.js"
+
+/** Whether this page is a website that has all of Improv with it. */
+export const isWebsite = document.querySelector('meta[name="improv-worker"]') !== null
+
+export const connect = isWebsite ? connectToWorker : connectToServer
+
+/** Promises the paths as SVG; null if there are none, or nobody can draw them. */
+export const fetchPicture = isWebsite ? drawPaths : fetchPaths
+
+/** Promises the song of improv.toml, or says why there is none. */
+export const fetchSong = isWebsite ? songs.fetchFromGallery : songs.fetchSong
+
+/** Promises the Unix time of what plays, in seconds. */
+export const fetchTime = isWebsite ? songs.ownTime : songs.fetchTime

@@ -1,0 +1,74 @@
+// @ts-check
+// The stops of this page: each is sent again, over a connection of its own, until it is confirmed that it was obeyed.
+
+import { randomName } from "../base/random.js"
+import { withToken } from "./token.js"
+
+const AGAIN = 500 // milliseconds until a stop is sent again that is not confirmed
+const PATIENCE = 8000 // milliseconds that an answer may take: a stage that hangs may still read what it was sent
+const MOST = 3 // that may wait for an answer at the same time: browsers open only six connections
+const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
+
+export class Stops {
+  page = randomName()
+  #onWait
+  #pressed = 0 // stops so far
+  #confirmed = 0
+  #asked = 0 // how many wait for an answer
+  #ended = false // whether nobody answers any more
+  #again = 0 // the timer
+  #late = 0 // the timer
+
+  /** @param {(waits: boolean) => void} onWait gets whether a stop has been waiting for a while */
+  constructor(onWait) {
+    this.#onWait = onWait
+  }
+
+  /** The number of the latest stop if it is not confirmed; otherwise 0. */
+  get waiting() {
+    return this.#confirmed < this.#pressed ? this.#pressed : 0
+  }
+
+  /** Somebody stops the robots. The number of this stop. */
+  press() {
+    if (!this.waiting) this.#late = window.setTimeout(() => this.#onWait(true), LATE)
+    this.#pressed++
+    if (this.#ended) this.end()
+    else this.#send()
+    return this.#pressed
+  }
+
+  /** There is a server again. */
+  begin() {
+    this.#ended = false
+  }
+
+  /** All robots were stopped, and nobody will confirm what still waits. */
+  end() {
+    this.#ended = true
+    this.#confirm(this.#pressed)
+  }
+
+  async #send() {
+    const number = this.#pressed
+    clearTimeout(this.#again)
+    this.#again = window.setTimeout(() => this.#send(), AGAIN)
+    if (this.#asked >= MOST) return
+    this.#asked++
+    const address = withToken("stop", { page: this.page, number: String(number) })
+    // It is sent even if the page is closed at once.
+    const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(PATIENCE) }
+    const answer = await fetch(address, options).catch(() => null)
+    this.#asked--
+    if (answer?.status === 204) this.#confirm(number)
+  }
+
+  /** @param {number} number of a stop that was obeyed, and with it all earlier ones */
+  #confirm(number) {
+    this.#confirmed = Math.max(number, this.#confirmed)
+    if (this.waiting) return
+    clearTimeout(this.#again)
+    clearTimeout(this.#late)
+    this.#onWait(false)
+  }
+}

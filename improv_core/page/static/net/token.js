@@ -1,0 +1,44 @@
+// @ts-check
+// The token that every request to the server needs. The server puts it into the page once, for a ticket. The browser
+// keeps it for this exact address, so that a tab can be reloaded, or opened again. Once the process ends, it opens
+// nothing. In a frame it is neither kept nor read: any local server may frame this page.
+
+import { findA } from "../base/elements.js"
+
+const KEY = "improv.token"
+const given = findA("token", HTMLMetaElement).content
+
+const framed = window.top !== window.self
+
+/** Empty if the page was opened without a valid ticket, and this browser has no token for it. */
+export const token = framed ? given : given ? keep(given) : kept()
+
+// The ticket is used up. Without it, the address can be reloaded and bookmarked.
+if (location.search) history.replaceState(null, "", location.pathname)
+
+/** @param {string} token */
+function keep(token) {
+  try {
+    localStorage.setItem(KEY, token)
+  } catch {
+    // without storage, the page can't be reloaded
+  }
+  return token
+}
+
+function kept() {
+  try {
+    return localStorage.getItem(KEY) ?? ""
+  } catch {
+    return ""
+  }
+}
+
+/**
+ * An address on the server, with the token.
+ * @param {string} path
+ * @param {Record<string, string>} more values
+ */
+export function withToken(path, more = {}) {
+  return new URL(`${path}?${new URLSearchParams({ token, ...more })}`, location.href)
+}

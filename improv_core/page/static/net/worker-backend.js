@@ -1,0 +1,157 @@
+// @ts-check
+// Improv in a worker of this browser, in place of a server. If it hangs, it is ended, and another one begins.
+
+import { isClass } from "../website/class.js"
+import { keep, openProgram, path } from "../website/local-program.js"
+import { read } from "./messages.js"
+
+/** @import { Message } from "./messages.js" */
+/** @import { Request } from "./requests.js" */
+/** @import { Program } from "../website/local-program.js" */
+/** @typedef {{ message: string } | { ready: true } | { loaded: number, of: number } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
+
+const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
+const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
+const HUNG = 8000 // milliseconds after which a worker that doesn't stop is ended
+const NO_ROOM = "not saved: this browser has no room for it, so save it as a file, with Share"
+const NEWER = "A newer version of this website is here. Reload the page to use it: your text stays."
+
+/** @type {Worker | undefined} */
+let worker
+/** @type {((drawn: string | null) => void)[]} */
+const waiting = [] // for what the worker draws
+/** @type {Program} */
+let program
+let beat = 0 // at which the program begins when it is first played as it was opened
+
+/**
+ * Keeps a worker. `onStop` gets whether a stop has been waiting for a while to be obeyed, and `onLoad` a line about what
+ * is still being loaded, or one about what is wrong with the link that was opened. Returns a function that sends a
+ * request.
+ * @param {(message: Message) => void} onMessage
+ * @param {(now: "open" | "lost" | "refused") => void} onChange
+ * @param {(waits: boolean) => void} onStop
+ * @param {(line: string) => void} onLoad
+ * @returns {(request: Request) => void}
+ */
+export function connect(onMessage, onChange, onStop, onLoad) {
+  let pressed = 0
+  let obeyed = 0
+  let timers = /** @type {number[]} */ ([])
+  let ready = false
+  let problem = ""
+  let isKept = true
+
+  function begin() {
+    ready = false
+    worker = new Worker(new URL(address, document.baseURI), { type: "module" })
+    worker.onmessage = (event) => take(event.data)
+    worker.onerror = () => onLoad("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
+    worker.postMessage({ program: { ...program, beat } })
+  }
+
+  /** @param {FromWorker} said */
+  function take(said) {
+    if ("message" in said) {
+      const message = read(said.message)
+      if (message?.type === "source") {
+        program = { ...program, text: message.text, revision: message.revision }
+        isKept = keep(program)
+        if (!isKept) return // for the page, the text stays unsaved
+      }
+      if (message) onMessage(message.type === "written" && !isKept ? { ...message, problem: NO_ROOM } : message)
+    } else if ("ready" in said) {
+      ready = true
+      if (!isClass) keepSite(onLoad) // the server of a class has it only as long as the class
+      onChange("open")
+      if (problem) onLoad(problem)
+    } else if ("loaded" in said) onLoad(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)
+    else if ("obeyed" in said) confirm(said.obeyed)
+    else if ("drawn" in said) waiting.shift()?.(said.drawn)
+    else onLoad(said.problem)
+  }
+
+  function press() {
+    pressed++
+    if (!timers.length) timers = [window.setTimeout(() => onStop(true), LATE), window.setTimeout(replace, HUNG)]
+    return pressed
+  }
+
+  /** @param {number} number of a stop that was obeyed, and with it all earlier ones */
+  function confirm(number) {
+    obeyed = Math.max(number, obeyed)
+    if (obeyed < pressed) return
+    timers.forEach(clearTimeout)
+    timers = []
+    onStop(false)
+  }
+
+  function replace() {
+    worker?.terminate()
+    onChange("lost")
+    confirm(pressed)
+    begin()
+  }
+
+  openProgram().then((opened) => {
+    program = opened.program
+    beat = opened.beat
+    onMessage({ type: "source", path, text: program.text, revision: program.revision })
+    problem = opened.problem
+    begin()
+  })
+  return (request) => {
+    const sent = request.type === "stop" ? { type: "press", number: press() } : request
+    if (ready) worker?.postMessage({ request: JSON.stringify(sent) })
+    else if (request.type === "stop") confirm(pressed) // nothing moves yet
+  }
+}
+
+/**
+ * Has the browser keep the website, so that it needs no network next time, where browsers allow that. A newer version
+ * takes the place of the kept one from here on: not before, because parts of both would be loaded. `say` gets a line then.
+ * @param {(line: string) => void} say
+ */
+async function keepSite(say) {
+  const { serviceWorker } = navigator
+  if (serviceWorker?.controller) serviceWorker.addEventListener("controllerchange", () => say(NEWER), { once: true })
+  try {
+    const site = await serviceWorker?.register(new URL("service-worker.js", document.baseURI))
+    const takeOver = () => site?.waiting?.postMessage("take over")
+    const watch = () => site?.installing?.addEventListener("statechange", takeOver)
+    takeOver()
+    watch()
+    site?.addEventListener("updatefound", watch)
+  } catch {
+    // it needs the network next time
+  }
+}
+
+/** Promises the paths as SVG; null if there are none. */
+export const drawPaths = () => draw({ paths: true })
+
+/** Promises a QR code that holds a text, as SVG. @param {string} text */
+export const drawCode = (text) => draw({ code: text })
+
+/** The improv.toml of the program. */
+export const getToml = () => program.toml
+
+/** Has the program use another improv.toml. Returns whether this browser had room for it. @param {string} toml */
+export function setToml(toml) {
+  program = { ...program, toml }
+  worker?.postMessage({ toml })
+  return keep(program)
+}
+
+/** @param {{ paths: true } | { code: string }} what @returns {Promise<string | null>} */
+function draw(what) {
+  return new Promise((done) => {
+    waiting.push(done)
+    worker?.postMessage({ draw: what })
+  })
+}
+
+/** @param {number} bytes */
+function megabytes(bytes) {
+  return (bytes / 1e6).toFixed(1)
+}

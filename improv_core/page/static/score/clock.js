@@ -1,0 +1,135 @@
+// @ts-check
+// The position in the score: the latest transport message, advanced by the tempo. There are no messages for beats.
+
+import { aheadBy, answered } from "../net/clock-offset.js"
+
+/** @import { TimeAnswer } from "../net/clock-offset.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {Omit<Messages["transport"], "type" | "speed" | "muted" | "soloed"> &
+ *   { speed: number, muted: string[], soloed: string[] }} Transport */
+
+export class Clock {
+  /** @type {number | null} */
+  bar = null // how many beats a bar has, if the program says it
+  /** @type {Transport} */
+  transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", behind: 0, poses: undefined, muted: [], soloed: [] }
+
+  /** The server's clock minus that of the page's machine, in seconds: over SSH, they are two. */
+  #ahead = 0
+  /** @type {TimeAnswer[]} */
+  #answers = []
+
+  /** A connection begins, perhaps to another server. */
+  connect() {
+    this.#answers = []
+  }
+
+  /** Takes the server's time, which arrives first, but nobody knows how late. @param {Messages["time"]} message */
+  takeTime({ wall }) {
+    if (this.#answers.length === 0) this.#ahead = wall - Date.now() / 1000
+  }
+
+  /** Takes an answer about the server's time, which says more. @param {TimeAnswer} answer */
+  takeAnswer(answer) {
+    this.#answers = answered(this.#answers, answer)
+    this.#ahead = this.ahead - answer.own
+  }
+
+  /** By how many seconds the server's Unix time is ahead of the page's `performance.now()`. */
+  get ahead() {
+    return aheadBy(this.#answers) ?? this.now() - performance.now() / 1000
+  }
+
+  /**
+   * Takes a transport message. Whether playback jumped to another place, such as by a seek or a restart.
+   * @param {Messages["transport"]} message
+   */
+  take(message) {
+    const expected = this.beat()
+    const { generation } = this.transport
+    const { speed = 1, muted = [], soloed = [] } = message
+    this.transport = { ...message, speed, muted, soloed }
+    return message.generation !== generation || Math.abs(expected - this.beat()) * (60 / message.tempo) > 0.1
+  }
+
+  get playing() {
+    return this.transport.state === "playing"
+  }
+
+  /** Whether nothing plays and the next thing played begins at the start. */
+  get atStart() {
+    return ["stopped", "ended", "waiting"].includes(this.transport.state)
+  }
+
+  /** The server's Unix time, in seconds. */
+  now() {
+    return Date.now() / 1000 + this.#ahead
+  }
+
+  /** Seconds since the latest restart, pauses included. */
+  performed() {
+    return this.transport.performed + Math.max(this.now() - this.transport.wall, 0)
+  }
+
+  /** The position in beats at this moment. */
+  beat() {
+    const { beat, beats, wall, tempo } = this.transport
+    const gone = this.playing ? ((this.now() - wall) * tempo) / 60 : 0
+    return Math.min(Math.max(beat + gone, 0), beats ?? Infinity)
+  }
+
+  /**
+   * The position in beats at a performance time; undefined for one before the latest change, or if nothing plays.
+   * @param {number} time
+   */
+  beatAt(time) {
+    const { beat, beats, performed, tempo } = this.transport
+    if (!this.playing || time < performed) return undefined
+    return Math.min(beat + ((time - performed) * tempo) / 60, beats ?? Infinity)
+  }
+
+  /** The number of the last beat, counted from 1; a beat that has only begun counts. */
+  get lastBeat() {
+    return this.transport.beats === null ? Infinity : Math.max(Math.ceil(this.transport.beats), 1)
+  }
+
+  /** The number of the present beat, counted from 1. */
+  get countedBeat() {
+    return Math.min(Math.floor(this.beat() + 1e-6) + 1, this.lastBeat)
+  }
+
+  /** The present position, counted from 1, in words. */
+  get words() {
+    return words(this.countedBeat - 1, this.bar)
+  }
+
+  /**
+   * Whether a robot stands still while the others play.
+   * @param {string} robot
+   */
+  isSilent(robot) {
+    const { muted, soloed } = this.transport
+    return soloed.length > 0 ? !soloed.includes(robot) : muted.includes(robot)
+  }
+}
+
+/**
+ * The beat that is counted before beat 0, from 1 on, and how much of it has passed; the number is 0 if none is counted.
+ * @param {Messages["armed"] | null} armed
+ * @param {number} now the server's Unix time, in seconds
+ */
+export function countIn(armed, now) {
+  if (!armed?.begins || !armed.count) return { number: 0, passed: 0 }
+  const { beats, period } = armed.count
+  const left = Math.max((armed.begins - now) / period - 1e-6, 0)
+  return left > beats ? { number: 0, passed: 0 } : { number: Math.min(beats - Math.ceil(left) + 1, beats), passed: 1 - (left % 1) }
+}
+
+/**
+ * A position in words, which count from 1.
+ * @param {number} beat whole, from 0
+ * @param {number | null} bar how many beats a bar has
+ */
+export function words(beat, bar) {
+  return bar ? `bar ${Math.floor(beat / bar) + 1}, beat ${(beat % bar) + 1}` : `beat ${beat + 1}`
+}

@@ -1,0 +1,266 @@
+// @ts-check
+// What comes next in a score: its stretches, fetched from the server piece by piece as time passes.
+
+import { after, along, named } from "../base/path.js"
+
+/** @import { Messages } from "../net/messages.js" */
+/** @import { Pose, Velocity } from "../base/path.js" */
+/**
+ * @typedef {object} Stretch one robot's motion at one velocity
+ * @property {number} start in beats
+ * @property {number} end in beats
+ * @property {number} seconds
+ * @property {Velocity} velocity
+ * @property {[start: number, end: number][]} words offsets in the program
+ * @property {Pose | null} pose at the start, if it is known
+ */
+
+const AHEAD = 48 // beats to fetch of an endless score
+const SHOWN = 24 // beats of it that the stage shows
+const BEHIND = 8 // past beats to keep
+const LEAST_PIECE = 16 // beats requested at once; more for few robots, so that the server is busy for 0.1 s at most
+const MOST_PIECE = 256 // beats that the server sends at once
+const WORK = 800 // robots times beats
+const MOST = 40_000 // moments kept
+const NEAR = 1e-6 // beats
+
+export class Lookahead {
+  #ask
+  /** @type {number | null} */
+  #asked = null // where the requested piece begins
+  #since = 0
+  #pause = 0
+  #from = 0
+  #known = 0 // the beat up to which all paths are known
+  #count = 0
+  /** @type {number | null} */
+  #renewed = null // the beat from which on everything may have changed
+  #renews = false // whether the requested piece replaces what is known
+  score
+  /** @type {Map<string, Stretch[]>} */
+  robots = new Map() // what their bases do
+  /** @type {Map<string, Stretch[]>} */
+  #body = new Map() // what body parts do, by robot and part
+  version = 0 // changes with what is known
+
+  /**
+   * `ask(from, to)` requests a piece from the server.
+   * @param {Messages["score"]} score
+   * @param {(from: number, to: number) => void} ask
+   */
+  constructor(score, ask) {
+    this.score = score
+    this.#ask = ask
+  }
+
+  /**
+   * Fetches what is needed to show what plays at `beat`.
+   * @param {number} beat
+   */
+  want(beat) {
+    if (this.#asked !== null || performance.now() < this.#pause) return
+    if (this.#renewed !== null) {
+      this.#known = this.#renewed
+      this.#renewed = null
+      this.#renews = true
+    }
+    const end = this.score.beats ?? Infinity
+    if (this.#count > MOST && this.#known <= beat) this.#forget(beat)
+    else if (beat < this.#from || beat > this.#known + LEAST_PIECE) this.#forget(Math.max(Math.floor(beat) - BEHIND, 0))
+    const passed = this.score.beats === null && beat - this.#from > 8 * AHEAD
+    if (passed) this.#forgetBefore(beat - BEHIND)
+    const horizon = this.score.beats === null ? beat + AHEAD : end
+    if (this.#known >= Math.min(horizon, end) - NEAR || this.#count > MOST) return
+    this.#asked = this.#known
+    this.#since = performance.now()
+    const most = this.score.beats === null ? AHEAD : MOST_PIECE
+    const piece = Math.max(LEAST_PIECE, Math.min(Math.floor(WORK / Object.keys(this.score.robots).length), most))
+    this.#ask(this.#known, Math.min(this.#known + piece, end))
+  }
+
+  /**
+   * Asks again for everything from shortly before a beat on: what is sensed decides what is played. Until the answer
+   * comes, what is known is shown.
+   * @param {number} beat
+   */
+  renew(beat) {
+    this.#renewed = Math.max(Math.floor(beat) - BEHIND, 0)
+  }
+
+  /** Asks again: the connection was lost, and the answer with it. */
+  askAgain() {
+    if (this.#renews) this.#renewed = this.#asked
+    this.#asked = null
+  }
+
+  /**
+   * Takes an answer.
+   * @param {Messages["window"]} message
+   */
+  take({ generation, from, to, robots }) {
+    if (generation !== this.score.generation || from !== this.#asked) return
+    this.#asked = null
+    if (this.#renews) this.#forget(from)
+    this.#pause = 2 * performance.now() - this.#since // playing comes first: the server rests as long as it worked
+    let reached = to
+    for (const [name, { pose, moments, body, until }] of Object.entries(robots)) {
+      const { ends } = this.score.robots[name] ?? {}
+      if (ends === undefined) continue
+      if (moments.length && until < Math.min(to, ends ?? Infinity) - NEAR) reached = Math.min(reached, until)
+      this.#add(this.robots, name, pose, moments)
+      for (const [part, each] of Object.entries(body)) this.#add(this.#body, keyOf(name, part), null, each)
+    }
+    this.#known = Math.max(this.#known, reached)
+    this.version++
+  }
+
+  /**
+   * What the base of a robot does, or one of its body parts.
+   * @param {string} name
+   * @param {string | null} part
+   */
+  track(name, part) {
+    return (part === null ? this.robots.get(name) : this.#body.get(keyOf(name, part))) ?? []
+  }
+
+  /**
+   * What the base of a robot does at a beat, or one of its body parts; or undefined.
+   * @param {string} name
+   * @param {string | null} part
+   * @param {number} beat
+   */
+  at(name, part, beat) {
+    const stretches = this.track(name, part)
+    return stretches[this.indexAt(stretches, beat)]
+  }
+
+  /**
+   * The index of the stretch that plays at a beat; where none does, the number of stretches.
+   * @param {Stretch[]} stretches
+   * @param {number} beat
+   */
+  indexAt(stretches, beat) {
+    let low = 0
+    let high = stretches.length
+    while (low < high) {
+      const middle = (low + high) >> 1
+      if (stretches[middle].end <= beat) low = middle + 1
+      else high = middle
+    }
+    return low
+  }
+
+  /**
+   * Where a robot ideally is at a beat, or null where that is not known.
+   * @param {string} name
+   * @param {number} beat
+   * @returns {Pose | null}
+   */
+  poseAt(name, beat) {
+    const stretches = this.robots.get(name)
+    if (!stretches?.length || beat < stretches[0].start - NEAR) return null
+    const stretch = stretches[Math.min(this.indexAt(stretches, beat), stretches.length - 1)]
+    if (!stretch.pose) return null
+    const part = Math.min(Math.max((beat - stretch.start) / (stretch.end - stretch.start), 0), 1)
+    return after(stretch.pose, stretch.velocity, stretch.seconds * part)
+  }
+
+  /**
+   * The last beat that the stage shows.
+   * @param {number} beat
+   */
+  horizon(beat) {
+    return this.score.beats ?? Math.ceil(beat / 4) * 4 + SHOWN
+  }
+
+  /**
+   * Points that show how much room all paths take, up to a beat; without paths that senses will end before.
+   * @param {number} until
+   */
+  *points(until) {
+    for (const [name, stretches] of this.robots) {
+      if (Object.keys(this.score.robots[name].senses).length) continue
+      if (stretches[0]?.pose) yield stretches[0].pose
+      for (const { start, pose, velocity, seconds } of stretches) {
+        if (pose && start < until) yield* along(pose, velocity, seconds)
+      }
+    }
+  }
+
+  /**
+   * @param {Map<string, Stretch[]>} tracks
+   * @param {string} name
+   * @param {number[] | null} pose
+   * @param {Messages["window"]["robots"][string]["moments"]} moments
+   */
+  #add(tracks, name, pose, moments) {
+    const stretches = tracks.get(name) ?? []
+    /** @type {Stretch | undefined} */
+    let last = stretches.at(-1)
+    let next = last ? last.pose && after(last.pose, last.velocity, last.seconds) : pose && named(pose)
+    for (const [start, beats, x, y, z, yaw, words] of moments) {
+      const end = start + beats
+      if (last && end <= last.end + NEAR) continue // this stretch was at the end of the piece before, whole
+      const velocity = { x, y, z, yaw }
+      const seconds = (beats * 60) / this.score.tempo
+      last = { start, end, seconds, velocity, pose: next, words: this.#spans(words) }
+      next = next && after(next, velocity, seconds)
+      stretches.push(last)
+      this.#count++
+    }
+    tracks.set(name, stretches)
+  }
+
+  /**
+   * @param {[number, number, number][]} words
+   * @returns {[number, number][]}
+   */
+  #spans(words) {
+    return words
+      .filter(([statement]) => statement in this.score.offsets)
+      .map(([statement, start, end]) => [this.score.offsets[statement] + start, this.score.offsets[statement] + end])
+  }
+
+  /** @param {number} from */
+  #forget(from) {
+    this.#renews = false
+    this.robots.clear()
+    this.#body.clear()
+    this.#from = this.#known = from
+    this.#count = 0
+    this.version++
+  }
+
+  /** @param {number} beat */
+  #forgetBefore(beat) {
+    this.#count = 0
+    for (const tracks of [this.robots, this.#body]) {
+      for (const [name, stretches] of tracks) {
+        const kept = stretches.slice(this.indexAt(stretches, beat))
+        tracks.set(name, kept)
+        this.#count += kept.length
+      }
+    }
+    this.#from = beat
+    this.version++
+  }
+}
+
+/**
+ * The body parts that a robot of a score moves, after its base, which is null.
+ * @param {Messages["score"]} score
+ * @param {string} name
+ * @returns {(string | null)[]}
+ */
+export function partsOf(score, name) {
+  const moving = (score.robots[name]?.body ?? []).filter(({ moves }) => moves)
+  return [null, ...moving.map((part) => part.name)]
+}
+
+/**
+ * @param {string} robot
+ * @param {string} part
+ */
+function keyOf(robot, part) {
+  return `${robot} ${part}`
+}

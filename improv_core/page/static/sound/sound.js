@@ -1,0 +1,273 @@
+// @ts-check
+// The sound of a dance: its song, from the server or from a file that somebody drops onto the page, and a click.
+
+import { find, findA } from "../base/elements.js"
+import { fetchSong } from "../net/backend.js"
+import { settings } from "../base/keys.js"
+import { Offer } from "../editor/toml-lines.js"
+import { ENOUGH, tapped, tempoOf } from "./tapping.js"
+import { Waveform } from "./waveform.js"
+
+/** @import { Audio, Performance, Song } from "./audio.js" */
+/** @import { Clock } from "../score/clock.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {NonNullable<Messages["score"]["music"]>} Music */
+
+const PATIENCE = 300 // milliseconds in which a browser turns sound on, if it does without a click
+const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
+const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
+
+export class Sound {
+  #clock
+  #page
+  #offer = new Offer("sound-offer")
+  #waveform = new Waveform((firstBeat) => this.#moveSong(firstBeat), () => this.#tellFirstBeat())
+  /** @type {number[]} */
+  #taps = []
+  /** Where people have moved the song, and what the score said then. @type {{ name: string, firstBeat: number, told: number } | null} */
+  #placed = null
+  /** Has beat 0 written into improv.toml, and a tempo into the program; null if nobody can. @type {{ firstBeat: (seconds: number) => void, tempo: (tempo: number) => void } | null} */
+  write = null
+  /** @type {Promise<Audio> | null} */
+  #audio = null
+  /** @type {Audio | null} */
+  #loaded = null
+  #open = false // whether the server is heard
+  /** @type {Pick<Messages["score"], "tempo" | "bar" | "generation"> | null} */
+  #score = null
+  /** @type {Music | null} */
+  #music = null // of the score
+  /** @type {{ file: string, tag: string, buffer: AudioBuffer } | null} */
+  #served = null
+  /** @type {{ name: string, buffer: AudioBuffer } | null} */
+  #dropped = null
+  #clicks = false
+  /** @type {Performance["counting"]} */
+  #counting = null
+
+  /**
+   * `say` tells people, also those who listen, `resize` makes room for a song, or for what was below it, and `askTime`
+   * keeps asking what time it is.
+   * @param {Clock} clock
+   * @param {{ say: (line: string) => void, resize: () => void, askTime: (on: boolean) => void }} page
+   */
+  constructor(clock, page) {
+    this.#clock = clock
+    this.#page = page
+    find("tap").addEventListener("click", () => this.#tap())
+    find("use-tempo").addEventListener("click", () => this.#useTempo())
+    for (const gesture of ["click", "keydown", "pointerup"]) addEventListener(gesture, () => this.#turnOn(), true)
+    find("metronome").addEventListener("click", () => this.#setClicks(!this.#clicks))
+    addEventListener("dragover", (event) => {
+      if (event.dataTransfer?.types.includes("Files")) event.preventDefault()
+    })
+    addEventListener("drop", (event) => {
+      const file = event.dataTransfer?.files[0]
+      if (!file) return
+      event.preventDefault()
+      this.#take(file)
+    })
+    const chosen = findA("song-file", HTMLInputElement)
+    find("choose-song").addEventListener("click", () => chosen.click())
+    chosen.addEventListener("change", () => {
+      const [file] = chosen.files ?? []
+      if (file) this.#take(file)
+      chosen.value = ""
+    })
+    if (settings.get("clicks", false)) this.#setClicks(true)
+  }
+
+  /** What plays, for whoever measures it. */
+  get audio() {
+    return this.#loaded
+  }
+
+  /** Whether the server is heard: without it, nobody knows whether robots still dance. @param {boolean} open */
+  connect(open) {
+    this.#open = open
+    if (open && this.#music) this.#load(this.#music)
+    this.#run()
+  }
+
+  /** Takes the song, the tempo, and the bar of a score. @param {Messages["score"]} score */
+  show(score) {
+    const isNew = score.generation !== this.#score?.generation
+    this.#score = score
+    this.#music = score.music
+    if (score.music?.file !== this.#served?.file) this.#served = null
+    if (score.music?.file && isNew) this.#load(score.music)
+    this.#showSong()
+    this.#run()
+  }
+
+  /** Draws the song under the timeline. @param {{ left: number, scale: number, beat: number, width: number }} shown */
+  draw(shown) {
+    this.#waveform.draw(shown)
+  }
+
+  /** Takes whether beats are counted before beat 0. @param {Messages["armed"]} message */
+  takeArmed({ armed, begins, count }) {
+    this.#counting = armed && begins && count ? { begins, ...count } : null
+    this.#run()
+  }
+
+  /** The transport has changed. */
+  take() {
+    this.#run()
+  }
+
+  /** Whether there is something to play. */
+  get #has() {
+    return this.#clicks || this.#song !== null
+  }
+
+  /** @returns {Song | null} */
+  get #song() {
+    const buffer = (this.#dropped ?? this.#served)?.buffer
+    return buffer ? { buffer, firstBeat: this.#firstBeat, volume: this.#music?.volume ?? 1 } : null
+  }
+
+  get #name() {
+    return this.#dropped?.name ?? this.#served?.file ?? ""
+  }
+
+  /** Where beat 0 is in the song: where people have moved it, until improv.toml says something new. */
+  get #firstBeat() {
+    const told = this.#music?.first_beat ?? 0
+    return this.#placed?.name === this.#name && this.#placed.told === told ? this.#placed.firstBeat : told
+  }
+
+  /** @returns {Performance} */
+  #performance() {
+    const { transport: shown, ahead } = this.#clock
+    const transport = this.#open ? { ...shown, wall: shown.wall - (shown.behind ?? 0) } : NOTHING // real robots are ahead
+    const { tempo = 60, bar = null } = this.#score ?? {}
+    const counting = this.#open ? this.#counting : null
+    return { transport, ahead, tempo, bar, counting, clicks: this.#clicks, song: this.#song }
+  }
+
+  /** Gets the song from the server, unless it is here already. @param {Music} music */
+  async #load({ file }) {
+    const audio = await this.#ready()
+    const answer = await fetchSong(file, this.#served?.tag ?? "")
+    if (this.#music?.file !== file || answer.same) return
+    this.#served = null
+    const buffer = answer.bytes && (await decoded(audio, answer.bytes))
+    if (this.#music?.file !== file) return
+    if (buffer) this.#served = { file, tag: answer.tag, buffer }
+    this.#showLine(buffer ? "" : answer.problem || `${file} can't be played: this browser doesn't know its format.`)
+    this.#showSong()
+    this.#run()
+  }
+
+  /** Takes a file that somebody has dropped onto the page, or chosen. It stays in this browser. @param {File} file */
+  async #take(file) {
+    const audio = await this.#ready()
+    this.#turnOn()
+    const buffer = file.size > MOST_BYTES ? null : await file.arrayBuffer().then((bytes) => decoded(audio, bytes), () => null)
+    if (buffer) {
+      this.#dropped = { name: file.name, buffer }
+      const kept = settings.get(`first beat of ${file.name}`, null)
+      this.#placed = typeof kept === "number" ? { name: file.name, firstBeat: kept, told: this.#music?.first_beat ?? 0 } : null
+    }
+    const problem = file.size > MOST_BYTES ? `has more than ${MOST_BYTES / 1024 ** 2} MB` : "can't be played: this browser doesn't know its format"
+    this.#showLine(buffer ? "" : `${file.name} ${problem}.`)
+    this.#showSong()
+    this.#run()
+  }
+
+  /** @param {boolean} clicks */
+  async #setClicks(clicks) {
+    this.#clicks = clicks
+    settings.set("clicks", clicks)
+    find("metronome").setAttribute("aria-pressed", String(clicks))
+    if (clicks) await this.#ready()
+    this.#run()
+  }
+
+  /** Sound itself, loaded once it is needed. */
+  #ready() {
+    this.#audio ??= import("./audio.js").then(({ Audio }) => {
+      this.#loaded = new Audio(() => this.#performance(), () => this.#showOff())
+      setTimeout(() => this.#showOff(), PATIENCE)
+      return this.#loaded
+    })
+    return this.#audio
+  }
+
+  async #turnOn() {
+    await this.#loaded?.turnOn()
+    this.#showOff()
+  }
+
+  #run() {
+    const runs = this.#has && this.#open && (this.#clock.playing || this.#counting !== null)
+    this.#loaded?.run(runs)
+    this.#page.askTime(runs)
+    this.#showOff()
+  }
+
+  /** Says that sound needs a click, if it does. */
+  #showOff() {
+    find("sound-on").hidden = !this.#has || (this.#loaded?.isOn ?? true)
+  }
+
+  /** @param {string} line */
+  #showLine(line) {
+    find("song-line").hidden = !line
+    find("song-line").textContent = line
+    if (line) this.#page.say(line)
+  }
+
+  #showSong() {
+    const { tempo = 60, bar = null } = this.#score ?? {}
+    find("song-name").textContent = this.#name || "none: drop a file onto this page, or"
+    const changes = this.#waveform.show(this.#song?.buffer ?? null, this.#name, { firstBeat: this.#firstBeat, tempo, bar })
+    if (changes) this.#page.resize()
+  }
+
+  /** Has beat 0 elsewhere in the song. @param {number} firstBeat in seconds */
+  #moveSong(firstBeat) {
+    this.#placed = { name: this.#name, firstBeat, told: this.#music?.first_beat ?? 0 }
+    this.#showSong()
+    this.#loaded?.follow()
+  }
+
+  /** Has that written, or offers the line. */
+  #tellFirstBeat() {
+    if (this.#dropped) settings.set(`first beat of ${this.#dropped.name}`, this.#firstBeat)
+    if (this.write && this.#music && !this.#dropped) this.write.firstBeat(this.#firstBeat)
+    else this.#offerLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
+  }
+
+  #tap() {
+    this.#taps = tapped(this.#taps, performance.now() / 1000)
+    const tempo = tempoOf(this.#taps)
+    const left = ENOUGH - this.#taps.length
+    find("tapped").textContent = tempo === null ? `${left} more` : `${tempo} beats a minute`
+    find("use-tempo").hidden = tempo === null
+    find("use-tempo").textContent = `beat ${tempo}`
+    find("use-tempo").title = `Set the tempo of the program to ${tempo}`
+  }
+
+  #useTempo() {
+    const tempo = tempoOf(this.#taps)
+    if (tempo === null) return
+    if (this.write) this.write.tempo(tempo)
+    else this.#offerLines("Copy this line into the program, in place of the one with beat.", `beat ${tempo}`)
+  }
+
+  /** @param {string} where @param {string} lines */
+  #offerLines(where, lines) {
+    find("sound-offer-where").textContent = where
+    this.#offer.show(lines)
+  }
+}
+
+/**
+ * @param {Audio} audio
+ * @param {ArrayBuffer} bytes
+ */
+function decoded(audio, bytes) {
+  return audio.decode(bytes).catch(() => null)
+}

@@ -1,0 +1,78 @@
+// @ts-check
+// Programs as files: where browsers let pages choose a file to write, there, and elsewhere as a download.
+
+import { findA } from "../base/elements.js"
+import { download } from "../controls/export.js"
+
+/**
+ * @typedef {object} Chosen a file that somebody has chosen
+ * @property {string} name
+ * @property {() => Promise<{ write: (text: string) => Promise<void>, close: () => Promise<void> }>} createWritable
+ * @property {() => Promise<File>} getFile
+ */
+/** @typedef {(options: object) => Promise<Chosen>} Save */
+/** @typedef {(options: object) => Promise<Chosen[]>} Open */
+
+const MOST_BYTES = 400_000
+const MOST = 100_000 // characters
+const TYPES = [{ description: "Improv", accept: { "text/plain": [".improv"] } }]
+
+/**
+ * Saves a text as a file that somebody chooses. Promises the line to show; empty if nobody has chosen one.
+ * @param {string} name to begin with
+ * @param {string} text
+ */
+export async function saveText(name, text) {
+  const choose = /** @type {Save | undefined} */ (Reflect.get(window, "showSaveFilePicker"))
+  if (!choose) {
+    download(name, new Blob([text], { type: "text/plain;charset=utf-8" }))
+    return "Saved where this browser keeps downloads."
+  }
+  try {
+    const chosen = await choose({ suggestedName: name, types: TYPES })
+    const file = await chosen.createWritable()
+    await file.write(text)
+    await file.close()
+    return `Saved as ${chosen.name}.`
+  } catch (problem) {
+    return wasLeft(problem) ? "" : `Not saved: ${problem}`
+  }
+}
+
+/** Opens a file that somebody chooses. Promises null if nobody does. @returns {Promise<File | null>} */
+export async function chooseFile() {
+  const choose = /** @type {Open | undefined} */ (Reflect.get(window, "showOpenFilePicker"))
+  if (choose) {
+    try {
+      const [chosen] = await choose({ types: TYPES })
+      return await chosen.getFile()
+    } catch (problem) {
+      if (wasLeft(problem)) return null
+      throw problem
+    }
+  }
+  const input = findA("open-file", HTMLInputElement)
+  const chosen = new Promise((done) => {
+    input.onchange = () => done(input.files?.[0] ?? null)
+    input.oncancel = () => done(null)
+  })
+  input.value = ""
+  input.click()
+  return chosen
+}
+
+/** The program in a file; null if it is too long or no text. @param {File} file */
+export async function textOf(file) {
+  if (file.size > MOST_BYTES) return null
+  try {
+    const text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer()).replaceAll("\r\n", "\n")
+    return text.length <= MOST ? text : null
+  } catch {
+    return null
+  }
+}
+
+/** Whether somebody has closed the window in which a file is chosen. @param {unknown} problem */
+function wasLeft(problem) {
+  return problem instanceof DOMException && problem.name === "AbortError"
+}

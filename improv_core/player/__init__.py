@@ -1,0 +1,1 @@
+"""Decides what robots do, and sends it. Standard library only."""

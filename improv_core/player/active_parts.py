@@ -1,0 +1,101 @@
+"""Who plays what in the scene that plays, and when each is over. It never reads a clock.
+
+What a base plays is performed as it comes if senses decide it. What a body part plays always is: it may depend on where
+the joints stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from itertools import chain, takewhile
+
+from improv_core.player.open_part import OpenPart, TooManyChangesError
+from improv_core.player.run import Run
+from improv_core.player.setpoints import Setpoint, setpoints, zeros
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
+from improv_core.score.performance import Mover
+from improv_core.score.performing import Decision
+from improv_core.score.senses import RobotSense
+
+
+class Cast:
+    """The parts of a scene. `value` is asked what a robot senses now; None if that is not known."""
+
+    def __init__(self, value: Callable[[RobotSense], bool | None]) -> None:
+        self._value = value
+        self._over: dict[Mover, Duration] = {}  # the beats at which parts are over, if that is known
+        self.over: Duration = 0
+        """The last of them."""
+        self.open: dict[Mover, OpenPart] = {}
+        """What is performed as it comes, and is not over."""
+        self.asked: tuple[RobotSense, ...] = ()
+        """The senses that these read."""
+
+    def dismiss(self, robots: Collection[str] | None = None) -> None:
+        """Forget the parts of these robots, or all."""
+        if robots is None:
+            self.open, self._over, self.asked = {}, {}, ()
+            return
+        self.open = {mover: part for mover, part in self.open.items() if mover.robot not in robots}
+        self._over = {mover: beat for mover, beat in self._over.items() if mover.robot not in robots}
+
+    def begin(
+        self, run: Run, mover: Mover, movement: Movement, beat: Exact, has_poses: bool = False
+    ) -> OpenPart | None:
+        """Have a base or a body part perform its movement in this scene from a beat on. Returns it if it is performed
+        as it comes."""
+        begins = run.score.begins(mover.robot, run.scene)
+        self._over[mover] = ENDLESS if movement.open else begins + movement.duration
+        if not (movement.open or (mover.part and movement.duration)):
+            return None
+        if mover not in self.open:
+            sensed = lambda sense: self._value(RobotSense(mover.robot, sense))  # noqa: E731
+            self.open[mover] = OpenPart(movement, begins, sensed, has_poses)
+            if begins < beat:
+                self.open[mover].skip(beat)
+        self.open[mover].due = max(beat, begins)
+        return self.open[mover]
+
+    def complete(self, run: Run) -> None:
+        """Note that all robots of the scene have begun."""
+        self._find_end()
+        robots = [mover.robot for mover in self.open if not mover.part]
+        self.asked = tuple(RobotSense(robot, sense) for robot in robots for sense in run.score.parts[robot].senses)
+
+    def open_of(self, robot: str) -> list[Mover]:
+        """What a robot performs as it comes, its base first."""
+        return sorted(mover for mover in self.open if mover.robot == robot)
+
+    def perform(self, mover: Mover, beat: Exact) -> list[Decision]:
+        """Perform an open part up to a beat. It is no longer open if it is over.
+
+        Raises TooManyChangesError if it changes too often, and is over by that.
+        """
+        open_part = self.open[mover]
+        try:
+            decisions = open_part.perform(beat)
+        except TooManyChangesError:
+            self._close(mover)
+            raise
+        if open_part.is_over:
+            self._close(mover)
+        return decisions
+
+    def _close(self, mover: Mover) -> None:
+        self._over[mover] = self.open.pop(mover).beat
+        self._find_end()
+
+    def _find_end(self) -> None:
+        self.over = max(self._over.values(), default=0)
+
+
+def closed_part(run: Run, robot: str, beat: Exact) -> Iterator[Setpoint]:
+    """The setpoints of a part that no sense decides, from a beat on. Its robot stands until it begins."""
+    part, begins = run.score.parts[robot], run.score.begins(robot, run.scene)
+    movement = part.of_scene(run.scene)
+    if beat >= begins:
+        return setpoints(part.profile, movement, run.tempo, beat - begins)
+    until = float((begins - beat) * 60 / run.tempo)
+    standing = takewhile(lambda each: each.at < until, zeros(0.0, 1 / part.profile.command_rate))
+    rest = setpoints(part.profile, movement, run.tempo)
+    return chain(standing, (each._replace(at=until + each.at) for each in rest))

@@ -1,0 +1,208 @@
+"""Does what has been decided, act by act. Nothing here decides anything."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from improv_core.player import acts, reports
+from improv_core.player.acts import Act
+from improv_core.player.events import Event, Listened
+from improv_core.player.start_rules import may_be_brought
+from improv_core.player.tracks import Tracks
+from improv_core.score.path import pose_at
+
+REST = 1.0
+"""Seconds for which robots are still measured after they were told to stop: most have come to rest by then."""
+
+
+def do(act: Act, tracks: Tracks, now: float) -> Event | None:
+    """Do one act. Returns the event that follows from it, if there is one."""
+    return _HOW[type(act)](act, tracks, now)
+
+
+def _tell(act: acts.Tell, tracks: Tracks, now: float) -> None:
+    tracks.tell(act.message)
+
+
+def _report(act: acts.Report, tracks: Tracks, now: float) -> None:
+    tracks.report(now, now if act.at is None else act.at)
+
+
+def _tell_faults(act: acts.TellFaults, tracks: Tracks, now: float) -> None:
+    tracks.tell_faults(act.found, now)
+
+
+def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
+    for what in tracks.cast.asked:
+        tracks.tell_known(what, act.beat, act.at, now)
+
+
+def _zero(act: acts.Zero, tracks: Tracks, now: float) -> None:
+    performed = tracks.run.transport.performed(now)
+    problems = tracks.queue.stop(tracks.run.score.parts, performed)
+    tracks.reached, tracks.rested = now, now + REST
+    if problems:
+        raise problems[0]
+    tracks.advance_sink(performed)
+
+
+def _still(act: acts.Still, tracks: Tracks, now: float) -> None:
+    _send_still(tracks, act.robots, 0.0)
+
+
+def _meet(act: acts.Meet, tracks: Tracks, now: float) -> None:
+    deque(tracks.sink.meet(act.score), maxlen=0)
+    tracks.unsettled = True
+
+
+def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
+    score, entry, senses = act.load.score, act.load.entry, act.load.senses
+    old, new = tracks.run.score.parts, score.parts
+    performed, both = tracks.run.transport.performed(now), {*old, *new}
+    _send_still(tracks, old.keys() - new.keys(), performed)
+    tracks.queue.leave_topics(old, new, performed)
+    tracks.sink.prepare(score, True)
+    tracks.start_poses = reports.as_json(tracks.sink.poses())
+    tracks.queue.restart(both, performed)
+    tracks.limbs.restart(both, performed)
+    tracks.queue.stop_leaving(old, new, 0.0)
+    tracks.advanced, tracks.measured = 0.0, -math.inf
+    tracks.odometry.begin(new, now)
+    tracks.cast.dismiss()
+    tracks.sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
+    tracks.sensing.forget_announced()
+    tracks.sensing.announce(senses or ())
+    tracks.listeners.forget()
+    tracks.guard.forget()
+    tracks.listeners.begin(score, both, now)
+    tracks.listeners.expect(new, now)
+
+
+def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
+    found = tracks.listeners.find(now)
+    resetting = tracks.sink.resetting()
+    if tracks.sink.real:
+        tracks.sink.bring_home(may_be_brought(tracks.run, tracks.facts(now), found.waits, found.deaf))
+    return Listened(found.listen, resetting or found.waits, act.moving, found.deaf, found.overdue)
+
+
+def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:
+    tracks.odometry.begin(tracks.run.score.parts, now)
+    tracks.watches.restart()
+
+
+def _drop(act: acts.Drop, tracks: Tracks, now: float) -> None:
+    tracks.queue.drop(tracks.queue.movers(act.robots))
+
+
+def _send_until(act: acts.SendUntil, tracks: Tracks, now: float) -> None:
+    tracks.send_due(act.at)
+    tracks.send_repeats(act.at)
+
+
+def _prepare(act: acts.Prepare, tracks: Tracks, now: float) -> None:
+    old, new = tracks.run.score.parts, act.score.parts
+    tracks.queue.leave_topics(old, new, act.at)
+    tracks.sink.prepare(act.score, False)
+    tracks.listeners.begin(act.score, act.entering, now)
+    tracks.queue.stop_leaving(old, new, act.at)
+    tracks.odometry.cast(new, now)
+
+
+def _dismiss(act: acts.Dismiss, tracks: Tracks, now: float) -> None:
+    tracks.cast.dismiss(act.robots)
+
+
+def _forget_edges(act: acts.ForgetEdges, tracks: Tracks, now: float) -> None:
+    tracks.sensing.forget_announced()
+
+
+def _place(act: acts.Place, tracks: Tracks, now: float) -> None:
+    real = tracks.sink.real
+    parts = {robot: part for robot, part in tracks.run.score.parts.items() if part.odom or not real}
+    ideal = {robot: pose_at(part, act.beat) for robot, part in parts.items()}
+    poses = {robot: pose for robot, pose in ideal.items() if pose}
+    tracks.odometry.place(poses, now)
+    if not real:
+        tracks.sink.place(poses)
+        tracks.place_limbs(act.beat)
+
+
+def _begin(act: acts.Begin, tracks: Tracks, now: float) -> None:
+    tracks.begin(act.robots, act.beat, act.at, now)
+
+
+def _resend(act: acts.Resend, tracks: Tracks, now: float) -> None:
+    transport = tracks.run.transport
+    for robot in act.robots:
+        tracks.queue.resend(robot, max(transport.performed(now), transport.since))
+
+
+def _rest(act: acts.Rest, tracks: Tracks, now: float) -> None:
+    tracks.rested = now + REST
+
+
+def _look(act: acts.Look, tracks: Tracks, now: float) -> None:
+    tracks.look(act.robots)
+
+
+def _look_soon(act: acts.LookSoon, tracks: Tracks, now: float) -> None:
+    tracks.unseen += act.robots
+
+
+def _look_later(act: acts.LookLater, tracks: Tracks, now: float) -> None:
+    tracks.listeners.wait(now)
+
+
+def _then(act: acts.Then, tracks: Tracks, now: float) -> Event:
+    return act.event
+
+
+def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
+    tracks.listeners.welcome()
+
+
+def _drive(act: acts.Guide, tracks: Tracks, now: float) -> None:
+    tracks.sink.send(act.robot, act.twist, tracks.run.transport.performed(now))
+    tracks.watches.tell(act.robot, act.twist, now)
+
+
+def _go_on(act: acts.GoOn, tracks: Tracks, now: float) -> None:
+    tracks.listeners.standing.discard(act.robot)
+
+
+def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> None:
+    tracks.queue.still(tracks.queue.movers(robots), performed)
+
+
+_HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
+    acts.Tell: _tell,
+    acts.TellFaults: _tell_faults,
+    acts.Report: _report,
+    acts.ReportSenses: _report_senses,
+    acts.Zero: _zero,
+    acts.Still: _still,
+    acts.Meet: _meet,
+    acts.PrepareAnew: _prepare_anew,
+    acts.Listen: _listen,
+    acts.StartMeasuring: _start_measuring,
+    acts.Drop: _drop,
+    acts.SendUntil: _send_until,
+    acts.Prepare: _prepare,
+    acts.Dismiss: _dismiss,
+    acts.ForgetEdges: _forget_edges,
+    acts.Place: _place,
+    acts.Begin: _begin,
+    acts.Resend: _resend,
+    acts.Rest: _rest,
+    acts.Look: _look,
+    acts.LookSoon: _look_soon,
+    acts.LookLater: _look_later,
+    acts.Then: _then,
+    acts.Welcome: _welcome,
+    acts.Guide: _drive,
+    acts.GoOn: _go_on,
+}

@@ -1,0 +1,258 @@
+"""What follows from what happens: `(run, event, facts) -> (run, acts)`. Nothing here does anything.
+
+If an act fails, the acts after it are left out, and the run is already the one that was decided. So what may fail is
+done first, and an event of its own says that it is done (`Then`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from improv_core.player import events, start_gate, start_rules, stop_rules, tempo_rules
+from improv_core.player.acts import (
+    Act,
+    Dismiss,
+    Drop,
+    ForgetEdges,
+    GoOn,
+    Guide,
+    Look,
+    LookSoon,
+    Meet,
+    Place,
+    Prepare,
+    PrepareAnew,
+    Report,
+    Resend,
+    Rest,
+    SendUntil,
+    Tell,
+    Then,
+    Welcome,
+)
+from improv_core.player.agenda import Due, Rank
+from improv_core.player.events import Event, Facts
+from improv_core.player.run import EMPTY, Run, Silenced
+from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_time, play_from, waits
+from improv_core.player.stop_rules import Decided, error_line, warning_line
+from improv_core.player.takeover import Before, Swap, edited, entering
+from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
+from improv_core.safety import preflight
+from improv_core.score.motion import STILL
+from improv_core.score.movement import Exact, near
+from improv_core.score.path import pose_at
+from improv_core.score.score import Score
+
+SEEN = 0.5
+"""Seconds: whoever unmutes a robot this soon after a fault made it stand can't have known that it stands."""
+LATE = 0.5
+"""Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
+should have."""
+
+
+def decide(run: Run, event: Event, facts: Facts) -> Decided:
+    """The performance after an event, and what to do about it, in this order."""
+    then, acts = _RULES[type(event)](run, event, facts)
+    if then.misplaced is not None and then.mode != "paused":
+        then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
+    if (then.gate or then.is_due) and then.mode != "waiting":
+        then = replace(then, gate=None, is_due=False)
+    if start_gate.is_ready(run.gate) != start_gate.is_ready(then.gate) or start_gate.begins_to_count(
+        run.gate, then.gate
+    ):
+        acts = [*acts, Tell(start_gate.message(then.gate, then.generation))]
+    return then, acts
+
+
+def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None:
+    """Why real robots that move have to stop at once: setpoints are this late, in seconds, or this machine is
+    `overloaded`."""
+    if not real or run.mode != "playing":
+        return None
+    if late > LATE:
+        return events.Stalled(late)
+    return events.Overloaded() if overloaded else None
+
+
+def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
+    score, performed = load.score, run.transport.performed(facts.now)
+    moves = facts.real and bool(score.beats or score.open)
+    if moves and (line := run.stops.refusal(score.safety, load.stops)):
+        return run, [error_line(line), Report()]
+    goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and load.entry)
+    if load.when == "restart" or not goes_on:
+        return run, [PrepareAnew(load), Then(events.Restarted(load))]
+    if load.entry:
+        at = load.entry["monotonic"] - run.transport.zero
+    elif run.mode == "paused":
+        at = performed
+    else:
+        soonest = run.transport.performed(max(facts.now, load.not_before) - load.late)
+        at = run.switch_time(load.when, soonest, load.beats_per_bar, facts.over)
+    swap = Swap(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
+    if run.mode == "paused":
+        return _take_over(run, swap, facts)
+    return replace(run, next=swap), [Meet(score)]
+
+
+def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
+    if run.score is EMPTY or run.mode == "waiting":
+        return run, []
+    passed = event.late / run.beat_period if run.mode == "playing" else 0.0
+    beat = near(min(max(event.beat, 0.0) + passed, float(run.begun.beats), LAST_BEAT))
+    run = run.at_scene_of(run.begun, beat)
+    acts: list[Act] = [Dismiss(), ForgetEdges()]
+    if run.mode == "playing" and comes_in(run):
+        run, stands = stop_rules.leave(run, "paused", facts)
+        run = coming_in(replace(run.left_at(beat), continues=True), facts)
+        return run, [*stands, *acts, Place(beat), Report()]
+    if run.mode == "playing":
+        places = _places_at(run.score, beat, facts)
+        run, more = play_from(run, beat, run.transport.performed(facts.now), facts, places)
+        return run, [*acts, Place(beat), *more]
+    return replace(run.left_at(beat), mode="paused"), [*acts, Place(beat), Report()]
+
+
+def _places_at(score: Score, beat: Exact, facts: Facts) -> Mapping[str, preflight.Standing]:
+    """Where robots stand, and where they should be at a beat."""
+    ideal = {robot: pose_at(score.parts[robot], beat) for robot in facts.places if robot in score.parts}
+    return {robot: preflight.Standing(pose, facts.places[robot].pose) for robot, pose in ideal.items() if pose}
+
+
+def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
+    beat = run.later(run.beat(facts.now, facts.over), -event.late)
+    run = replace(run, speed=Fraction(str(min(max(event.factor, SLOWEST), FASTEST))))
+    if run.mode == "playing":
+        beat = run.later(beat, event.late)
+        return play_from(run, beat, run.transport.performed(facts.now), facts)
+    return replace(run, transport=replace(run.transport, tempo=run.tempo)), [Report()]
+
+
+def _returning(run: Run, event: events.Returning, facts: Facts) -> Decided:
+    acts: list[Act] = []
+    for robot, twist, line in event.steps:
+        acts += [Guide(robot, twist)] if twist is not None else [GoOn(robot), Resend([robot])]
+        acts += [warning_line(line)] if line else []
+    return run, acts
+
+
+def _silence(run: Run, event: events.Silence, facts: Facts) -> Decided:
+    muted = frozenset(event.muted)
+    stood = {robot: at for robot, at in run.stood.items() if robot in muted or facts.now < at + SEEN}
+    then = replace(run, silenced=Silenced(muted, frozenset(event.soloed)), stood=stood)
+    changed = [
+        robot
+        for robot in (run.score.parts if run.mode == "playing" else ())
+        if run.is_silent(robot, facts.standing) != then.is_silent(robot, facts.standing)
+    ]
+    return then, [*([Resend(changed)] if changed else []), Report()]
+
+
+def _due(run: Run, due: Due, facts: Facts) -> Decided:
+    if due.rank == Rank.TAKEOVER:
+        assert run.next
+        return _take_over(run, run.next, facts)
+    if due.rank == Rank.BEND:
+        return tempo_rules.looked(run, due, facts)
+    beat = run.ends(facts.over)
+    assert not isinstance(beat, float)
+    if due.rank == Rank.SCENE:
+        return _next_scene(run, beat, due.at, facts)
+    if run.next and run.next.at == math.inf:
+        return _take_over(run, replace(run.next, at=due.at), facts)
+    run = replace(run, mode="ended", transport=replace(run.transport, since=due.at, origin=beat))
+    returns = run.score.parts.keys() & facts.standing if run.score.safety.rejoin == "return" else ()
+    # A bump in the last second is reported before the end.
+    return run, [
+        Rest(),
+        *(Guide(robot, STILL) for robot in returns),
+        *([] if facts.real else [Look(run.score.parts)]),
+        Report(),
+    ]
+
+
+def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
+    scene, score = run.scene + 1, run.score
+    if score.open:  # the beat was not known in advance: count from there
+        parts = {
+            robot: replace(part, begins=beat, scene=scene, scene_begins=(), entered=facts.poses.get(robot))
+            for robot, part in score.parts.items()
+        }
+        score = replace(score, parts=parts, scene=scene, since=beat)
+    run = replace(run, score=score, scene=scene)
+    back: list[Act] = [Welcome()] if score.safety.rejoin == "scene" else []
+    # It is reported only if its beat was not known in advance.
+    return run, [*back, Dismiss(), *begin_parts(run, score.parts, beat, at, tells=score is not run.begun)]
+
+
+def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
+    """Have a score take over. Parts that stay the same are left alone: what is due in them is sent first."""
+    old = run.score
+    paused = run.mode == "paused"
+    beat = run.transport.origin if paused and not swap.entry else swap.beat(run.transport)
+    before = Before(old, run.scene, run.is_over(beat, facts.over), None if facts.real else facts.poses)
+    score = edited(swap, beat, before)
+    begin, leaving = entering(score, before), old.parts.keys() - score.parts.keys()
+    goes_on = run.mode == "playing" and _same_time(score, old) and not swap.shifts(run.transport)
+    replaced = events.Replaced(score, swap.generation, swap.at, beat, begin, leaving, goes_on, swap.entry)
+    return replace(run, next=None), [
+        Drop({*begin, *leaving} if goes_on else {*old.parts, *score.parts}),
+        SendUntil(swap.at),
+        Prepare(score, begin, swap.at),
+        Then(replaced),
+    ]
+
+
+def _same_time(score: Score, old: Score) -> bool:
+    """Whether a score is as fast as another one, by the same clock."""
+    return score.tempo == old.tempo and score.clock == old.clock
+
+
+def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
+    score, begin, old = event.score, event.entering, run.score.parts
+    recast = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
+    run = replace(run, score=score, begun=score, scene=score.scene, generation=event.generation)
+    run = in_time(run, event.entry, facts)
+    if event.goes_on and not waits(run, facts):
+        acts = begin_parts(run, begin, event.beat, event.at)
+        if others := [robot for robot in recast if robot not in begin]:  # their parts go on with other robots
+            acts += [
+                Resend(others),
+                *(warning_line(f"{score.parts[each].topic} has the part of {each} now") for each in others),
+            ]
+    elif run.mode == "paused" and comes_in(run):
+        run, acts = coming_in(replace(run.left_at(event.beat), continues=True), facts), [Report()]
+    else:
+        run, acts = play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
+    return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *recast})]
+
+
+_RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
+    events.Load: _load,
+    events.Restarted: start_rules.restarted,
+    events.Awaited: start_rules.awaited,
+    events.Listened: start_rules.listened,
+    events.Replaced: _replaced,
+    events.Stop: stop_rules.stop,
+    events.Pause: stop_rules.pause,
+    events.Resume: start_rules.resume,
+    events.Seek: _seek,
+    events.Speed: _speed,
+    events.Silence: _silence,
+    events.EmergencyStop: stop_rules.emergency_stop,
+    events.Changed: start_rules.changed,
+    events.Stood: start_rules.stood,
+    events.Stalled: stop_rules.stalled,
+    events.Overloaded: stop_rules.overloaded,
+    events.Faults: stop_rules.faults,
+    events.Stand: stop_rules.stand,
+    events.TooNear: stop_rules.too_near,
+    events.Returning: _returning,
+    events.Anchored: tempo_rules.anchored,
+    events.Bend: tempo_rules.bend,
+    Due: _due,
+}

@@ -1,0 +1,100 @@
+"""One robot's part of a scene as it is performed, since senses, or where joints stand, decide what it does. It never
+reads a clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+from improv_core.player.setpoints import SHORTEST
+from improv_core.score.movement import ENDLESS, FINEST, Duration, Exact, Movement, Velocity, exact
+from improv_core.score.performer import Performer
+from improv_core.score.performing import Decision
+from improv_core.score.transport import Transport
+
+MOST_CHANGES = 10_000
+"""How often a part may change before time passes: more would make all robots late."""
+
+
+class TooManyChangesError(Exception):
+    """A part changes too often to be performed."""
+
+
+class OpenPart:
+    """A movement that began at a beat. `sensed` is asked for the present value of a sense; None if it is silent.
+
+    If it reads a silent sense, nothing is decided, and the robot stands still while its beats keep counting. If it
+    `has_poses`, where joints stand when a moment of it begins decides what they do.
+    """
+
+    def __init__(
+        self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None], has_poses: bool = False
+    ) -> None:
+        self._movement, self._begins, self._has_poses = movement, begins, has_poses
+        self._performer = Performer(movement, begins)
+        self._sensed = sensed
+        self.due: Duration = begins
+        """The beat at which to perform it next."""
+        self.has_begun = False
+        """Whether it has been performed at all."""
+
+    @property
+    def beat(self) -> Exact:
+        """The beat up to which it has been performed."""
+        return self._performer.beat
+
+    @property
+    def is_over(self) -> bool:
+        return self._performer.is_over
+
+    @property
+    def velocity(self) -> Velocity:
+        """What is performed until something changes."""
+        return self._performer.performed(self._sensed)[0]
+
+    def next_after(self, beat: Exact) -> Exact:
+        """The beat at which an edge that came at `beat` takes effect: what has been performed can't be changed."""
+        if not self.has_begun:
+            return max(beat, self._begins)
+        return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
+
+    def perform(self, beat: Exact) -> list[Decision]:
+        """Perform up to a beat by what is sensed. Raises TooManyChangesError."""
+        return self._perform(beat, self._sensed)
+
+    def skip(self, beat: Exact) -> None:
+        """Perform up to a beat as if no sense were true. Stops early if that takes too many changes."""
+        if not self._movement.open:
+            self._performer = Performer(self._movement, beat, beat - self._begins)
+            return
+        try:
+            self._perform(beat, lambda sense: False)
+        except TooManyChangesError:
+            return
+
+    def plan(self, transport: Transport, performed: float, limit_at: float = math.inf) -> float:
+        """Decide when to perform it next, after this performance time: at its next change or when a joint reaches its
+        limit, but not too soon. Gets ready for that, if it can."""
+        if not self._has_poses:
+            self._performer.foresee()
+        self.due = self._performer.until
+        changes = transport.end(self.due)
+        due = max(min(changes, limit_at), performed + float(SHORTEST))
+        if due != changes:
+            at = transport.beat(transport.clock(due), ENDLESS)
+            self.due = min(at, self.due) if due < changes else max(at, self.due)
+        return due
+
+    def _perform(self, beat: Exact, sensed: Callable[[str], bool | None]) -> list[Decision]:
+        decisions: list[Decision] = []
+        for _ in range(MOST_CHANGES):
+            if self.has_begun and self.beat < beat:
+                until = min(self._performer.until, beat)
+                assert not isinstance(until, float)
+                self._performer.advance(until)
+            self.has_begun = True
+            decisions += self._performer.settle(sensed)
+            if self.is_over or self.beat >= beat:
+                return decisions
+        raise TooManyChangesError

@@ -1,0 +1,117 @@
+"""The clock that a performance follows: what is known of it, and where the performance should be by it. Pure.
+
+Its phase is in beats if it is one of music (MIDI, Ableton Link), and in seconds if it is the time of a simulation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from improv_core.protocol.fields import FASTEST, SLOWEST
+from improv_core.score.peer_clock import Anchor
+from improv_core.score.score import Follow, OutsideClock
+
+NAMES: Mapping[Follow, str] = {"ros": "/clock", "midi": "the MIDI clock", "link": "Ableton Link"}
+"""What people are told of each clock."""
+LOST = 2.0
+"""Seconds of silence after which a clock of music counts as lost, and people are told."""
+STOPPED = 0.2
+"""Seconds without a later time after which the time of a simulation counts as stopped, and at least `MISSED` times as
+long as usual passes between two."""
+MISSED = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Following:
+    """A clock that is followed.
+
+    `anchor` is what was heard last (None: nothing yet). Beat `ours` is to be played when the clock is at `theirs`, and
+    from there on `slope` beats for each unit of its phase. With `silent`, nothing is heard of it anymore. `looks` is
+    the performance time at which to look at it again. With `warned`, people know that it is too fast for a robot.
+    A pause that ends `enters` where the beat of the performance is the clock's, at this performance time.
+    """
+
+    follow: Follow
+    anchor: Anchor | None = None
+    ours: float = 0.0
+    theirs: float = 0.0
+    slope: Fraction = Fraction(0)
+    silent: bool = False
+    looks: float = math.inf
+    warned: bool = False
+    enters: float | None = None
+
+    @property
+    def is_music(self) -> bool:
+        """Whether it counts beats, and not the seconds of a simulation."""
+        return self.follow != "ros"
+
+    @property
+    def name(self) -> str:
+        return NAMES[self.follow]
+
+    @property
+    def rate(self) -> float:
+        """How many units it makes a second; 0 if that isn't known, or if it stands."""
+        return self.anchor.rate if self.anchor else 0.0
+
+    @property
+    def stands(self) -> bool:
+        """Whether robots have to wait for it."""
+        if self.is_music:
+            return self.enters is not None or (self.anchor is not None and not self.anchor.rate)
+        return self.anchor is None or self.silent
+
+    def is_lost(self, now: float) -> bool:
+        """Whether it has been silent for too long at a time on our clock."""
+        if not self.anchor or not self.anchor.rate:
+            return False
+        limit = LOST if self.is_music else max(STOPPED, MISSED * self.anchor.period)
+        return now - self.anchor.at > limit
+
+    def beat(self, now: float) -> float:
+        """The beat that is to be played at a time on our clock."""
+        phase = self.anchor.phase_at(now) if self.anchor else self.theirs
+        return self.ours + (phase - self.theirs) * float(self.slope)
+
+    def aligned(self, slope: Fraction, beat: float, now: float) -> Following:
+        """Playing goes on from a beat, at a time on our clock. A simulation's time counts from there; a musician's
+        beats stay where they are."""
+        if not self.anchor:
+            return self
+        theirs = self.anchor.phase_at(now)
+        if not self.is_music:
+            return replace(self, ours=beat, theirs=theirs, slope=slope)
+        if slope == self.slope:
+            return self
+        ours = self.beat(now) if self.slope else theirs * float(slope)
+        return replace(self, ours=ours, theirs=theirs, slope=slope)
+
+    def late(self, beat: float, bar: int, now: float) -> float:
+        """By how many seconds a performance is late that is at a beat. Music counts in bars: the nearest one fits."""
+        off = self.beat(now) - beat
+        if self.is_music:
+            off = math.remainder(off, bar)
+        return off / float(self.slope) / self.rate
+
+    def until(self, beat: float, slope: Fraction, bar: int, now: float) -> float:
+        """Seconds until it is at this beat of a bar; infinite if that isn't known, or if it isn't of music."""
+        if not self.anchor or not self.rate or not self.is_music or self.silent:
+            return math.inf
+        ours = self.beat(now) if self.slope == slope else self.anchor.phase_at(now) * float(slope)
+        return (beat - ours) % bar / float(slope) / self.rate
+
+
+def followed(before: Following | None, wanted: OutsideClock | None, real: bool) -> Following | None:
+    """The clock that a score wants to follow, on a stage that leads. Only a stage with real robots hears /clock."""
+    if not wanted or (wanted.follow == "ros" and not real):
+        return None
+    return before if before and before.follow == wanted.follow else Following(wanted.follow)
+
+
+def within_reach(pace: float) -> Fraction:
+    """A pace that can be played, exact."""
+    return Fraction(round(min(max(pace, SLOWEST), FASTEST) * 1_000_000), 1_000_000)

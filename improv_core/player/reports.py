@@ -1,0 +1,220 @@
+"""What a stage reports about a performance, from what is decided, what is known, and the clock. Pure functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+from improv_core.player.run import Run
+from improv_core.protocol.fields import PoseJson, to_pose_json
+from improv_core.protocol.messages import (
+    Armed,
+    Bar,
+    Begins,
+    Decided,
+    ErrorLine,
+    Measured,
+    MeasuredRobot,
+    Misplaced,
+    Paced,
+    Poses,
+    Pressed,
+    RobotsSeen,
+    Sensed,
+    StageWarning,
+    Trailing,
+    TransportMessage,
+    Waiting,
+)
+from improv_core.protocol.output import RawJoints
+from improv_core.protocol.robot_messages import (
+    FaultMessage,
+    JointPositions,
+    RobotInstant,
+    Unreached,
+    Vitals,
+    VitalsRobot,
+    WorstJson,
+)
+from improv_core.safety.fault_monitor import RobotNews
+from improv_core.safety.fault_rules import FaultBegan, Worst
+from improv_core.safety.fault_texts import SeenNews, as_line, as_lines
+from improv_core.safety.odometry import Comparison
+from improv_core.score.body import Body
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS, Duration, Exact
+from improv_core.score.performing import Decision
+from improv_core.score.senses import RobotSense
+
+Told = (
+    TransportMessage
+    | Sensed
+    | Decided
+    | Measured
+    | RobotsSeen
+    | Misplaced
+    | Armed
+    | FaultMessage
+    | Vitals
+    | Unreached
+    | JointPositions
+    | Pressed
+    | StageWarning
+    | ErrorLine
+)
+"""What a player reports."""
+
+
+def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float) -> Told:
+    """The playback position at a time on the clock, which is `wall` in Unix time."""
+    beats = run.beats(over)
+    waiting: Waiting = {"waits_for": waits} if waits else {}
+    if run.mode == "paused" and run.too_near:
+        waiting["too_near"] = run.too_near
+    begins = {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}
+    began: Begins = {"begins": begins} if begins else {}
+    if run.score.scene or run.score.since:
+        began["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
+    bar: Bar = {"bar": run.score.bar} if run.score.bar else {}
+    pace: Paced = {"pace": float(run.pace)} if run.clock or run.pace != 1 else {}
+    trailing: Trailing = {"behind": run.behind} if run.behind else {}
+    message: TransportMessage = {
+        "type": "transport",
+        "generation": run.generation,
+        "restarted": run.restarted,
+        "state": run.mode,
+        "backend": backend,
+        "tempo": float(run.tempo),
+        "speed": float(run.speed),
+        "beats": None if beats == ENDLESS else float(beats),
+        "beat": float(run.beat(at, over)),
+        "performed": run.transport.performed(at),
+        "muted": sorted({*run.silenced.muted, *run.stood}),
+        "soloed": sorted(run.silenced.soloed),
+        "monotonic": at,
+        "wall": wall,
+        **poses,
+        **waiting,
+        **began,
+        **bar,
+        **pace,
+        **trailing,
+    }
+    return message
+
+
+def sensed(run: Run, what: RobotSense, value: bool | None, beat: Exact, performed: float, wall: float) -> Told:
+    """What a robot senses from a beat on."""
+    robot, sense = what
+    return {"type": "sensed", "sense": sense, "value": value, **_moment(run, robot, beat, performed, wall)}
+
+
+def decided(run: Run, robot: str, decision: Decision, performed: float, wall: float) -> Told:
+    """What a word of senses has decided."""
+    sources = [[source.statement, *source.span] for source in decision.sources]
+    moment = _moment(run, robot, decision.beat, performed, wall)
+    return {"type": "decided", "sources": sources, "held": decision.held, **moment}
+
+
+def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> MeasuredRobot:
+    """Where a robot was, and where it ideally would have been."""
+    raw, pose, ideal, aligned, follows, *_ = comparison
+    return {
+        "source": raw.source,
+        "frame": raw.frame,
+        "origin": to_pose_json(raw.pose.then(pose.inverse())),
+        "pose": to_pose_json(pose),
+        "ideal": to_pose_json(ideal),
+        "aligned": aligned,
+        "follows": follows,
+        "beat": float(run.beat(raw.at, over)),
+        "performed": run.transport.performed(raw.at),
+        "wall": _nanoseconds(wall),
+    }
+
+
+def joints(run: Run, over: Duration, measured: RawJoints, body: Body, wall: float) -> JointPositions:
+    """Where joints of a robot's body were; what else moves isn't its own."""
+    positions = {name: at + body.joint[name].offset for name, at in measured.positions.items() if name in body.joint}
+    moment = _moment(run, measured.robot, run.beat(measured.at, over), run.transport.performed(measured.at), wall)
+    return {"type": "joints", "positions": positions, **moment}
+
+
+def faults(run: Run, over: Duration, news: Sequence[RobotNews], now: float, wall: float) -> Iterator[FaultMessage]:
+    """What is new about the faults of robots: a message about each, and lines for people."""
+    found = [
+        SeenNews(run.score.parts[robot], each, robot in run.stood, run.stood.get(robot) == now) for robot, each in news
+    ]
+    beat, responses, rejoin = run.beat(now, over), run.score.safety.faults.response, run.score.safety.rejoin
+    words = beat_in_words(run, beat)
+    for each, line in zip(found, as_lines(found, words, responses, rejoin), strict=True):
+        response = responses(each.news.fault)
+        yield {
+            "type": "fault",
+            "fault": each.news.fault,
+            "over": not isinstance(each.news, FaultBegan),
+            "response": response,
+            "worst": worst_json(each.news.worst),
+            "message": as_line(each, words, response, rejoin),
+            "line": line,
+            **_moment(run, each.part.robot, beat, run.transport.performed(now), wall),
+        }
+
+
+def vitals(
+    run: Run,
+    posed: Mapping[str, float],
+    batteries: Mapping[str, float],
+    standing: Collection[str],
+    returning: Collection[str],
+) -> Told:
+    """How the real robots of a score are. `standing` are those that were away, of which some are `returning`."""
+    robots: dict[str, VitalsRobot] = {
+        robot: {
+            "odom": bool(part.odom),
+            "posed": posed.get(robot),
+            "battery": batteries.get(robot),
+            "instead": "drives back" if robot in returning else "stands" if robot in standing else "",
+        }
+        for robot, part in run.score.parts.items()
+    }
+    return {"type": "vitals", "generation": run.generation, "robots": robots}
+
+
+def beat_in_words(run: Run, beat: Exact) -> str:
+    """`beat 12`, or `bar 3, beat 4` if the program says how long bars are. They count from 1."""
+    passed = math.floor(beat)
+    if not run.score.bar:
+        return f"beat {passed + 1}"
+    bar, rest = divmod(passed, run.score.bar)
+    return f"bar {bar + 1}, beat {rest + 1}"
+
+
+def worst_json(worst: Worst) -> WorstJson:
+    """How bad a fault is, as far as it has such a number."""
+    found: WorstJson = {}
+    if worst.distance or worst.turn:
+        found["distance"], found["turn"] = worst.distance, worst.turn
+    if worst.seconds:
+        found["seconds"] = worst.seconds
+    return found
+
+
+def as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
+    """Poses by robot."""
+    return {robot: to_pose_json(pose) for robot, pose in poses.items()}
+
+
+def _moment(run: Run, robot: str, beat: Exact, performed: float, wall: float) -> RobotInstant:
+    """The fields that all edges and decisions have."""
+    return {
+        "generation": run.generation,
+        "robot": robot,
+        "beat": float(beat),
+        "performed": performed,
+        "wall": _nanoseconds(wall),
+    }
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(seconds * 1e9)

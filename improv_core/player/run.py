@@ -1,0 +1,170 @@
+"""Everything that is decided about a performance, as one value: what plays, from where, how fast, who is silent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from improv_core.player.outside_clock import Following, within_reach
+from improv_core.player.start_gate import Gate
+from improv_core.player.takeover import Swap, never_ends
+from improv_core.protocol.messages import State, is_silent
+from improv_core.safety.interlocks import EmergencyStops
+from improv_core.safety.preflight import Standing
+from improv_core.score.movement import ENDLESS, Duration, Exact, near
+from improv_core.score.score import Score
+from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
+
+Mode = State
+"""stopped, waiting (for listeners, before beat 0), playing, paused, or ended."""
+ONE = Fraction(1)
+"""The pace without a clock from outside."""
+EMPTY = Score(Fraction(60), {})
+"""What plays before anything has been loaded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Silenced:
+    """The robots that people have muted, and those that they have soloed."""
+
+    muted: frozenset[str] = frozenset()
+    soloed: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A performance at a moment. Only `decide` makes the next one.
+
+    `score` plays, or played last, with the beats at which its parts began; `begun` is the same as it took over, before
+    scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
+    number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
+    `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
+    by itself once nothing is waited for; the latest one because a robot wasn't seen began at `blind`. One because
+    robots are `too_near` ends when a person says so. Unless `misplaced` is None, playing waits until these robots are
+    in their places, and a person plays again; with `anyway`, it doesn't matter where they stand. While beat 0 waits, a
+    `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and is as soon as
+    this is decided again.
+
+    A `clock` from outside is followed by this stage. `pace` is how many times as fast as the score's tempo and the
+    speed say a clock has it play, followed by this stage or by the one that leads. It plays so many seconds `behind`
+    that one.
+
+    Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
+    """
+
+    mode: Mode = "stopped"
+    score: Score = EMPTY
+    begun: Score = EMPTY
+    scene: int = 0
+    generation: int = 0
+    restarted: int = 0
+    transport: Transport = field(default_factory=lambda: Transport(0.0, 0.0, 0, EMPTY.tempo))
+    next: Swap | None = None
+    speed: Fraction = Fraction(1)
+    silenced: Silenced = Silenced()
+    stood: Mapping[str, float] = field(default_factory=dict)
+    stops: EmergencyStops = field(default_factory=EmergencyStops)
+    continues: bool = False
+    misplaced: Mapping[str, Standing] | None = None
+    anyway: bool = False
+    too_near: tuple[str, ...] = ()
+    blind: float = -math.inf
+    gate: Gate | None = None
+    is_due: bool = False
+    clock: Following | None = None
+    pace: Fraction = ONE
+    behind: float = 0.0
+
+    @property
+    def beat_period(self) -> float:
+        """How many seconds a beat takes."""
+        return float(60 / self.tempo)
+
+    @property
+    def tempo(self) -> Fraction:
+        """The actual tempo in beats per minute, including the speed factor and the pace of a clock from outside."""
+        usual = self.score.tempo * self.speed
+        return usual if self.pace is ONE else usual * self.pace
+
+    @property
+    def bar(self) -> int:
+        """How many beats a bar has."""
+        return self.score.bar or BEATS_PER_BAR
+
+    @property
+    def slope(self) -> Fraction:
+        """How many beats pass for each unit of the clock that is followed: its beats, or a simulation's seconds."""
+        return self.speed if self.clock and self.clock.is_music else self.speed * self.score.tempo / 60
+
+    def pace_at(self, rate: float) -> Fraction:
+        """The pace that makes this many units of the clock a second."""
+        return within_reach(rate * 60 / float(self.score.tempo) if self.clock and self.clock.is_music else rate)
+
+    @property
+    def simulated_pace(self) -> float:
+        """How much of a simulation's time passes in a second, by which its robots understand velocities."""
+        return float(self.pace) if self.clock and not self.clock.is_music else 1.0
+
+    def later(self, beat: Exact, seconds: float) -> Exact:
+        """The beat that comes so many seconds after another one, at the tempo of the run, even past the end."""
+        return near(max(float(beat) + seconds / self.beat_period, 0.0)) if seconds else beat
+
+    def aligned(self, beat: Exact, now: float) -> Run:
+        """Going on from a beat, at a time on our clock, by the clock that is followed."""
+        if not self.clock or not self.clock.rate:
+            return self
+        clock = self.clock.aligned(self.slope, float(beat), now)
+        return replace(self, clock=replace(clock, looks=self.transport.performed(now)), pace=self.pace_at(clock.rate))
+
+    @property
+    def moves(self) -> bool:
+        """Whether the score has anything to play. A score without only stops its robots."""
+        return bool(self.score.beats or self.score.open)
+
+    @property
+    def has_next_scene(self) -> bool:
+        return self.scene + 1 < self.score.scenes
+
+    def ends(self, over: Duration) -> Duration:
+        """The beat at which the next scene begins, or all ends."""
+        return over if isinstance(over, float) or not self.has_next_scene else math.ceil(over)
+
+    def is_over(self, beat: Exact, over: Duration) -> bool:
+        """Whether the whole score is over at a beat."""
+        return not self.has_next_scene and not isinstance(over, float) and beat >= near(float(over))
+
+    def beats(self, over: Duration) -> Duration:
+        """How long the score lasts, as far as that is known."""
+        if not self.score.open:
+            return self.score.beats
+        return ENDLESS if self.has_next_scene else over
+
+    def beat(self, now: float, over: Duration) -> Exact:
+        """The beat at a time on the clock."""
+        playing = self.mode == "playing"
+        return self.transport.beat(now, self.beats(over)) if playing else self.transport.origin
+
+    def switch_time(self, when: Switch, performed: float, beats_per_bar: int, over: Duration) -> float:
+        """When another score takes over. One that waits for the end of an open score waits until that is known.
+
+        The bars are those of the score that plays, if it says how long they are.
+        """
+        beats = self.beats(over)
+        if when == "end" and beats == ENDLESS and not never_ends(self.score):
+            return math.inf
+        return self.transport.switch_time(when, performed, beats, self.score.bar or beats_per_bar)
+
+    def is_silent(self, robot: str, standing: Collection[str]) -> bool:
+        """Whether a robot stands although its part moves it; `standing` are those that wait for the next play."""
+        return robot in standing or robot in self.stood or is_silent(robot, self.silenced.muted, self.silenced.soloed)
+
+    def at_scene_of(self, score: Score, beat: Exact) -> Run:
+        """With this score, at the scene that plays at a beat if no sense ever holds."""
+        index, _ = score.scene_at(beat)
+        return replace(self, score=score, begun=score, scene=index)
+
+    def left_at(self, beat: Exact) -> Run:
+        """With this as the beat at which playing stopped."""
+        return replace(self, transport=replace(self.transport, origin=beat))

@@ -1,0 +1,105 @@
+"""What robots sense, from the latest edges, the keys that are held, the cue, and what people force."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from improv_core.protocol.messages import Sensed
+from improv_core.score.movement import Exact, near
+from improv_core.score.senses import CUE, BuiltIn, Key, OscName, RobotSense, Senses
+
+
+class Foreseen(NamedTuple):
+    """An edge of a robot's sense at a beat of the performance."""
+
+    beat: Exact
+    what: RobotSense
+    value: bool | None
+
+
+def foreseen(sensed: Sensed) -> Foreseen:
+    """The edge in a message."""
+    return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
+
+
+class Sensing:
+    """The state of all senses and of deadman buttons, and the edges that were announced."""
+
+    def __init__(self) -> None:
+        self._latest: dict[RobotSense, bool | None] = {}
+        self._forced: dict[RobotSense, bool] = {}
+        self._keys: set[str] = set()  # that are held
+        self._announced: deque[Foreseen] = deque()  # in their order
+        self.held: frozenset[str] = frozenset()
+        """The deadman buttons that are held."""
+        self.cued = False
+        """Whether the cue is being given."""
+        self.follows = False
+        """Whether only announced edges count."""
+        self.replays = False
+        """Whether they are from a recording, and not from the stage that leads."""
+
+    def restart(self, *, follows: bool, replays: bool) -> None:
+        """The performance starts over. A stage that follows forgets what robots sensed."""
+        self.follows, self.replays = follows, replays
+        if follows:
+            self._latest = {}
+
+    def value(self, what: RobotSense, senses: Senses) -> bool | None:
+        """What a robot that has these senses senses now; None if that is not known."""
+        if what in self._forced:
+            return self._forced[what]
+        source = senses.get(what.sense)
+        if what.sense == CUE and isinstance(source, BuiltIn):
+            return self.cued
+        if isinstance(source, Key) and not self.follows:
+            return source.key in self._keys
+        if isinstance(source, OscName) and not self.follows:
+            return self._latest.get(what, False)
+        return self._latest.get(what)
+
+    def take(self, what: RobotSense, value: bool | None) -> None:
+        """Take an edge."""
+        self._latest[what] = value
+
+    def hold(self, button: str, held: bool | None) -> None:
+        """Somebody holds or releases a deadman button; silence counts as released."""
+        self.held = self.held | {button} if held else self.held - {button}
+
+    def hold_key(self, key: str, held: bool) -> None:
+        """Somebody holds or releases a key."""
+        (self._keys.add if held else self._keys.discard)(key)
+
+    def force(self, what: RobotSense, value: bool | None) -> None:
+        """Make a robot sense something, whatever is around it. None ends that."""
+        self._forced.pop(what, None)
+        if value is not None:
+            self._forced[what] = value
+
+    def is_forced(self, what: RobotSense) -> bool:
+        """Whether edges of a sense change nothing."""
+        return what in self._forced
+
+    def announce(self, edges: Iterable[Foreseen]) -> None:
+        """Announce edges that come at their beats."""
+        self._announced.extend(edges)
+
+    @property
+    def announced(self) -> Exact | None:
+        """The beat of the next edges that were announced."""
+        return self._announced[0].beat if self._announced else None
+
+    def take_announced(self) -> list[Foreseen]:
+        """Take the edges that were announced for the next such beat."""
+        beat, taken = self.announced, list[Foreseen]()
+        while self._announced and self._announced[0].beat == beat:
+            edge = self._announced.popleft()
+            self.take(edge.what, edge.value)
+            taken.append(edge)
+        return taken
+
+    def forget_announced(self) -> None:
+        """Playback jumps: edges that were announced no longer come."""
+        self._announced.clear()

@@ -1,0 +1,168 @@
+"""Watches whether real robots keep apart while they play, and whether they are seen at all, by their measured poses.
+
+It decides nothing, and never reads a clock. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+from improv_core.player.events import TooNear
+from improv_core.player.run import Run
+from improv_core.protocol.fields import to_pose_json
+from improv_core.protocol.messages import RobotsSeen, SeenRobot
+from improv_core.protocol.output import RawPose, Sink
+from improv_core.safety.fault_texts import in_one_phrase
+from improv_core.safety.odometry import Odometry
+from improv_core.safety.separation import Proximity
+from improv_core.score.following import OLDEST
+from improv_core.score.motion import Pose
+from improv_core.score.score import Score
+
+FROM_ELSEWHERE = "another stage"
+"""The source of poses of robots that stages elsewhere move."""
+QUIET = 10.0
+"""Seconds for which poses of a robot elsewhere must have come in time until people are told again that they don't: on
+a bad link, that changes all the time."""
+
+
+class Guard:
+    """The latest poses of robots, and what people know about those that aren't guarded. Only real ones are."""
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+        self._proximity = Proximity()
+        self._told: set[str] = set()  # robots that people know are not guarded
+        self._lost: dict[str, float] = {}  # those of which no poses come now, and when that was so last
+        self._delayed: set[str] = set()  # those whose poses come too late
+        self._misdated: set[str] = set()  # those whose poses have stamps of another time
+
+    def forget(self) -> None:
+        """Name all robots again that aren't guarded, since somebody has restarted everything."""
+        self._told, self._lost, self._delayed, self._misdated = set(), {}, set(), set()
+
+    def hear(self, poses: Iterable[RawPose]) -> None:
+        """Take measured poses."""
+        self._proximity = self._proximity.heard(poses)
+
+    def shared(self, run: Run, poses: Iterable[RawPose]) -> RobotsSeen | None:
+        """What stages elsewhere have to know of these poses, which were measured here, so that robots keep apart."""
+        parts = run.score.parts
+        if not self._sink.real or run.score.world.keep_apart is None or run.mode in ("stopped", "ended"):
+            return None
+        if not any(part.elsewhere for part in parts.values()):
+            return None
+        ours = _guarded(run).keys() & _ours(run)
+        robots: dict[str, SeenRobot] = {
+            raw.robot: {"at": raw.at, "pose": to_pose_json(raw.pose)} for raw in poses if raw.robot in ours
+        }
+        return {"type": "seen", "robots": robots} if robots else None
+
+    def unseen(self, run: Run, now: float) -> list[str]:
+        """The robots that must be seen and aren't at a time on the clock."""
+        watched = _ours(run) if self._sink.real and run.score.safety.sight else ()
+        return [robot for robot in watched if now >= self._proximity.fresh_until([robot])]
+
+    def poses(self, run: Run, now: float) -> dict[str, Pose]:
+        """Where the robots are that are guarded and seen at a time on the clock."""
+        seen = self._proximity.seen
+        return {robot: seen[robot].pose for robot in _guarded(run) if self._proximity.is_fresh(robot, now)}
+
+    def look(self, run: Run, now: float) -> TooNear | None:
+        """The robots that are too near to each other at a time on the clock, if there are any."""
+        if not self._sink.real or (keep_apart := run.score.world.keep_apart) is None:
+            return None
+        self._proximity, found = self._proximity.looked(
+            run.mode == "playing", _guarded(run), keep_apart, now, {*_ours(run)}
+        )
+        return TooNear(found) if found else None
+
+    def deadline(self, run: Run) -> float:
+        """The time on the clock at which a robot that must be seen isn't; infinite if none must be."""
+        must_be_seen = self._sink.real and run.mode == "playing" and run.score.safety.sight
+        return self._proximity.fresh_until(_ours(run)) if must_be_seen else math.inf
+
+    def lines(self, run: Run, odometry: Odometry, now: float) -> Iterator[str]:
+        """What people should know about poses and what depends on them, each once."""
+        yield from self.news(run, now)
+        yield from self.clocks(run, odometry.clocks())
+        yield from self.delays(run, odometry.ages())
+
+    def news(self, run: Run, now: float) -> Iterator[str]:
+        """Lines about robots that aren't guarded, each once."""
+        if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing" or not _ours(run):
+            return
+        parts, guarded = run.score.parts, _guarded(run)
+        if unknown := sorted(parts.keys() - guarded.keys() - self._told):
+            self._told |= {*unknown}
+            yield f'`keep_apart` doesn\'t guard {", ".join(unknown)}: that needs poses with `odom_frame = "world"`'
+        lost = {robot for robot in guarded if not self._proximity.is_fresh(robot, now)}
+        if new := lost - self._lost.keys():
+            yield f"`keep_apart` doesn't guard {in_one_phrase(sorted(new))} now: no pose came for {OLDEST} s"
+        far = {robot: at for robot, at in self._lost.items() if robot in guarded and parts[robot].elsewhere}
+        self._lost = {robot: at for robot, at in far.items() if now < at + QUIET} | dict.fromkeys(lost, now)
+
+    def clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
+        """Lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. They are so
+        many seconds `ahead`."""
+        if not self._sink.real or run.mode != "playing":
+            return
+        parts = run.score.parts
+        for robot in _dependent(run):
+            if robot not in ahead or robot in self._misdated or parts[robot].use_sim_time:
+                continue
+            self._misdated.add(robot)
+            seconds = ahead[robot]
+            off = f"{abs(seconds):.1f} s {'ahead of' if seconds > 0 else 'behind'}"
+            yield (
+                f"the clock that stamps poses of {robot} is {off} this machine's, so nobody knows how old they are: "
+                "they count from when they come; synchronize the clocks, such as with chrony"
+            )
+
+    def delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
+        """Lines about robots whose poses come too late to be of use. `ages` are how old they were at least when they
+        came, in seconds."""
+        if not self._sink.real or run.mode != "playing":
+            return
+        late = {robot for robot in _dependent(run) if ages.get(robot, 0.0) > OLDEST}
+        if new := late - self._delayed:
+            seconds = max(ages[robot] for robot in new)
+            yield (
+                f"poses of {in_one_phrase(sorted(new))} come {seconds:.1f} s after they were measured: those "
+                f"older than {OLDEST} s correct no path and keep nobody apart; check the network, or the clock that "
+                "stamps them"
+            )
+        if over := (self._delayed - late) & ages.keys():
+            yield f"poses of {in_one_phrase(sorted(over))} come in time again"
+        self._delayed = (self._delayed | late) - over
+
+
+def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
+    """Where robots are that other stages move, as these say. None was measured later than now."""
+    return [
+        RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now))
+        for robot, each in seen["robots"].items()
+        if robot in score.parts and score.parts[robot].elsewhere
+    ]
+
+
+def _ours(run: Run) -> list[str]:
+    """The robots that this stage moves."""
+    return [robot for robot, part in run.score.parts.items() if not part.elsewhere]
+
+
+def _dependent(run: Run) -> list[str]:
+    """The robots for which it matters how old their poses are."""
+    keeps = run.score.world.keep_apart is not None or run.score.safety.sight
+    guarded = _guarded(run) if keeps else {}
+    return [robot for robot, part in run.score.parts.items() if part.follow or robot in guarded]
+
+
+def _guarded(run: Run) -> Mapping[str, float]:
+    """The radii of the robots whose poses are in the world that all share."""
+    return {
+        robot: part.profile.radius
+        for robot, part in run.score.parts.items()
+        if (part.odom or part.elsewhere) and part.odom_frame == "world"
+    }

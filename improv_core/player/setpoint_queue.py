@@ -1,0 +1,212 @@
+"""Sends setpoints when they are due: changes of velocity from a queue, and repeats in between.
+
+It never reads a clock; times are performance times, in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from heapq import heapify, heappop, heappush
+from typing import NamedTuple
+
+from improv_core.player.repeats import Repeats
+from improv_core.player.setpoints import Setpoint, Velocity, zeros
+from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.score.motion import STILL
+from improv_core.score.performance import Mover
+from improv_core.score.score import Part
+
+
+class SetpointQueue:
+    """The next setpoint of each mover, which is a robot's base or one of its body parts, and the velocities they hold.
+
+    `send` sends a mover a velocity at a performance time. `is_silent` is asked whether a robot must stand now although
+    its part moves it; then `withhold` gets the velocity instead.
+    """
+
+    def __init__(
+        self,
+        send: Callable[[Mover, Velocity, float], None],
+        is_silent: Callable[[str], bool],
+        withhold: Callable[[Mover, Velocity, float], None] = lambda mover, velocity, at: None,
+    ) -> None:
+        self._send_now = send
+        self._is_silent = is_silent
+        self._withhold = withhold
+        self._queue: list[_Due] = []
+        self._wanted: dict[Mover, Velocity] = {}  # each velocity, or what it would be if the robot were not silent
+        self._zeros_left: dict[Mover, int] = {}  # for those of silent robots
+        self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
+        self.repeats = Repeats()
+        """The movers that hold a velocity."""
+
+    @property
+    def due(self) -> float:
+        """When the next change is due."""
+        return self._queue[0].at if self._queue else math.inf
+
+    def movers(self, robots: Iterable[str]) -> list[Mover]:
+        """The bases of robots, and their body parts that have had a setpoint."""
+        return [mover for robot in robots for mover in (Mover(robot), *self._limbs.get(robot, ()))]
+
+    def restart(self, robots: Collection[str], performed: float) -> None:
+        """Performance time starts over, and these robots begin. Those that left before still get their last zeros."""
+        left = [due for due in self._queue if due.mover.robot not in robots]
+        self._limbs = {due.mover.robot: self._limbs[due.mover.robot] for due in left if due.mover.part}
+        self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
+        heapify(self._queue)
+        self._wanted = {}
+        self.repeats.restart()
+
+    def begin(self, robots: Collection[str]) -> None:
+        """Get ready for new setpoints of these robots."""
+        movers = self.movers(robots)
+        self.drop(movers)
+        for mover in movers:
+            self._zeros_left[mover] = LAST_ZEROS if self._is_silent(mover.robot) else 0
+
+    def drop(self, movers: Collection[Mover]) -> None:
+        """Drop the setpoints of movers. Those that have left the score still get their zeros."""
+        self.drop_changes(movers)
+        for mover in movers:
+            self.repeats.release(mover)
+
+    def drop_changes(self, movers: Collection[Mover]) -> None:
+        """Drop the setpoints of movers, which hold their velocities."""
+        self._queue = [due for due in self._queue if due.mover not in movers]
+        heapify(self._queue)
+
+    def add(self, mover: Mover, told: Iterator[Setpoint], offset: float) -> None:
+        """Send a mover these setpoints, whose times count from `offset`."""
+        if following := next(told, None):
+            at, velocity, held = following
+            self._push(_Due(at + offset, mover, velocity, held, told, offset))
+
+    def begin_open(self, mover: Mover, at: float) -> None:
+        """An open part begins: whatever it does first is sent."""
+        self._wanted.pop(mover, None)
+        self.add_open(mover, at)
+
+    def add_open(self, mover: Mover, at: float) -> None:
+        """A mover's open part is to be performed at this time."""
+        self._push(_Due(at, mover, None, True, iter(()), 0.0))
+
+    def hold(self, mover: Mover, velocity: Velocity, rate: float, at: float) -> None:
+        """Send a mover a velocity if it is a new one, and repeat it at `rate` Hz."""
+        if velocity != self._wanted.get(mover):
+            self._send(mover, velocity, at)
+            self.repeats.hold(mover, rate, at)
+
+    def send_changes(self, until: float, parts: Mapping[str, Part], perform: Callable[[Mover, float], None]) -> None:
+        """Send every change until then, and only then compute the next ones. `perform` performs open parts."""
+        due = []
+        while self._queue and self._queue[0].at <= until:
+            due.append(heappop(self._queue))
+        sent = 0
+        try:
+            for each in due:
+                sent += 1
+                if each.velocity is None:
+                    perform(each.mover, each.at)
+                else:
+                    self._send(each.mover, each.velocity, each.at)
+        finally:
+            # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
+            for at, mover, velocity, held, rest, offset in due[:sent]:
+                if velocity is None:
+                    continue
+                if held:
+                    self.repeats.hold(mover, parts[mover.robot].profile.command_rate, at)
+                else:
+                    self.repeats.release(mover)
+                self.add(mover, rest, offset)
+            for each in due[sent:]:
+                heappush(self._queue, each)
+
+    def send_repeats(self, performed: float) -> None:
+        """Send the repeats of one slot if they are due."""
+        if self.repeats.due <= performed:
+            for mover in self.repeats.take(performed):
+                self._send(mover, self._wanted[mover], performed)
+
+    def resend(self, robot: str, at: float) -> None:
+        """Send a robot what it does now that it has become silent, or no longer is."""
+        self.silence([robot])
+        for mover in self.movers([robot]):
+            self._send(mover, self._wanted.get(mover, STILL), at)
+
+    def silence(self, robots: Collection[str]) -> None:
+        """Send robots that have become silent their last zeros instead of what follows."""
+        self._zeros_left.update(dict.fromkeys(self.movers(robots), LAST_ZEROS))
+
+    def stop(self, parts: Mapping[str, Part], performed: float) -> list[Exception]:
+        """Stop robots at once. If one can't be stopped, the others still are; returns the exceptions."""
+        movers = self.movers(parts)
+        self.drop(movers)
+        problems = []
+        for mover in movers:
+            burst = zeros(performed, 1 / parts[mover.robot].profile.command_rate)
+            try:
+                self._send_now(mover, STILL, next(burst).at)
+            except Exception as problem:  # a sink's library may raise anything
+                problems.append(problem)
+            self.add(mover, burst, 0.0)
+        return problems
+
+    def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
+        """Stop robots at once whose topic or message type changes, and those that leave while another one takes their
+        topic."""
+        taken = {part.topic for part in after.values()}
+        for robot, part in before.items():
+            later = after.get(robot)
+            moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
+            if moved or (not later and part.topic in taken):
+                for _ in range(LAST_ZEROS):
+                    self.still(self.movers([robot]), performed)
+            elif later and later.profile.body != part.profile.body:
+                self.still(self.movers([robot])[1:], performed)
+
+    def still(self, movers: Iterable[Mover], performed: float) -> None:
+        """Send movers a zero at once."""
+        for mover in movers:
+            self._send_now(mover, STILL, performed)
+
+    def stop_leaving(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
+        """Send robots that have left their last zeros, unless another robot has their topic now."""
+        taken = {part.topic for part in after.values()}
+        for robot in before.keys() - after.keys():
+            part = before[robot]
+            if part.topic not in taken:
+                for mover in self.movers([robot]):
+                    self.add(mover, zeros(0.0, 1 / part.profile.command_rate), performed)
+
+    def _push(self, due: _Due) -> None:
+        if due.mover.part:
+            self._limbs.setdefault(due.mover.robot, {})[due.mover] = None
+        heappush(self._queue, due)
+
+    def _send(self, mover: Mover, velocity: Velocity, at: float) -> None:
+        self._wanted[mover] = velocity
+        if not self._is_silent(mover.robot):
+            self._send_now(mover, velocity, at)
+            return
+        if left := self._zeros_left.get(mover, 0):
+            self._zeros_left[mover] = left - 1
+            self._send_now(mover, STILL, at)
+        self._withhold(mover, velocity, at)
+
+
+class _Due(NamedTuple):
+    """A mover's next setpoint at a performance time, and the rest of them, whose times count from `offset`.
+
+    A setpoint without a velocity is that of an open part: what it is depends on where the joints stand and on what is
+    sensed when it is due.
+    """
+
+    at: float
+    mover: Mover
+    velocity: Velocity | None
+    held: bool
+    rest: Iterator[Setpoint]
+    offset: float

@@ -1,0 +1,116 @@
+"""What has robots stand: stops, pauses, and faults. Pure rules of the player: `(run, event, facts) -> (run, acts)`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from improv_core.player import events
+from improv_core.player.acts import Act, Report, Resend, Tell, TellFaults, Zero
+from improv_core.player.events import Facts
+from improv_core.player.run import Mode, Run
+from improv_core.safety.fault_rules import FaultBegan
+from improv_core.safety.fault_texts import may_still_move
+from improv_core.safety.separation import as_line
+
+Decided = tuple[Run, list[Act]]
+
+
+def stop(run: Run, event: events.Stop, facts: Facts) -> Decided:
+    if run.mode == "waiting" and not run.moves:
+        return run, []  # it waits only so that it can stop robots, and none of them would hear it yet
+    run, acts = leave(run, "stopped", facts)
+    return run, [*acts, *_unreached(run, facts)]
+
+
+def pause(run: Run, event: events.Pause, facts: Facts) -> Decided:
+    if run.mode == "waiting" and (run.gate or facts.real):
+        return stop(run, events.Stop(), facts)  # or it would begin although a person wants robots to stand
+    run = replace(run, continues=False)
+    if run.mode != "playing":
+        return run, []
+    run, acts = leave(run, "paused", facts)
+    return run, [*acts, *_unreached(run, facts)]
+
+
+def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decided:
+    stops = run.stops.heard(event.topic, event.pressed)
+    if stops == run.stops:
+        return run, []
+    run = replace(run, stops=stops)
+    told = Tell(stops.message)  # first, so that a person who reads the line and saves is not refused
+    if event.pressed:
+        run, acts = stop(run, events.Stop(), facts)
+        return run, [told, *acts, error_line(f"the emergency stop on {event.topic} is on, so all robots were stopped")]
+    return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: save to play again")]
+
+
+def stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
+    run, acts = stop(run, events.Stop(), facts)
+    line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: save to play again"
+    return run, [*acts, error_line(line)]
+
+
+def overloaded(run: Run, event: events.Overloaded, facts: Facts) -> Decided:
+    run, acts = stop(run, events.Stop(), facts)
+    count = len(run.score.parts)
+    return run, [
+        *acts,
+        error_line(f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"),
+    ]
+
+
+def faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
+    rules = run.score.safety.faults
+    began = [(each.robot, rules.response(each.news.fault)) for each in event.found if isinstance(each.news, FaultBegan)]
+    acts: list[Act] = []
+    if any(response == "stop" for _, response in began):
+        run, acts = stop(run, events.Stop(), facts)
+    for robot in [robot for robot, response in began if response == "stand"]:
+        run, more = stand(run, events.Stand(robot), facts)
+        acts += more
+    return run, [*acts, TellFaults(event.found)]
+
+
+def stand(run: Run, event: events.Stand, facts: Facts) -> Decided:
+    robot = event.robot
+    if robot in run.stood or robot not in run.score.parts:
+        return run, []
+    resent: list[Act] = [Resend([robot])] if run.mode == "playing" and not run.is_silent(robot, facts.standing) else []
+    return replace(run, stood={**run.stood, robot: facts.now}), [*resent, Report()]
+
+
+def too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
+    keep_apart = run.score.world.keep_apart
+    if run.mode != "playing" or keep_apart is None:
+        return run, []
+    run, acts = leave(run, "paused", facts)
+    robots = tuple(dict.fromkeys(robot for near in event.found for robot in near.robots))
+    line = as_line(event.found, keep_apart)
+    return replace(run, too_near=robots), [*acts, Tell({"type": "warning", "message": line, "too_near": robots})]
+
+
+def leave(run: Run, mode: Mode, facts: Facts) -> Decided:
+    """Stop all robots here."""
+    run = run.left_at(run.beat(facts.now, facts.over))
+    following = run.next if mode == "paused" else None
+    if run.clock:
+        run = replace(run, clock=replace(run.clock, enters=None, looks=math.inf))
+    return replace(run, mode=mode, continues=False, too_near=(), next=following), [Zero(), Report()]
+
+
+def _unreached(run: Run, facts: Facts) -> list[Act]:
+    """Name the robots that were told to stop, and may not have heard it."""
+    robots = [robot for robot in run.score.parts if robot in facts.unreached]
+    if not robots:
+        return []
+    line = may_still_move(robots)
+    return [Tell({"type": "unreached", "generation": run.generation, "robots": robots, "message": line})]
+
+
+def error_line(line: str) -> Tell:
+    return Tell({"type": "error", "message": line})
+
+
+def warning_line(line: str) -> Tell:
+    return Tell({"type": "warning", "message": line})

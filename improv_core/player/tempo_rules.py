@@ -1,0 +1,146 @@
+"""How a performance follows another clock: it bends. Pure rules of the player: `(run, event, facts) -> (run, acts)`.
+
+A bend changes only how fast the beats pass. So the beat never jumps, and robots get new velocities as they do when a
+person sets the speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+from improv_core.player import events
+from improv_core.player.acts import Act, Dismiss
+from improv_core.player.agenda import Due
+from improv_core.player.events import Facts
+from improv_core.player.outside_clock import Following
+from improv_core.player.run import Run
+from improv_core.player.start_rules import OPENS, changed, coming_in, go_on, waits
+from improv_core.player.stop_rules import Decided, warning_line
+from improv_core.protocol.fields import FASTEST, SLOWEST
+from improv_core.score.ceiling import ceiling
+from improv_core.score.movement import near
+from improv_core.score.peer_clock import bent
+
+LOOK = 0.25
+"""Seconds until the clock is looked at again, although nothing was heard of it: a bend must not last too long."""
+NOTICED = 0.005
+"""The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
+SOON = 0.95
+"""The share of the tempo at which a robot would be too fast, from which on people are told."""
+
+
+def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
+    """Something is heard of the clock."""
+    before = run.clock
+    if not before:
+        return run, []
+    clock = replace(before, anchor=event.anchor, silent=False)
+    run, acts = replace(run, clock=clock), list[Act]()
+    if before.silent and before.is_music:
+        acts.append(warning_line(f"{clock.name} is heard again"))
+    if run.mode == "waiting":
+        return _at_bar(run, clock, facts), acts
+    if run.mode == "paused" and run.continues and clock.is_music:
+        return coming_in(run, facts), acts
+    if clock.stands or run.mode == "paused":
+        run, more = changed(run, events.Changed(), facts)
+        return run, [*acts, *more]
+    if run.mode != "playing":
+        return run, acts
+    performed = run.transport.performed(facts.now)
+    if before.anchor and before.anchor.jumps != event.anchor.jumps and not clock.is_music:
+        beat = float(run.beat(facts.now, facts.over))
+        run = replace(run, clock=clock.aligned(clock.slope, beat, facts.now))
+        acts.append(warning_line(f"the time on {clock.name} has jumped: the dance goes on from where it is"))
+    run, more = _bend(run, performed, facts)
+    return run, [*acts, *more]
+
+
+def looked(run: Run, due: Due, facts: Facts) -> Decided:
+    """It is time to look at the clock."""
+    clock, acts = run.clock, list[Act]()
+    assert clock
+    now = run.transport.clock(due.at)
+    if run.mode == "paused":
+        clock = replace(clock, enters=None, looks=math.inf)
+        return changed(replace(run, clock=clock), events.Changed(), facts)
+    if clock.is_lost(now) and not clock.silent:
+        clock = replace(clock, silent=True)
+        run = replace(run, clock=clock)
+        if not clock.is_music:
+            return _stood_still(run, clock, facts)
+        line = f"nothing is heard of {clock.name}: the dance goes on at {float(run.tempo):.1f} beats per minute"
+        acts.append(warning_line(line))
+    run, more = _bend(run, due.at, facts)
+    return run, [*acts, *more]
+
+
+def bend(run: Run, event: events.Bend, facts: Facts) -> Decided:
+    """The stage that leads plays at another pace since a time on the clock: play at the same."""
+    run = replace(run, pace=Fraction(str(event.pace)))
+    if run.mode != "playing" or waits(run, facts):
+        return replace(run, transport=replace(run.transport, tempo=run.tempo)), []
+    beat = event.beat + max(facts.now - event.at, 0.0) / run.beat_period
+    return go_on(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
+
+
+def _stood_still(run: Run, clock: Following, facts: Facts) -> Decided:
+    """The time of a simulation stands still: pause. What robots have been told since it does, they haven't done, so it
+    is played again, unless senses have decided something meanwhile."""
+    then, acts = changed(run, events.Changed(), facts)
+    if then.mode != "paused" or not clock.anchor or run.score.open:
+        return then, acts
+    beat = near(min(max(clock.beat(clock.anchor.at), 0.0), float(then.transport.origin)))
+    return then.at_scene_of(then.begun, beat).left_at(beat), [*acts, Dismiss()]
+
+
+def _bend(run: Run, performed: float, facts: Facts) -> Decided:
+    """Play faster or slower, so that the clock and the performance meet."""
+    clock, now = run.clock, run.transport.clock(performed)
+    assert clock
+    if not clock.rate:
+        return replace(run, clock=replace(clock, looks=math.inf)), []
+    beat = run.beat(now, facts.over)
+    if not clock.slope:  # playing began without it
+        clock = clock.aligned(run.slope, float(beat), now)
+    late = clock.late(float(beat), run.bar, now)
+    pace = run.pace_at(bent(clock.anchor, late) if clock.anchor else 0.0)
+    rests = clock.silent and abs(pace / run.pace - 1) < NOTICED
+    run, acts = _warned(replace(run, clock=replace(clock, looks=math.inf if rests else performed + LOOK)))
+    if abs(pace / run.pace - 1) < NOTICED or waits(run, facts):
+        return run, acts
+    run, more = go_on(replace(run, pace=pace), beat, performed, facts)
+    return run, [*acts, *more]
+
+
+def _warned(run: Run) -> Decided:
+    """Say it before the clock makes a robot too fast, or is too fast or too slow itself."""
+    clock = run.clock
+    assert clock
+    if not clock.is_music:
+        return run, []  # velocities are those of the simulation, whatever its speed
+    asked = clock.rate * 60 * float(run.speed)
+    lowest, highest = (float(run.score.tempo * run.speed) * factor for factor in (SLOWEST, FASTEST))
+    robot, most = ceiling(run.score)
+    is_fast, is_out = asked > most * SOON, not lowest <= asked <= highest
+    if not (is_fast or is_out):
+        return replace(run, clock=replace(clock, warned=False)), []
+    if clock.warned:
+        return run, []
+    run = replace(run, clock=replace(clock, warned=True))
+    if is_fast and most < highest:
+        line = f"{robot} may be too slow from {most:.0f} beats per minute on, so it would leave its path"
+    else:
+        line = f"the dance plays from {lowest:.0f} to {highest:.0f} beats per minute, so it can't keep up"
+    return run, [warning_line(f"{clock.name} runs at {asked:.0f}: {line}")]
+
+
+def _at_bar(run: Run, clock: Following, facts: Facts) -> Run:
+    """Beat 0 is at the next bar of the clock, if it waits for that."""
+    gate = run.gate
+    if not gate or not gate.at_bar or (gate.ready and abs(gate.begins - facts.wall) < OPENS):
+        return run
+    left = clock.until(0, run.slope, run.bar, facts.now)
+    return replace(run, gate=replace(gate, begins=facts.wall + left, opened=facts.now + left))

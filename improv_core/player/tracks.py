@@ -1,0 +1,415 @@
+"""What robots are told, and when: fast, mutable, and without decisions. Those are in `decide.py`.
+
+It never reads a clock. `performed` and `at` are performance times: seconds since the latest restart, including pauses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+
+from improv_core.player import reports
+from improv_core.player.active_parts import Cast, closed_part
+from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edges
+from improv_core.player.events import Event, Facts, Load
+from improv_core.player.joint_commands import JointCommands
+from improv_core.player.limb_tracks import Limbs
+from improv_core.player.open_part import TooManyChangesError
+from improv_core.player.reports import Told
+from improv_core.player.return_state import Returns
+from improv_core.player.run import EMPTY, Run
+from improv_core.player.sensing import Sensing
+from improv_core.player.separation_monitor import Guard
+from improv_core.player.setpoint_queue import SetpointQueue
+from improv_core.player.setpoints import Velocity, zeros
+from improv_core.player.start_rules import waits
+from improv_core.player.subscribers import Listeners
+from improv_core.protocol.fields import PoseJson
+from improv_core.protocol.messages import SIMULATED, Poses
+from improv_core.protocol.output import RawJoints, RawPose, Sink
+from improv_core.safety.fault_monitor import RobotNews, Watches
+from improv_core.safety.odometry import Odometry
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import STILL, Twist
+from improv_core.score.movement import Duration, Exact
+from improv_core.score.performance import Mover
+from improv_core.score.score import twist
+from improv_core.score.senses import CUE, BuiltIn, RobotSense
+
+VITALS_PERIOD = 1.0
+"""Seconds between two reports of how real robots are."""
+MEASURE_PERIOD = 0.05
+"""Seconds between two measurements of a simulated robot."""
+
+
+class Tracks:
+    """Each robot's track: its setpoints and, if senses decide what it does, its open part. They go to one sink."""
+
+    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
+        self.sink = sink
+        self.tell = tell
+        self.run = Run()
+        """What has been decided. Only the player's loop replaces it."""
+        self.backend = sink.name
+        self.start_poses: dict[str, PoseJson] = {}
+        self.joints = JointCommands(self._send_joints)
+        self.queue = SetpointQueue(self._send, self._is_silent, self._withhold)
+        self.sensing = Sensing()
+        self.cast = Cast(self._value)
+        self.limbs = Limbs()
+        self.listeners = Listeners(sink)
+        self.odometry = Odometry()
+        self.watches = Watches()
+        self.guard = Guard(sink)
+        self.returns = Returns()
+        self.reached = 0.0
+        """The time on the clock up to which everything has been sent."""
+        self.informed = -math.inf
+        """The time on the clock at which we last heard of something that was perhaps due before: that is no stall."""
+        self.advanced = 0.0
+        """The performance time up to which the sink has been advanced."""
+        self.measured = -math.inf
+        """The period in which simulated robots were measured last."""
+        self.rested = -math.inf
+        """The time on the clock at which robots that were told to stop have come to rest."""
+        self.unsettled = False
+        """Whether something may be due that has not been sent."""
+        self.unseen: list[str] = []
+        """Robots to check once everything that is due has been sent."""
+        self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and what has to be decided next in it
+        self.wall = wall
+        self._vitals_due = -math.inf
+
+    # What is due
+
+    def next_due(self) -> Due:
+        """What comes next."""
+        changes, repeats = self.queue.due, self.queue.repeats.due
+        due = Due(changes, Rank.CHANGES) if changes <= repeats else Due(repeats, Rank.REPEATS)
+        if self.sensing.announced is not None:
+            due = min(due, next_edges(self.run, self.sensing.announced))
+        return min(due, self._next_decision)
+
+    @property
+    def _next_decision(self) -> Due:
+        """What has to be decided next. This is asked at every setpoint, and seldom changes."""
+        run, over, due = self._known
+        if run is not self.run or over is not self.cast.over:
+            due = next_decision(self.run, self.cast.over)
+            self._known = self.run, self.cast.over, due
+        return due
+
+    def send_due(self, asked: float) -> Due | None:
+        """Send every change until the performance time `asked`, including those that sensing causes, unless something
+        has to be decided first, which it returns."""
+        while True:
+            decision = self._next_decision
+            # An end that a sense has just brought about may have been before what is due now: zeros come first.
+            ends = self.cast.asked and decision.rank == Rank.END
+            until = asked if ends else min(asked, decision.last_before(Rank.CHANGES))
+            edges_at, changes_at = next_edges(self.run, self.sensing.announced).at, self.queue.due
+            first = min(edges_at, changes_at)
+            if self.cast.asked and self._feel(min(first, until)):
+                continue
+            if first > until:
+                return decision if decision.is_due(asked) else None
+            if edges_at <= changes_at:
+                self._take_announced(first)
+            else:
+                self._send_changes(first if self.cast.asked else until)
+
+    def _send_changes(self, until: float) -> None:
+        """Send every change until then, and only then decide what follows."""
+        performed: list[tuple[Mover, float]] = []
+
+        def perform(mover: Mover, at: float) -> None:
+            performed.append((mover, at))
+            beat = self.cast.open[mover].due
+            assert not isinstance(beat, float)
+            self._perform(mover, beat, at)
+
+        try:
+            with self.joints.together():
+                self.queue.send_changes(until, self.run.score.parts, perform)
+        finally:
+            for mover, at in performed:
+                self._plan(mover, at)
+
+    def send_repeats(self, performed: float) -> None:
+        """Send the repeats of one slot, so that a change never waits for more, and advance the sink."""
+        self.queue.send_repeats(performed)
+        self.advance_sink(performed)
+
+    def advance_sink(self, performed: float) -> None:
+        """Advance the sink, and measure simulated robots if that is due."""
+        if self.run.score is EMPTY:
+            return  # nothing has been loaded, so performance time is the clock's
+        self.sink.advance(performed)
+        self.advanced = max(self.advanced, performed)
+        period = performed // MEASURE_PERIOD
+        if period > self.measured and not self.sink.real and self.odometry.robots:
+            self.measured, at = period, self.run.transport.clock(performed)
+            poses = [each for each in self.sink.poses().items() if each[0] in self.odometry.robots]
+            self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
+
+    def begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
+        """Have robots play their parts of this scene from a beat on, starting at this performance time."""
+        self.queue.begin(robots)
+        for robot in robots:
+            self._begin(Mover(robot), beat, performed)
+            for mover in self._begin_limbs(robot, beat, performed):
+                self.queue.add(mover, zeros(0.0, 1 / self.run.score.parts[robot].profile.command_rate), performed)
+        self.cast.complete(self.run)
+        self.unsettled = True
+        self.listeners.wait(now)
+        if not self.cast.asked:  # robots come first; what open parts decide is reported after they begin
+            self._send_changes(performed)
+
+    def _begin(self, mover: Mover, beat: Exact, performed: float) -> None:
+        part = self.run.score.parts[mover.robot]
+        movement = whole = part.of_scene(self.run.scene)
+        if mover.part:
+            movement = self.limbs.track[mover].limb.performs(whole)
+        if open_part := self.cast.begin(self.run, mover, movement, beat, whole.body_words.has_poses):
+            self.queue.begin_open(mover, self.run.transport.end(open_part.due))
+        elif not mover.part:
+            self.queue.add(mover, closed_part(self.run, mover.robot, beat), performed)
+
+    def _begin_limbs(self, robot: str, beat: Exact, performed: float) -> list[Mover]:
+        """Have a robot's body parts play. Returns those that have nothing to do now, but may still move."""
+        part, left = self.run.score.parts[robot], self.queue.movers([robot])[1:]
+        for mover in self.limbs.cast(part, self.run.tempo):
+            track = self.limbs.track[mover]
+            track.settle(performed)
+            track.begin(part.begins)
+            self._begin(mover, beat, performed)
+        return [mover for mover in left if mover not in self.cast.open]
+
+    def place_limbs(self, beat: Exact) -> None:
+        """Have the joints of simulated robots stand where they ideally are at a beat."""
+        for robot, part in self.run.score.parts.items():
+            for mover in self.limbs.cast(part, self.run.tempo):
+                track = self.limbs.track[mover]
+                track.place(part.movement, max(beat - part.begins, 0), self.run.tempo)
+                self.sink.send_joints(robot, track.tell(STILL, self.advanced), self.advanced)
+
+    # What is sensed
+
+    def sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
+        """A robot has sensed something since a time on the clock: have it react."""
+        self.sensing.take(what, value)
+        if not self.sensing.is_forced(what):
+            self.react(what, at, now)
+
+    def react(self, what: RobotSense, at: float, now: float) -> None:
+        """Have a robot react to what it has sensed since a time on the clock. What it has performed can't be
+        changed."""
+        run, part = self.run, self.run.score.parts.get(what.robot)
+        if self.sensing.follows or not part or what.sense not in part.senses:
+            return
+        performed = max(min(run.transport.performed(min(at, now)), run.transport.performed(now)), 0.0)
+        beat = run.beat(run.transport.clock(performed), self.cast.over)
+        movers = self.cast.open_of(what.robot) if run.mode == "playing" else []
+        for mover in movers:
+            beat = self.cast.open[mover].next_after(beat)
+        self.sensing.cued = what.sense == CUE
+        self.tell_sensed(what, self._value(what), beat, performed, now)
+        self._perform_begun(movers, beat, max(performed, self.advanced))
+        self.sensing.cued = False
+
+    def _feel(self, performed: float) -> bool:
+        """Advance the sink to the first edges that it finds until then, and take them. Returns whether it found any."""
+        if self.sensing.follows or self.run.mode != "playing" or performed < self.advanced:
+            return False
+        edges = self.sink.sensed(self.cast.asked, performed)
+        for edge in edges:
+            assert isinstance(edge.what, RobotSense)
+            self.advanced = max(self.advanced, edge.at)
+            at = self.run.transport.clock(edge.at)
+            self.sense(edge.what, edge.value, at, at)
+        if not edges:
+            self.advanced = max(self.advanced, performed)
+        return bool(edges)
+
+    def _take_announced(self, at: float) -> None:
+        """Take the edges that were announced and are due."""
+        edges, robots = self.sensing.take_announced(), {}
+        for beat, what, value in edges:
+            if self.sensing.replays and what.robot in self.run.score.parts:
+                self.tell_sensed(what, value, beat, at, self.run.transport.clock(at))
+            robots[what.robot] = what.sense == CUE
+        for robot, self.sensing.cued in robots.items():
+            self._perform_begun(self.cast.open_of(robot), edges[0].beat, max(at, self.advanced))
+        self.sensing.cued = False
+
+    def _value(self, what: RobotSense) -> bool | None:
+        """What a robot senses now; None if that is not known."""
+        part = self.run.score.parts.get(what.robot)
+        return self.sensing.value(what, part.senses if part else {})
+
+    def _perform_begun(self, movers: Iterable[Mover], beat: Exact, at: float) -> None:
+        for mover in movers:
+            if self.cast.open[mover].has_begun:
+                self.queue.drop_changes([mover])
+                self._perform(mover, beat, at)
+                self._plan(mover, at)
+
+    def _perform(self, mover: Mover, beat: Exact, at: float) -> None:
+        """Perform an open part up to a beat, and tell who performs it what to do from this performance time on."""
+        part, track = self.run.score.parts[mover.robot], self.limbs.track[mover] if mover.part else None
+        if track:
+            track.settle(at)
+        try:
+            for decision in self.cast.perform(mover, beat):
+                if not track:  # body parts decide the same
+                    self.tell(reports.decided(self.run, mover.robot, decision, at, self.wall()))
+        except TooManyChangesError:
+            line = f"{mover} stops: its part changes more often than it can be performed"
+            self.tell({"type": "error", "message": line})
+        open_part, rate = self.cast.open.get(mover), part.profile.command_rate
+        if not open_part:
+            self.queue.drop([mover])
+            self.queue.add(mover, zeros(0.0, 1 / rate), at)
+            return
+        asked, tempo = open_part.velocity, self.run.tempo
+        self.queue.hold(mover, track.speeds(asked, tempo) if track else twist(asked, part.profile, tempo), rate, at)
+
+    def _plan(self, mover: Mover, at: float) -> None:
+        """Decide when an open part is performed next that was performed at this performance time."""
+        if open_part := self.cast.open.get(mover):
+            limit_at = self.limbs.track[mover].limit_at if mover.part else math.inf
+            self.queue.add_open(mover, open_part.plan(self.run.transport, at, limit_at))
+
+    # What is sent
+
+    def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
+        if mover.part:
+            told = self.limbs.track[mover].tell(velocity, performed)
+            self.joints.tell(mover.robot, told, performed)
+        else:
+            assert isinstance(velocity, Twist)
+            self._send_twist(mover.robot, velocity, performed)
+
+    def _send_twist(self, robot: str, twist: Twist, performed: float) -> None:
+        at = self.run.transport.clock(performed)
+        correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
+        told = twist if correction == STILL else twist.plus(correction)
+        pace = self.run.simulated_pace
+        self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
+        self.odometry.tell(robot, twist, at)
+        self.watches.tell(robot, twist, at)
+
+    def _send_joints(self, robot: str, joints: Mapping[str, JointMotion], performed: float) -> None:
+        if (pace := self.run.simulated_pace) == 1:
+            self.sink.send_joints(robot, joints, performed)
+        else:
+            self.sink.send_joints(robot, joints, performed, pace)
+
+    def _is_silent(self, robot: str) -> bool:
+        return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)
+
+    def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
+        """A robot stands although its part goes on: where it will go on itself, if it comes back, is where its part
+        has it then."""
+        if mover.robot in self.listeners.returning and not mover.part and isinstance(velocity, Twist):
+            self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
+
+    # What is known and told
+
+    def facts(self, now: float, event: Event | None = None) -> Facts:
+        """What is known at a time on the clock when an event is decided."""
+        entering = isinstance(event, (Load, Due)) and self.run.score.open and not self.sink.real
+        poses = self.sink.poses() if entering else {}
+        places = self.odometry.places(now) if self.sink.real else {}
+        return Facts(
+            now,
+            self.sink.real,
+            self.cast.over,
+            frozenset(self.listeners.away),
+            frozenset(self.listeners.standing),
+            self.sensing.held,
+            poses,
+            {robot: each for robot, each in places.items() if robot not in self.listeners.returning},
+            self.wall() if self.run.gate else 0.0,
+            self.guard.unseen(self.run, now),
+            self.watches.unreached if self.sink.real else (),
+        )
+
+    def whereabouts(self) -> Poses:
+        """The poses of simulated robots at beat 0 and now; empty for real robots."""
+        poses = reports.as_json(self.sink.poses())
+        return {"start": self.start_poses, "poses": poses} if poses else {}
+
+    def report(self, now: float, at: float) -> None:
+        """Report the position and poses at a time on the clock. The sink must have advanced to it."""
+        must_wait = waits(self.run, self.facts(now)) if self.run.mode in ("paused", "stopped") else []
+        wall = self.wall() - (now - at)
+        self.tell(reports.transport(self.run, self.cast.over, must_wait, self.backend, self.whereabouts(), at, wall))
+
+    def tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:
+        """Report what a robot senses. `now` is the present time on the clock."""
+        wall = self.wall() - (now - self.run.transport.clock(performed))
+        self.tell(reports.sensed(self.run, what, value, beat, performed, wall))
+
+    def tell_known(self, what: RobotSense, beat: Exact, performed: float, now: float) -> None:
+        """Report what a robot senses, if that is known and lasts. A stage that follows is itself told."""
+        source = self.run.score.parts[what.robot].senses.get(what.sense)
+        is_instant = what.sense == CUE and isinstance(source, BuiltIn)
+        if not self.sensing.follows and not is_instant and (value := self._value(what)) is not None:
+            self.tell_sensed(what, value, beat, performed, now)
+
+    def measure(self, poses: Iterable[RawPose], now: float) -> None:
+        """Take measured poses, and report where robots were and where they ideally would have been."""
+        run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
+        found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
+        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
+        self.guard.hear(taken)
+        if seen := self.guard.shared(run, taken):
+            self.tell(seen)
+        for comparison in found if self.sink.real else ():
+            self.watches.take(comparison)
+        if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
+            robots = {
+                each.raw.robot: reports.compared(run, self.cast.over, each, self.wall() - (now - each.raw.at))
+                for each in found
+            }
+            self.tell({"type": "measured", "generation": run.generation, "robots": robots})
+
+    def measure_joints(self, joints: RawJoints, now: float) -> None:
+        """Report where joints of a robot were, while robots play and shortly after."""
+        run, part = self.run, self.run.score.parts.get(joints.robot)
+        if part and part.profile.body and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
+            wall = self.wall() - (now - joints.at)
+            self.tell(reports.joints(run, self.cast.over, joints, part.profile.body, wall))
+
+    def find_faults(self, now: float) -> list[RobotNews]:
+        """What is new about the faults of real robots. Once a second, it is reported how they are."""
+        if not self.sink.real:
+            return []
+        noticed = self.sink.noticed()
+        if now >= self._vitals_due:
+            self._vitals_due = now + VITALS_PERIOD
+            posed = {robot: self.run.transport.performed(at) for robot, at in self.watches.posed.items()}
+            away = self.listeners.standing, self.returns.driving
+            self.tell(reports.vitals(self.run, posed, noticed.batteries, *away))
+        return list(self.watches.look_around(self.run.score, self.listeners.gone, noticed, now))
+
+    def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:
+        """Report what is new about the faults of robots."""
+        for message in reports.faults(self.run, self.cast.over, found, now, self.wall()):
+            self.tell(message)
+
+    def look(self, robots: Collection[str]) -> None:
+        """Check robots at once, and report what was found."""
+        self.queue.silence(self.listeners.look(self.run.score, robots))
+        self.tell_news()
+
+    def tell_news(self) -> None:
+        """Report what has been found about robots."""
+        for line in self.listeners.news():
+            self.tell({"type": "warning", "message": line})
+
+    def tell_unguarded(self, now: float) -> None:
+        """Report which real robots aren't guarded, or are seen too late, if people don't know that."""
+        for line in self.guard.lines(self.run, self.odometry, now):
+            self.tell({"type": "warning", "message": line})

@@ -1,0 +1,1 @@
+"""What will play, computed from what a stage reports. Standard library only."""

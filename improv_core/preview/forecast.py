@@ -1,0 +1,219 @@
+"""Where robots ideally are, what they play, and their next seconds, computed from what a stage reports.
+
+It never reads a clock: `now` is the monotonic time, in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from improv_core.player.takeover import Before, Swap, edited, joined
+from improv_core.preview.replaying import followed, note
+from improv_core.preview.window import window
+from improv_core.protocol.messages import Measured, SceneJson, Sensed, Takeover, TransportMessage, beat_at, is_silent
+from improv_core.protocol.page_messages import RobotWindow
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.movement import near
+from improv_core.score.path import pose_at
+from improv_core.score.replay import Replay
+from improv_core.score.score import Score
+
+AHEAD = 30.0
+"""Seconds that a path reaches ahead."""
+LARGEST_TURN = math.radians(10)
+"""Radians between two poses of a path: an arc is drawn as chords."""
+MOST_POSES = 1_000
+"""The most poses in one path."""
+WORLD = "improv"
+"""The frame in which start poses are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame, and where the origin of the world of the score is in it."""
+
+    name: str
+    origin: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """A robot now: where it ideally is (None if that can't be known), and the words that play, the outermost first.
+
+    Here and in paths, poses are in the robot's `Outlook.frame`.
+    """
+
+    pose: Pose | None
+    words: Sequence[str]
+
+
+class WordBegins(NamedTuple):
+    """A robot begins to play a word at a beat; an empty one if it plays none."""
+
+    beat: float
+    robot: str
+    word: str
+
+
+class Outlook:
+    """Follows a stage: `meet` gets each score before it plays, and `take` the stage's messages."""
+
+    def __init__(self) -> None:
+        self._met: dict[int, Score] = {}
+        self._begun: Score | None = None  # as it took over, before scenes began at beats that were not known in advance
+        self._replay: Replay | None = None
+        self._stretches: Mapping[str, RobotWindow] = {}
+        self._frames: dict[str, Frame] = {}
+        self.score: Score | None = None
+        """The score that plays, with the beats and the poses at which its parts began."""
+        self.transport: TransportMessage | None = None
+        """The stage's latest transport message."""
+
+    def meet(self, score: Score, generation: int) -> None:
+        """A score may play from now on."""
+        self._met[generation] = score
+
+    def take(self, message: TransportMessage | Sensed | Measured) -> None:
+        """Take a message about the playback position, what robots sense, or where they were."""
+        if message["type"] == "sensed":
+            if self._replay:
+                note(self._replay, message)
+        elif message["type"] == "measured":
+            for robot, each in message["robots"].items():
+                if each["frame"]:
+                    self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
+        elif message["generation"] in self._met:
+            self.score = self._score_of(message)
+            self._replay = followed(self._replay, self.score, self.transport, message)
+            self.transport = message
+            self._met = {number: each for number, each in self._met.items() if number >= message["generation"]}
+
+    def frame(self, robot: str) -> Frame:
+        """The frame of a robot's odometry, if it is known, or else the world of the score."""
+        part = self.score.parts.get(robot) if self.score else None
+        return self._frames.get(robot, _IN_WORLD) if part and part.odom else _IN_WORLD
+
+    def beat(self, now: float) -> float:
+        """The beat of the performance."""
+        return beat_at(self.transport, now) if self.transport else 0.0
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the position advances."""
+        return self.transport is not None and self.transport["state"] == "playing"
+
+    def look(self, now: float, ahead: float = AHEAD) -> None:
+        """Look so many seconds ahead from now; `sight`, `path`, and `words` use the latest look."""
+        self._stretches = {}
+        if self._replay and self.transport:
+            begin = self.beat(now)
+            beats = ahead * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
+            self._stretches = window(self._replay, begin, begin + beats)
+
+    def words(self) -> Iterator[WordBegins]:
+        """The words that robots play, the innermost ones, and when they begin."""
+        for robot, stretch in self._stretches.items():
+            for start, _, *_, sources in stretch["moments"]:
+                yield WordBegins(start, robot, self._word(*sources[-1]) if sources else "")
+
+    def sight(self, robot: str, now: float) -> Sight:
+        """What can be seen of a robot."""
+        sight = self._sight(robot, now)
+        return replace(sight, pose=self.frame(robot).origin.then(sight.pose)) if sight.pose else sight
+
+    def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
+        """A robot's next poses, and in how many seconds it is there; none if nothing plays, or it is silent."""
+        stretch, transport, score = self._stretches.get(robot), self.transport, self.score
+        if not stretch or not transport or not score or stretch["pose"] is None:
+            return
+        if is_silent(robot, transport["muted"], transport["soloed"]):
+            return
+        if transport["state"] not in _GOES_ON:
+            return
+        beat_seconds, count = 60 / transport["tempo"], 1
+        pose = self.frame(robot).origin.then(Pose(*stretch["pose"]))
+        begin: float | None = None
+        for start, beats, *velocity, _ in stretch["moments"]:
+            if begin is None:
+                begin = start
+                yield 0.0, pose
+            left = AHEAD - (start - begin) * beat_seconds
+            beats, moving = min(beats, left / beat_seconds), Twist(*velocity)
+            seconds = score.seconds(beats)
+            chords = max(1, math.ceil(abs(moving.yaw) * seconds / LARGEST_TURN))
+            for chord in range(1, chords + 1):
+                if count == MOST_POSES:
+                    return
+                count += 1
+                passed = (start - begin + beats * chord / chords) * beat_seconds
+                yield passed, pose.after(moving, seconds * chord / chords)
+            pose = pose.after(moving, seconds)
+
+    def _sight(self, robot: str, now: float) -> Sight:
+        """The same, in the world of the score."""
+        stretch, beat = self._stretches.get(robot), near(self.beat(now))  # as what plays is looked up
+        if not stretch or not self.score or stretch["pose"] is None:
+            return Sight(None, ())
+        pose, words = Pose(*stretch["pose"]), list[str]()
+        for start, beats, *velocity, sources in stretch["moments"]:
+            if start > beat:
+                break
+            inside = beat < start + beats
+            words = [self._word(*source) for source in sources] if inside else []
+            pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start)))
+        return Sight(pose, words)
+
+    def _score_of(self, message: TransportMessage) -> Score:
+        """The score that a message is about, with the beats and the poses at which its parts began."""
+        generation, before, old = message["generation"], self.transport, self.score
+        entry: Takeover = {"beat": message["beat"], "monotonic": message["monotonic"]}
+        if "begins" in message:
+            entry["begins"] = message["begins"]
+        if "scene" in message:
+            entry["scene"] = message["scene"]
+        if before and old and self._begun and before["generation"] == generation:
+            scene = message.get("scene", _FIRST_SCENE)
+            if scene["index"] == old.scene:
+                return old
+            return self._next_scene(old, scene["index"], scene["begins"]) if scene["index"] > old.scene else self._begun
+        score = self._met[generation]
+        if before and old and message["restarted"] == before["restarted"]:
+            beat = near(message["beat"])
+            index, _ = old.scene_at(beat)
+            swap = Swap(score, generation, "now", 1, 0.0, entry)
+            self._begun = edited(swap, beat, Before(old, index, before["state"] == "ended", {}))
+        else:
+            self._begun = joined(score, entry)
+        return self._begun
+
+    def _next_scene(self, old: Score, index: int, begins: float) -> Score:
+        """The score from its next scene on, which begins where robots ideally are by then."""
+        beat = near(begins)
+        at = self._clock(begins)
+        self.look(at)
+        poses = {robot: self._sight(robot, at).pose for robot in old.parts}
+        parts = {
+            robot: replace(part, begins=beat, scene=index, scene_begins=(), entered=poses[robot] or pose_at(part, beat))
+            for robot, part in old.parts.items()
+        }
+        return replace(old, parts=parts, scene=index, since=beat)
+
+    def _clock(self, beat: float) -> float:
+        """The monotonic time of a beat, by the latest transport."""
+        assert self.transport
+        return self.transport["monotonic"] + (beat - self.transport["beat"]) * 60 / self.transport["tempo"]
+
+    def _word(self, statement: int, start: int, end: int) -> str:
+        """A word of the program; empty if it was too long to be sent."""
+        assert self.score
+        offset = self.score.offsets.get(statement)
+        return "" if offset is None else self.score.text[offset + start : offset + end]
+
+
+_IN_WORLD = Frame(WORLD, Pose())
+_FIRST_SCENE: SceneJson = {"index": 0, "begins": 0.0}
+_GOES_ON = ("waiting", "playing", "paused")
+"""States in which there is still something to perform."""

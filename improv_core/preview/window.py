@@ -1,0 +1,126 @@
+"""What comes next, for the page: a score, and a stretch of it, as plain values. Standard library only."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, astuple
+from fractions import Fraction
+from itertools import islice, takewhile
+from typing import Any, cast
+
+from improv_core.protocol.page_messages import RobotWindow, ShownBodyPart, ShownBone, ShownJoint, ShownScore
+from improv_core.score import senses
+from improv_core.score import world as worlds
+from improv_core.score.joints import limbs_of
+from improv_core.score.movement import ENDLESS, near
+from improv_core.score.primitives import PRIMITIVES
+from improv_core.score.profiles import Profile
+from improv_core.score.projection import BASE
+from improv_core.score.replay import Replay
+from improv_core.score.score import Part, Score, twist
+from improv_core.score.walk import Moment
+
+MOST_MOMENTS = 20_000
+"""Moments of all robots together in one window."""
+
+
+def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownScore:
+    """The `score` message: text and length, the words that move robots, and the robots (meters, radians)."""
+    beats = score.beats
+    return {
+        "type": "score",
+        "generation": generation,
+        "tempo": float(score.tempo),
+        "scene": score.scene,
+        "scenes": list(map(float, score.scene_begins)),
+        "scene_names": list(score.scene_names),
+        "bar": score.bar,
+        "beats": None if beats == ENDLESS else float(beats),
+        "world": worlds.to_json(score.world),
+        "text": score.text,
+        "offsets": {str(number): offset for number, offset in score.offsets.items()},
+        "words": {word: list(map(float, velocity)) for word, velocity in PRIMITIVES.items()},
+        "takes_start_poses": takes_start_poses,
+        "deadman": {"button": deadman.button} if (deadman := score.safety.deadman) else None,
+        "music": {"file": music.file, "first_beat": music.first_beat, "volume": music.volume}
+        if (music := score.music)
+        else None,
+        "robots": {
+            name: {
+                "profile": part.profile.name,
+                "dynamics": part.profile.dynamics,
+                "radius": part.profile.radius,
+                "motions": list(part.profile.motions),
+                "start_pose": list(astuple(part.start)),
+                "begins": float(part.begins),
+                "ends": None if part.ends == ENDLESS else float(part.ends),
+                "senses": senses.to_json(part.senses),
+                "near": part.profile.reach,
+                "body": _body(part, score),
+            }
+            for name, part in score.parts.items()
+        },
+        "skeletons": {
+            part.profile.name: [cast(ShownBone, asdict(bone)) for bone in part.profile.body.skeleton]
+            for part in score.parts.values()
+            if part.profile.body and part.profile.body.skeleton
+        },
+    }
+
+
+def _body(part: Part, score: Score) -> list[ShownBodyPart]:
+    if not (body := part.profile.body):
+        return []
+    moved = {limb.part.name for limb in limbs_of(part, score.tempo)}
+    shown: list[ShownBodyPart] = []
+    for each in body.parts:
+        joints: list[ShownJoint] = []
+        for drive in each.drives:
+            joint = body.joint[drive.joint]
+            joints.append(
+                {
+                    "name": joint.name,
+                    "axis": drive.direction,
+                    "sign": 1 if drive.per_step > 0 else -1,
+                    "slides": joint.slides,
+                    "min": joint.min,
+                    "max": joint.max,
+                    "start": joint.start,
+                }
+            )
+        shown.append({"name": each.name, "joints": joints, "moves": each.name in moved})
+    return shown
+
+
+def window(replay: Replay, start: float, end: float) -> dict[str, RobotWindow]:
+    """What each robot does from beat `start` to beat `end`, up to `MOST_MOMENTS`.
+
+    `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
+    of start and duration in beats, velocity at the score's own tempo (m/s, rad/s; that of a body part as its base would
+    have it), and the words that play: statement, and span in it. `until` is the beat they reach.
+    """
+    score, begin = replay.score, near(max(start, 0.0))
+    moving = {name: replay.body_parts(name) for name in score.parts}
+    most = MOST_MOMENTS // max(sum(1 + len(parts) for parts in moving.values()), 1)
+
+    def track(part: Part, body_part: str) -> list[list[Any]]:
+        moments = islice(replay.moments(part.robot, begin, body_part), most)
+        return [_moment(each, part.profile, score.tempo) for each in takewhile(lambda each: each.start < end, moments)]
+
+    found: dict[str, RobotWindow] = {}
+    for name, part in score.parts.items():
+        moments = track(part, BASE)
+        body = {each: track(part, each) for each in moving[name]}
+        reached = [track[-1][0] + track[-1][1] if track else float(begin) for track in (moments, *body.values())]
+        pose = replay.pose(name, begin)
+        found[name] = {
+            "pose": list(astuple(pose)) if pose else None,
+            "moments": moments,
+            "body": body,
+            "until": min(reached),
+        }
+    return found
+
+
+def _moment(moment: Moment, profile: Profile, tempo: Fraction) -> list[Any]:
+    words = [[source.statement, *source.span] for source in moment.sources]
+    return [float(moment.start), float(moment.duration), *astuple(twist(moment.velocity, profile, tempo)), words]

@@ -1,0 +1,188 @@
+"""The messages about a program that somebody writes on the page. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypedDict
+
+from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime, StartPoseJson, StartPoses, Tempo, Text
+
+
+class ProgramSource(TypedDict):
+    """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
+
+    Its lines end in \\n here, whatever the line ends in the file are.
+    """
+
+    type: Literal["source"]
+    path: str
+    text: str
+    revision: str
+
+
+class Analyze(TypedDict):
+    """Asks for the colors and problems of a page's text. The page numbers its texts."""
+
+    type: Literal["analyze"]
+    number: Count
+    text: Text
+
+
+class Complete(TypedDict):
+    """Asks what may be written at an offset of the text with this number."""
+
+    type: Literal["complete"]
+    number: Count
+    offset: Count
+
+
+class Explain(TypedDict):
+    """Asks what is at an offset of the text with this number."""
+
+    type: Literal["explain"]
+    number: Count
+    offset: Count
+
+
+class Write(TypedDict):
+    """Save this text, which is an edit of a revision of the file, and play it."""
+
+    type: Literal["write"]
+    number: Count
+    text: Text
+    revision: Text
+
+
+class Move(TypedDict):
+    """Asks for the edits of the text with this number that have robots begin at these starts."""
+
+    type: Literal["move"]
+    number: Count
+    start_poses: StartPoses
+
+
+class Arrange(TypedDict):
+    """Asks for the edits of the text with this number that have all robots begin in a formation."""
+
+    type: Literal["arrange"]
+    number: Count
+    shape: Shape
+    distance: Distance
+    facing: Facing
+
+
+class SetTempo(TypedDict):
+    """Asks for the edits of the text with this number that give it this tempo, in beats per minute."""
+
+    type: Literal["tempo"]
+    number: Count
+    tempo: Tempo
+
+
+class SetFirstBeat(TypedDict):
+    """Asks to write into improv.toml where in the song beat 0 is, in seconds. The text with this number stays."""
+
+    type: Literal["first_beat"]
+    number: Count
+    seconds: SongTime
+
+
+AskEditor = Analyze | Complete | Explain | Write | Move | Arrange | SetTempo | SetFirstBeat
+"""What a page asks for while somebody edits the program on it."""
+
+
+class TextEdit(TypedDict):
+    """Replaces the text between two offsets."""
+
+    start: int
+    end: int
+    text: str
+
+
+class TextFix(TypedDict):
+    """Fixes of the same `kind` may be made together; one whose kind is empty is made alone."""
+
+    title: str
+    kind: str
+    edits: Sequence[TextEdit]
+
+
+class TextProblem(TypedDict):
+    """A diagnostic of a text or, if `file` is given, of that file, at its `line` (counted from 1)."""
+
+    start: int
+    end: int
+    file: str
+    line: int
+    severity: str
+    message: str
+    fixes: Sequence[TextFix]
+
+
+class Analyzed(TypedDict):
+    """`colors` has three numbers for each colored word: characters since the end of the last one, length, and kind.
+
+    `problems` are the first of `count`. `starts` are where its robots begin, if it has no errors.
+    """
+
+    type: Literal["analyzed"]
+    number: int
+    colors: Sequence[int]
+    problems: Sequence[TextProblem]
+    count: int
+    starts: Mapping[str, StartPoseJson]
+
+
+class OfferedWord(TypedDict):
+    word: str
+    about: str
+
+
+class Completed(TypedDict):
+    """The words that may replace the text between two offsets, best first."""
+
+    type: Literal["completed"]
+    number: int
+    start: int
+    end: int
+    words: Sequence[OfferedWord]
+
+
+class Explained(TypedDict):
+    """What stands between two offsets, in words, and its path as SVG."""
+
+    type: Literal["explained"]
+    number: int
+    start: int
+    end: int
+    text: str
+    picture: str
+
+
+class Written(TypedDict):
+    """The text with this number was saved as `revision`, or `problem` says in one line why not."""
+
+    type: Literal["written"]
+    number: int
+    revision: str
+    problem: str
+
+
+class RobotsMoved(TypedDict):
+    """The edits of the text with this number, in their order, or a `problem`: one line says why there are none."""
+
+    type: Literal["moved"]
+    number: int
+    edits: Sequence[TextEdit]
+    problem: str
+
+
+EditorAnswer = Analyzed | Completed | Explained | Written | RobotsMoved
+
+
+class Answer(TypedDict):
+    """An answer for one page, the one with this number."""
+
+    type: Literal["answer"]
+    page: int
+    answer: EditorAnswer

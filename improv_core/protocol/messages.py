@@ -1,0 +1,454 @@
+"""The messages between a stage and its parent (docs/protocol.md).
+
+Standard library only. A message is a plain dict, so it costs nothing to send; the types are for readers of the code and
+for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, Literal, TypedDict, cast
+
+from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
+from improv_core.protocol.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
+from improv_core.protocol.decoding import ProtocolError, read_as
+from improv_core.protocol.editing import Answer, ProgramSource
+from improv_core.protocol.fields import Moment, Patience, PoseJson
+from improv_core.protocol.host_messages import Deserted, Link
+from improv_core.protocol.robot_messages import (
+    FaultMessage,
+    Instant,
+    JointPositions,
+    RobotInstant,
+    SentJoints,
+    Unreached,
+    Vitals,
+    WhyStill,
+)
+
+VERSION = 2
+"""The protocol's version."""
+
+
+When = Literal["restart", "now", "beat", "bar", "end"]
+"""When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
+State = Literal["waiting", "playing", "paused", "ended", "stopped"]
+"""`waiting` means waiting for listeners, before beat 0."""
+
+
+class Sensed(RobotInstant):
+    """A sense of a robot has become true or false, or silent (null)."""
+
+    type: Literal["sensed"]
+    sense: str
+    value: bool | None
+
+
+class MeasuredRobot(Instant):
+    """Where a robot was (`pose`) and where it ideally would have been (`ideal`).
+
+    `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
+    source was aligned with the world of the score: poses with different counts can't be compared. `frame` is the name
+    of that frame, and `origin` is where the origin of the world is in it. `follows` tells whether it is pulled back to
+    its ideal path.
+    """
+
+    source: str
+    frame: str
+    origin: PoseJson
+    pose: PoseJson
+    ideal: PoseJson
+    aligned: int
+    follows: bool
+
+
+class Measured(TypedDict):
+    """Where robots really were, in the world of the score."""
+
+    type: Literal["measured"]
+    generation: int
+    robots: Mapping[str, MeasuredRobot]
+
+
+class SeenRobot(TypedDict):
+    """Where a robot was in the world that all share, `at` a monotonic time."""
+
+    at: float
+    pose: PoseJson
+
+
+class RobotsSeen(TypedDict):
+    """Where robots of one stage are, which stages elsewhere have to keep theirs apart from."""
+
+    type: Literal["seen"]
+    robots: Mapping[str, SeenRobot]
+
+
+class MisplacedRobot(TypedDict):
+    """Where a robot should be and where it stands (null: not known), and what has to be done about it."""
+
+    place: PoseJson
+    pose: PoseJson | None
+    line: str
+
+
+class Misplaced(TypedDict):
+    """The robots that are not in their places; without any, they are. Playing `waits` until a person plays again."""
+
+    type: Literal["misplaced"]
+    generation: int
+    waits: bool
+    robots: Mapping[str, MisplacedRobot]
+
+
+class CountJson(TypedDict):
+    """So many `beats` are counted before beat 0, each of so many seconds (`period`)."""
+
+    beats: int
+    period: float
+
+
+class _Armed(TypedDict):
+    type: Literal["armed"]
+    generation: int
+    armed: bool
+    begins: float | None
+
+
+class Armed(_Armed, total=False):
+    """Whether a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
+    `begins` by itself (null: never), in Unix time. The last beats before that may be counted."""
+
+    count: CountJson
+
+
+class Arming(TypedDict, total=False):
+    """Wait before beat 0 until a person resumes, or until the wall clock says that it `begins`, in Unix time."""
+
+    begins: Moment
+
+
+class _Load(TypedDict):
+    type: Literal["load"]
+    generation: int
+    score: Mapping[str, Any]
+    when: When
+    backend: str
+
+
+class SceneJson(TypedDict):
+    """The scene of a score that plays, counted from 0, and the beat at which it began."""
+
+    index: int
+    begins: float
+
+
+class Begins(TypedDict, total=False):
+    """The beats at which parts began, by robot, except those that began at beat 0. They began with `scene`, or with the
+    first scene if it isn't given."""
+
+    begins: Mapping[str, float]
+    scene: SceneJson
+
+
+class Paced(TypedDict, total=False):
+    """How many times as fast as the tempo and the speed say, because a clock from outside is followed."""
+
+    pace: float
+
+
+class Trailing(TypedDict, total=False):
+    """By how many seconds this stage plays behind the one that leads, whose senses have to arrive first."""
+
+    behind: float
+
+
+class Takeover(Begins, Paced, Trailing):
+    """A score took over at this beat, at this monotonic time."""
+
+    beat: float
+    monotonic: float
+
+
+class Load(_Load, _Timed, total=False):
+    """Play a score, as `score_json.to_json` writes it. `entry` is when it took over on the stage that leads.
+
+    With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
+    `pressed` that the parent knew of when somebody asked for this score, and `asleep` how many seconds the machine had
+    slept by then. With `anyway`, it doesn't matter where robots stand. With `arming`, a score that restarts waits once
+    everything is ready. `here` is the host whose robots this stage moves, if there are several stages; then it stops
+    them after `patience` seconds without a word from its parent. One that takes over does so `at` that time or later,
+    which may be in the future.
+    """
+
+    anyway: bool
+    arming: Arming
+    asleep: float
+    beats_per_bar: int
+    entry: Takeover
+    here: str
+    patience: Patience
+    senses: Sequence[Sensed]
+    stops: int
+
+
+class Decided(RobotInstant):
+    """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
+
+    `held` tells whether its condition was true.
+    """
+
+    type: Literal["decided"]
+    sources: Sequence[Sequence[int]]
+    held: bool
+
+
+class Problem(TypedDict):
+    """What is wrong in a file, where, and the word there. Lines and columns count from 1; line 0 is the whole file."""
+
+    file: str
+    line: int
+    column: int
+    word: str
+    message: str
+
+
+class ProgramMessage(TypedDict):
+    """The program to play, and what keeps it from being played: `count` errors, the first of which are `problems`."""
+
+    type: Literal["program"]
+    name: str
+    folder: str
+    problems: Sequence[Problem]
+    count: int
+
+
+class Pressed(TypedDict):
+    """The topics of the emergency stops that are on, and how often any was pressed."""
+
+    type: Literal["pressed"]
+    topics: Sequence[str]
+    count: int
+
+
+class Ping(TypedDict):
+    type: Literal["ping"]
+    number: int
+
+
+ToPages = (
+    ProgramMessage
+    | ProgramSource
+    | Answer
+    | Measured
+    | Misplaced
+    | Armed
+    | FaultMessage
+    | Vitals
+    | Link
+    | WhyStill
+    | JointPositions
+)
+"""From the parent to the pages, through their stage."""
+ToStage = Load | Conduct | Sensed | Decided | RobotsSeen | ToPages | Pressed | AnchorMessage | BendMessage | Ping
+
+
+class _Ready(TypedDict):
+    type: Literal["ready"]
+    protocol: int
+    sink: str
+    real: bool
+
+
+class Ready(_Ready, total=False):
+    page: str
+
+
+class Poses(TypedDict, total=False):
+    """Where simulated robots were at beat 0, and are now; nothing for real ones."""
+
+    start: Mapping[str, PoseJson]
+    poses: Mapping[str, PoseJson]
+
+
+class Waiting(TypedDict, total=False):
+    """What must change before robots move: an emergency stop, a deadman button, robots that are gone. Or else somebody
+    must resume, because robots were `too_near` to each other."""
+
+    waits_for: Sequence[str]
+    too_near: Sequence[str]
+
+
+class _TransportMessage(TypedDict):
+    type: Literal["transport"]
+    generation: int
+    restarted: int
+    state: State
+    backend: str
+    tempo: float
+    speed: float
+    beats: float | None
+    beat: float
+    performed: float
+    muted: Sequence[str]
+    soloed: Sequence[str]
+    monotonic: float
+    wall: float
+
+
+class Bar(TypedDict, total=False):
+    """How many beats a bar has, if the program says it."""
+
+    bar: int
+
+
+class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar, Paced, Trailing):
+    """The playback position at the times `monotonic` and `wall`."""
+
+
+class Request(TypedDict):
+    """Somebody at the page asks for something."""
+
+    type: Literal["request"]
+    command: PageRequest | Watched
+
+
+class Sent(TypedDict):
+    """A velocity that has been sent."""
+
+    type: Literal["sent"]
+    robot: str
+    twist: Sequence[float]
+    wall: int
+
+
+class WarningLine(TypedDict):
+    type: Literal["warning"]
+    message: str
+
+
+class StageWarning(WarningLine, total=False):
+    """A line for people. If it names robots that are `too_near` to others, playback is paused because of them."""
+
+    too_near: Sequence[str]
+
+
+class ErrorLine(TypedDict):
+    type: Literal["error"]
+    message: str
+
+
+class Pong(TypedDict):
+    type: Literal["pong"]
+    number: int
+
+
+class Lacks(TypedDict):
+    """The score of this generation builds on one that the stage doesn't have: the whole score has to be sent."""
+
+    type: Literal["lacks"]
+    generation: int
+
+
+class _Stopped(TypedDict):
+    type: Literal["stopped"]
+
+
+class Stopped(_Stopped, Poses, total=False):
+    """The stage's last message."""
+
+    message: str
+
+
+FromStage = (
+    Ready
+    | TransportMessage
+    | Request
+    | Sensed
+    | Decided
+    | Measured
+    | RobotsSeen
+    | FaultMessage
+    | Vitals
+    | Unreached
+    | JointPositions
+    | Misplaced
+    | Armed
+    | Sent
+    | SentJoints
+    | Pressed
+    | StageWarning
+    | ErrorLine
+    | Deserted
+    | Link
+    | Pong
+    | Lacks
+    | Stopped
+)
+SIMULATED = "simulator"
+"""The source of poses that need not be measured: the simulator knows where its robots are."""
+
+
+def beat_at(transport: TransportMessage, now: float) -> float:
+    """The beat at a monotonic time, according to a stage's latest transport message."""
+    passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
+    beat = transport["beat"] + passed * transport["tempo"] / 60
+    return beat if transport["beats"] is None else min(beat, transport["beats"])
+
+
+def counted(transport: TransportMessage, beat: float) -> str:
+    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`; in bars, `bar 2, beat 1`."""
+    beats, passed = transport["beats"], math.floor(beat)
+    whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
+    passed = int(min(passed, whole - 1))
+    if "bar" in transport:
+        bar, rest = divmod(passed, transport["bar"])
+        return f"bar {bar + 1}, beat {rest + 1}"
+    return f"beat {passed + 1}/{'∞' if beats is None else whole}"
+
+
+def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
+    """Whether a robot stands still while others play: if robots are soloed, all others, or else the muted ones."""
+    return robot not in soloed if soloed else robot in muted
+
+
+def refused_by(on: Collection[str], named: str | None) -> str:
+    """The message about a score that can't play because emergency stops are on. The score has `named` one of them, or
+    another one, or none."""
+    others = sorted({*on} - {named})
+    if not others:
+        return f"✗ the emergency stop on {named} is on: release it, then save again"
+    false = f"ros2 topic pub --once {others[0]} std_msgs/msg/Bool '{{data: false}}'"
+    return (
+        f"✗ the emergency stop on {others[0]} is still on, although improv.toml no longer names it: "
+        f"release it (`{false}`) or restart Improv, then save again"
+    )
+
+
+def read_to_stage(line: bytes) -> ToStage:
+    """The message to a stage that a line holds. Raises ProtocolError."""
+    return cast(ToStage, read_as(line, ToStage))
+
+
+def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:
+    """The message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
+    message = cast(Stop | Pause | Ping, read_as(line, Stop | Pause | Ping))
+    if (number := _count_in(message, "number")) is None:
+        raise ProtocolError("what comes on the channel of stops needs a `number`")
+    return message, number
+
+
+def after(message: Mapping[str, Any]) -> int | None:
+    """How many messages were sent on the channel of stops before this one; None if that isn't counted."""
+    return _count_in(message, "after")
+
+
+def read_from_stage(line: bytes) -> FromStage:
+    """The message from a stage that a line holds. Raises ProtocolError."""
+    return cast(FromStage, read_as(line, FromStage))
+
+
+def _count_in(message: Mapping[str, Any], name: str) -> int | None:
+    value = message.get(name)
+    return value if type(value) is int else None

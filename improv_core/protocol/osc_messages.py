@@ -1,0 +1,33 @@
+"""The messages between the parent and the process that speaks OSC (docs/protocol.md). Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, TypedDict
+
+from improv_core.protocol.json_lines import Alive
+from improv_core.protocol.messages import Armed, Request, Sensed, TransportMessage, WarningLine
+from improv_core.protocol.publisher_messages import Plays
+
+
+class PeerJson(TypedDict):
+    """A host and a UDP port on it."""
+
+    host: str
+    port: int
+
+
+class OscExchange(TypedDict):
+    """With whom to exchange messages from now on: what plays goes to these, in bundles with `time_tags` or not, and
+    requests are heard there (null: nowhere)."""
+
+    type: Literal["exchange"]
+    send: Sequence[PeerJson]
+    listen: PeerJson | None
+    time_tags: bool
+
+
+ToOsc = OscExchange | Plays | TransportMessage | Sensed | Armed
+"""From the parent to the process that speaks OSC, over a pipe."""
+FromOsc = Alive | Request | WarningLine
+"""From that process to the parent: that it has started, what somebody asks for, and lines for people."""

@@ -1,0 +1,272 @@
+"""The messages that only the page and its server exchange (docs/protocol.md). Standard library only.
+
+`page/messages.js` checks those that arrive at the page, and `requests.py` those that arrive at its server.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
+
+from improv_core.protocol.commands import Form, PageConduct, PlaceRobots, Restart, Tune
+from improv_core.protocol.editing import AskEditor, EditorAnswer, ProgramSource
+from improv_core.protocol.fields import Beat, Count
+from improv_core.protocol.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
+from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Vitals, WhyStill
+
+
+class ServerTime(TypedDict):
+    """The server's Unix time, for pages on machines whose clocks differ. It is the first message to a page."""
+
+    type: Literal["time"]
+    wall: float
+
+
+class DrawnRobot(TypedDict):
+    """What a page draws of a robot: a disc of this radius in meters, and the joints that have moved so far."""
+
+    radius: float
+    joints: Sequence[str]
+
+
+class DrawnRobots(TypedDict):
+    type: Literal["robots"]
+    robots: Mapping[str, DrawnRobot]
+
+
+class DrawnPoses(TypedDict):
+    """x, y, z and heading of every robot, in the order of `robots`, and where the joints of each are, in radians or
+    meters, in the order of its `joints` there."""
+
+    type: Literal["poses"]
+    at: float
+    placed: int
+    poses: Sequence[Sequence[float]]
+    joints: Mapping[str, Sequence[float]]
+
+
+DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
+"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
+
+In `measured` messages: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
+how often its source was aligned; 1 if that was the simulator, otherwise 0; and 1 if it was pulled back to its path.
+"""
+
+
+class DrawnTrails(TypedDict):
+    """`placed` is as in `poses`: trails and poses with different ones don't belong together."""
+
+    type: Literal["trails"]
+    placed: int
+    robots: Mapping[str, DrawnTrail]
+
+
+class DrawnMeasured(TypedDict):
+    type: Literal["measured"]
+    robots: Mapping[str, DrawnTrail]
+
+
+class ShownJoint(TypedDict):
+    """A joint, in radians, or in meters if it `slides`. A velocity along `axis` moves it, to greater positions if
+    `sign` is 1, and to smaller ones if it is -1."""
+
+    name: str
+    axis: str
+    sign: int
+    slides: bool
+    min: float | None
+    max: float | None
+    start: float
+
+
+class ShownBone(TypedDict):
+    """A joint in a skeleton, as in `improv_core/score/skeleton.py`: meters and radians."""
+
+    joint: str
+    carrier: int
+    place: Sequence[float]
+    turn: Sequence[float]
+    axis: Sequence[float]
+    way: Literal["turns", "slides", "stays"]
+    rest: float
+    follows: str | None
+    ratio: float
+    shift: float
+
+
+class ShownBodyPart(TypedDict):
+    """A body part of a robot, and whether the score moves it."""
+
+    name: str
+    joints: Sequence[ShownJoint]
+    moves: bool
+
+
+class ShownRobot(TypedDict):
+    """What a robot of a score is like. `start_pose` is x, y, z, and heading; `near` is the reach of that sense in
+    meters.
+
+    Its part `begins` and `ends` at a beat. `senses` are those that its part reads, with their sources as in a score.
+    """
+
+    profile: str
+    dynamics: str
+    radius: float
+    motions: Sequence[str]
+    start_pose: Sequence[float]
+    begins: float
+    ends: float | None
+    senses: Mapping[str, Mapping[str, Any]]
+    near: float
+    body: Sequence[ShownBodyPart]
+
+
+class ShownDeadman(TypedDict):
+    """The button of a gamepad that somebody has to hold while robots move."""
+
+    button: int
+
+
+class ShownMusic(TypedDict):
+    """The song of a dance: its `file` as it is written in improv.toml, "" if people choose one on the page; how many
+    seconds after its beginning beat 0 is; and its volume, from 0 to 1."""
+
+    file: str
+    first_beat: float
+    volume: float
+
+
+class ShownScore(TypedDict):
+    """A score as pages show it.
+
+    `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on. `scene_names` are those of all
+    scenes, "" for one without. `bar` is how many beats a bar has, if the program says it. `skeletons` are those of
+    profiles.
+    """
+
+    type: Literal["score"]
+    generation: int
+    tempo: float
+    scene: int
+    scenes: Sequence[float]
+    scene_names: Sequence[str]
+    bar: int | None
+    beats: float | None
+    world: Mapping[str, Any] | None
+    text: str
+    offsets: Mapping[str, int]
+    words: Mapping[str, Sequence[float]]
+    robots: Mapping[str, ShownRobot]
+    skeletons: Mapping[str, Sequence[ShownBone]]
+    takes_start_poses: bool
+    deadman: ShownDeadman | None
+    music: ShownMusic | None
+
+
+class BumpJson(TypedDict):
+    at: float
+    x: float
+    y: float
+    robots: Sequence[str]
+
+
+class Bumps(TypedDict):
+    type: Literal["bumps"]
+    past: bool
+    bumps: Sequence[BumpJson]
+
+
+class RobotWindow(TypedDict):
+    """What one robot does up to beat `until`: the ideal pose of its base at the beginning, and the moments of its base
+    and of each body part that moves."""
+
+    pose: Sequence[float] | None
+    moments: Sequence[Sequence[Any]]
+    body: Mapping[str, Sequence[Sequence[Any]]]
+    until: float
+
+
+class MeetingJson(TypedDict):
+    """Two robots that come too near to each other at a beat, with their poses there, x, y, z, and heading; how near
+    they come until they are apart again, in meters; and how often they meet after that."""
+
+    robots: Sequence[str]
+    beat: float
+    distance: float
+    more: int
+    poses: Sequence[Sequence[float]]
+
+
+class HitJson(TypedDict):
+    """A robot that comes too near to a thing in the world, such as `wall 1`, or `edge`, at a beat."""
+
+    robot: str
+    thing: str
+    beat: float
+    pose: Sequence[float]
+
+
+MeetingsMessage = TypedDict(
+    "MeetingsMessage",
+    {
+        "type": Literal["meetings"],
+        "generation": int,
+        "from": float,
+        "to": float,
+        "all": bool,
+        "assumes": bool,
+        "meetings": Sequence[MeetingJson],
+        "hits": Sequence[HitJson],
+    },
+)
+"""Who meets whom in a score between two beats. If it is `all`, nothing else comes after that; if it `assumes`, senses
+may decide otherwise."""
+
+
+class Press(TypedDict):
+    """A press of *Stop* on this page, which counts them, at its place among the page's other requests."""
+
+    type: Literal["press"]
+    number: Count
+
+
+AskWindow = TypedDict(
+    "AskWindow",
+    {"type": Literal["window"], "generation": Beat, "from": Beat, "to": Beat},
+)
+Window = TypedDict(
+    "Window",
+    {
+        "type": Literal["window"],
+        "generation": int,
+        "from": float,
+        "to": float,
+        "robots": Mapping[str, RobotWindow],
+    },
+)
+
+ToPage = (
+    DrawnRobots
+    | ServerTime
+    | DrawnPoses
+    | DrawnTrails
+    | DrawnMeasured
+    | TransportMessage
+    | Stopped
+    | ProgramMessage
+    | ShownScore
+    | Bumps
+    | Window
+    | MeetingsMessage
+    | Misplaced
+    | Armed
+    | Sensed
+    | Decided
+    | FaultMessage
+    | Vitals
+    | WhyStill
+    | JointPositions
+    | ProgramSource
+    | EditorAnswer
+)
+FromPage = Press | PageConduct | Restart | PlaceRobots | Form | Tune | AskWindow | AskEditor

@@ -1,0 +1,42 @@
+"""What a page may ask for. Every value is checked, and anything that does not fit is dropped."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any, cast
+
+from improv_core.protocol.decoding import by_type
+from improv_core.protocol.fields import Count
+from improv_core.protocol.page_messages import FromPage
+from improv_core.score.fits import fits
+
+PAGE = re.compile(r"[0-9A-Za-z-]{1,64}")
+"""The name that a page gives itself."""
+
+_REQUESTS: dict[str, Any] = by_type(FromPage)
+
+
+def read(text: str) -> FromPage | None:
+    """The request in a message, with the values that every such request has and no others, or None."""
+    try:
+        message = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    kind = message.get("type") if isinstance(message, dict) else None
+    expected = _REQUESTS.get(kind) if isinstance(kind, str) else None
+    if expected is None:
+        return None
+    request = {name: value for name, value in message.items() if name in expected.__required_keys__}
+    return cast(FromPage, request) if fits(request, expected) else None
+
+
+def read_page(text: str | None) -> str:
+    """The name of a page; empty if it is not one."""
+    return text if text and PAGE.fullmatch(text) else ""
+
+
+def read_count(text: str | None) -> int | None:
+    """A whole number in a URL."""
+    number = int(text) if text and len(text) < 16 and text.isascii() and text.isdigit() else None
+    return number if fits(number, Count) else None

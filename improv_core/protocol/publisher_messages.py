@@ -1,0 +1,33 @@
+"""The messages between a stage and the process that publishes what plays (docs/protocol.md). Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
+
+from improv_core.protocol.messages import ErrorLine, Measured, Sensed, TransportMessage, WarningLine
+from improv_core.protocol.robot_messages import FaultMessage
+
+
+class Plays(TypedDict):
+    """A score has arrived at the stage, as `score_json.to_json` writes it."""
+
+    type: Literal["plays"]
+    generation: int
+    score: Mapping[str, Any]
+
+
+class Health(TypedDict):
+    """How well commands reach robots: `late` is the longest delay in seconds, `missing` says why robots can't hear, and
+    `clipped` are those whose commands exceeded their limits."""
+
+    type: Literal["health"]
+    late: float
+    missing: Mapping[str, str]
+    clipped: Sequence[str]
+
+
+ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | FaultMessage | Health
+"""From the stage to the process that publishes what plays, over a pipe."""
+FromPublisher = ErrorLine
+"""From that process to the stage: why it ends."""

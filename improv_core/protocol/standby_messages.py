@@ -1,0 +1,84 @@
+"""The messages between a stage and its standby (docs/protocol.md). Standard library only."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+from improv_core.protocol.json_lines import Alive
+
+
+class Publish(TypedDict):
+    """The stage has a publisher: `kind` is the type of its messages, and it may be its second node's. For a velocity
+    controller, `joints` is how many joints it has; otherwise 0."""
+
+    type: Literal["publish"]
+    topic: str
+    kind: str
+    second: bool
+    joints: int
+
+
+class Withdraw(TypedDict):
+    """The stage no longer has a publisher."""
+
+    type: Literal["withdraw"]
+    topic: str
+    kind: str
+
+
+class Moves(TypedDict):
+    """A robot is about to be told to move, by velocities in a frame; `patience` as in `Pulse`."""
+
+    type: Literal["moves"]
+    topic: str
+    frame: str
+    patience: float
+
+
+class Pulse(TypedDict):
+    """The stage lives; if nothing more comes within `patience` seconds, it hangs."""
+
+    type: Literal["pulse"]
+    patience: float
+
+
+class Stands(TypedDict):
+    """All robots have been told to stop. Those that moved may not have heard it."""
+
+    type: Literal["stands"]
+
+
+class Owes(TypedDict):
+    """The robot on a topic may not have heard that it was told to stop; sent for those that `stands` is not about."""
+
+    type: Literal["owes"]
+    topic: str
+    frame: str
+
+
+class Paid(TypedDict):
+    """The robot on a topic has heard that it was told to stop, or zeros are no longer sent for another reason."""
+
+    type: Literal["paid"]
+    topic: str
+
+
+class EndStandby(TypedDict):
+    """The stage ends, and its robots stand."""
+
+    type: Literal["end"]
+
+
+ToStandby = Publish | Withdraw | Moves | Pulse | Stands | Owes | Paid | EndStandby
+"""From the stage to its standby, over a pipe."""
+
+
+class ListenerFound(TypedDict):
+    """A publisher of the standby's has found a listener."""
+
+    type: Literal["found"]
+    topic: str
+    kind: str
+
+
+FromStandby = Alive | ListenerFound

@@ -1,0 +1,1 @@
+"""Performances of our own: robots drive to their places, and are calibrated."""

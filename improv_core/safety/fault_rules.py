@@ -1,0 +1,221 @@
+"""What is wrong with a robot: `look(watch, known, rules) -> (watch, news)`. It does nothing, and never reads a clock.
+
+Times are the clock's, in seconds; other units are meters and radians. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from improv_core.safety.odometry import Comparison
+from improv_core.score.faults import Fault, FaultRules
+
+SILENT = 1.0
+"""Seconds without a pose after which a robot is silent, if its poses usually come at least every third of that."""
+USUAL = 3
+"""How many times as long as usual between two poses that may otherwise be, while it is told to move: localization sends
+a pose only after a robot has moved."""
+LONGEST_USUAL = 1.0
+"""Seconds between two poses: no source counts as rarer."""
+BACK = 0.8
+"""The share of the limits within which a robot counts as back on its path, so that one at the limit is told once."""
+STUCK = 1.0
+"""Seconds for which a robot that is told to move may stand. One that speeds up by 0.9 m/s², and whose poses come 80 ms
+late, has moved by `MOVES` after 0.34 s."""
+TOLD, TOLD_TURN = 0.1, math.radians(15)
+"""Meters and radians that it should have moved meanwhile: a robot that only trembles on the spot is not stuck."""
+MOVES, MOVES_TURN = 0.03, math.radians(3)
+"""Meters and radians from which a robot really moves. Poses that are measured tremble by less."""
+FRESH = 0.5
+"""Seconds: older poses don't show whether a robot moves."""
+LATE = 0.02
+"""Seconds by which a command may leave too late. A base notices nothing: its own cycle takes as long."""
+SWAPPED = 0.5
+"""Seconds in which two robots have jumped, and the share of a jump by which each may be off where the other one was, if
+they seem to be swapped: both move on meanwhile."""
+QUIET = 10.0
+"""Seconds without a jump or a late command after which that is over. Two nodes that publish on one topic make twenty
+jumps a second."""
+
+
+class Worst(NamedTuple):
+    """How bad a fault is or was: meters and radians off a path or jumped, seconds without poses or movement or late."""
+
+    distance: float = 0.0
+    turn: float = 0.0
+    seconds: float = 0.0
+
+
+class FaultBegan(NamedTuple):
+    """Something is wrong with a robot from now on. A robot that has jumped seems to be `swapped` with another one if
+    each of them is where the other one was."""
+
+    fault: Fault
+    worst: Worst
+    swapped: str = ""
+
+
+class FaultOver(NamedTuple):
+    """It isn't anymore. `worst` is how bad it was."""
+
+    fault: Fault
+    worst: Worst
+
+
+News = FaultBegan | FaultOver
+
+
+@dataclass(frozen=True, slots=True)
+class RobotFacts:
+    """What is known of a robot at time `now`.
+
+    `poses` have come since the last look, and all that were sent by `heard` have come; None if nobody measures it.
+    It has been told to move since `moves`, or stands (None). Its listener is `gone`, and its commands since the last
+    look left `late` by so many seconds at most.
+    """
+
+    now: float
+    poses: Sequence[Comparison] = ()
+    heard: float | None = None
+    moves: float | None = None
+    gone: bool = False
+    late: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class RobotWatch:
+    """One robot as it is watched: the faults that are not over, with the time they began, and how bad each has been.
+
+    `latest` is its latest pose, and `usual` how long it usually takes until the next one. `anchor` is the pose from
+    which it has not moved since. `jumped` and `late` are the latest times of that, and `left` is where it was before it
+    jumped.
+    """
+
+    open: Mapping[Fault, tuple[float, Worst]] = field(default_factory=dict)
+    latest: Comparison | None = None
+    usual: float = 0.0
+    anchor: Comparison | None = None
+    jumped: float = -math.inf
+    left: Comparison | None = None
+    late: float = -math.inf
+
+
+def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[RobotWatch, list[News]]:
+    """What is wrong with a robot since the last look, and what no longer is."""
+    found: dict[Fault, Worst | None] = {}  # None: it is over; what isn't in it stays as it is
+    for pose in known.poses:
+        watch = _posed(watch, pose, found, rules)
+    if known.moves is not None and watch.anchor and watch.anchor.raw.at < known.moves:
+        watch = replace(watch, anchor=watch.latest)
+    _find_silence(watch, known, found)
+    _find_standstill(watch, known, found)
+    found["gone"] = Worst(seconds=known.now - _since(watch, "gone", known.now)) if known.gone else None
+    if known.late > LATE:
+        watch = replace(watch, late=known.now)
+        found["late"] = Worst(seconds=known.late)
+    calm: Mapping[Fault, float] = {"jumped": watch.jumped, "late": watch.late}
+    for fault, last in calm.items():
+        if fault not in found and known.now >= last + QUIET:
+            found[fault] = None
+    return _settled(watch, found, known.now)
+
+
+def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:
+    """Whether two robots have jumped to where the other one was, so that their poses seem to be swapped."""
+    if not (one.left and one.latest and other.left and other.latest) or abs(one.jumped - other.jumped) > SWAPPED:
+        return False
+    far, _ = one.left.pose.apart(other.left.pose)
+    offs = one.latest.pose.apart(other.left.pose), other.latest.pose.apart(one.left.pose)
+    return all(off < SWAPPED * far for off, _ in offs)
+
+
+def _settled(watch: RobotWatch, found: Mapping[Fault, Worst | None], now: float) -> tuple[RobotWatch, list[News]]:
+    """The watch with what was found, and what is new in that."""
+    if not watch.open and not any(found.values()):
+        return watch, []
+    opened, news = dict(watch.open), list[News]()
+    for fault, worst in found.items():
+        since, before = opened.get(fault, (now, Worst()))
+        if worst:
+            worst = Worst(*map(max, before, worst))
+            if fault not in opened:
+                news.append(FaultBegan(fault, worst))
+            opened[fault] = since, worst
+        elif fault in opened:
+            news.append(FaultOver(fault, before))
+            del opened[fault]
+    return replace(watch, open=opened), news
+
+
+def _posed(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> RobotWatch:
+    """Take a pose."""
+    before, anchor, usual, jumped, left = watch.latest, watch.anchor, watch.usual, watch.jumped, watch.left
+    if before and pose.raw.at - before.raw.at <= SILENT:  # a longer gap is not usual
+        usual = min(max(pose.raw.at - before.raw.at, 0.9 * usual), LONGEST_USUAL)
+    if pose.jump:
+        jumped, left = pose.raw.at, before
+        _note(found, "jumped", Worst(*pose.jump))
+    _find_deviation(watch, pose, found, rules)
+    if pose.jump or not anchor or anchor.aligned != pose.aligned or _has_moved(anchor, pose):
+        anchor, found["stuck"] = pose, None
+    return replace(watch, latest=pose, usual=usual, anchor=anchor, jumped=jumped, left=left)
+
+
+def _find_deviation(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> None:
+    """Find out whether a robot is off its path: off where it ideally is, and off where it was a moment ago.
+
+    It is back once it is near all of that. Otherwise a turn would bring a robot back whose heading is off: for a
+    moment, it looks as if it only lagged.
+    """
+    offs = [pose.pose.apart(each) for each in (pose.ideal, *pose.recent)]
+    if all(_is_off(off, rules, 1.0) for off in offs):
+        _note(found, "off_path", Worst(*offs[0]))
+    elif not any(_is_off(off, rules, BACK) for off in offs):
+        found["off_path"] = None
+
+
+def _is_off(off: tuple[float, float], rules: FaultRules, share: float) -> bool:
+    return off[0] > rules.distance * share or off[1] > rules.angle * share
+
+
+def _has_moved(anchor: Comparison, pose: Comparison) -> bool:
+    far, turn = pose.pose.apart(anchor.pose)
+    return far >= MOVES or turn >= MOVES_TURN
+
+
+def _find_silence(watch: RobotWatch, known: RobotFacts, found: dict[Fault, Worst | None]) -> None:
+    """Find out whether a robot's poses have stopped."""
+    if known.heard is None or not watch.latest:
+        found["silent"] = None
+        return
+    at = watch.latest.raw.at
+    limit, since = SILENT, at
+    if USUAL * watch.usual > SILENT:
+        limit, since = USUAL * watch.usual, max(at, known.now if known.moves is None else known.moves)
+    if known.heard - since > limit:
+        found["silent"] = Worst(seconds=known.heard - at)
+    elif known.poses:
+        found["silent"] = None
+
+
+def _find_standstill(watch: RobotWatch, known: RobotFacts, found: dict[Fault, Worst | None]) -> None:
+    """Find out whether a robot stands although it is told to move."""
+    latest, anchor = watch.latest, watch.anchor
+    if known.moves is None or not latest or not anchor:
+        found["stuck"] = None
+        return
+    stood = latest.raw.at - max(anchor.raw.at, known.moves)
+    far, turn = latest.ideal.apart(anchor.ideal)
+    if known.now - latest.raw.at <= FRESH and stood >= STUCK and (far >= TOLD or turn >= TOLD_TURN):
+        found["stuck"] = Worst(seconds=stood)
+
+
+def _note(found: dict[Fault, Worst | None], fault: Fault, worst: Worst) -> None:
+    found[fault] = Worst(*map(max, found.get(fault) or Worst(), worst))
+
+
+def _since(watch: RobotWatch, fault: Fault, now: float) -> float:
+    return watch.open[fault][0] if fault in watch.open else now

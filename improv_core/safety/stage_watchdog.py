@@ -1,0 +1,87 @@
+"""Checks whether a stage still responds, and whether we do. Standard library only; callers pass the time in."""
+
+from __future__ import annotations
+
+from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+
+PING_PERIOD = 0.1
+"""Seconds between two pings. They show the stage that we are alive, and its answers show us that it is."""
+LOOK_PERIOD = PING_PERIOD / 4
+"""Seconds between two checks whether the stage hangs."""
+HARMLESS_HANG_LIMIT = 3.0
+"""Seconds without an answer after which a stage that moves no real robots counts as hung: it does no harm if late."""
+REST = 1.0
+"""Seconds after the last message until a stage that moves nothing and has answered is no longer pinged."""
+PULSE_LIMIT = 3.0
+"""Seconds our event loop may stall, for example on a huge document, before we count as hung ourselves."""
+
+
+class Watch:
+    """The pings and answers of one stage. Times are monotonic, in seconds.
+
+    Several threads use it without a lock, because only one thread writes each field: the one that pings (`ping`), the
+    one that writes scores (`loading`), the one that reads (`pong`, `moving`, `stopped`), or the event loop (`look`).
+    Of several that are `writing`, any may come last.
+    """
+
+    def __init__(self, now: float, hang_limit: float = HANG_LIMIT) -> None:
+        self._hang_limit = hang_limit  # of a stage that moves real robots
+        self._pinged = 0  # by the one that pings: the number of the latest ping
+        self._loads_end_with = 0  # by the writer: the ping after the latest score
+        self._loaded = 0  # by the reader: the latest of these that was answered
+        self._wrote = now  # when something other than a ping was last sent
+        self._plays = False  # by the reader: whether robots move
+        self._moves = False  # by the reader: whether they do, or may do so by themselves
+        self._moved = now  # by the reader: when it was last told that
+        self._answered = now  # by the reader
+        self._pongs = 0  # by the reader: the highest number that was answered
+        self._looked = now  # by the event loop
+        self._forgiven = now  # by the event loop: until then, we had stalled
+
+    def may_ping(self, now: float) -> bool:
+        """Whether to send a ping now. Not if our event loop hangs, so that the stage notices."""
+        return now - max(self._looked, self._wrote) <= PULSE_LIMIT
+
+    def ping(self, number: int) -> None:
+        """A ping is being sent. Numbers rise."""
+        self._pinged = number
+
+    def rests(self, now: float) -> bool:
+        """Whether nothing can happen that needs pings until something is written to the stage or it moves robots."""
+        return not self._moves and self._pongs >= self._pinged and now > max(self._wrote, self._moved) + REST
+
+    def writing(self, now: float) -> None:
+        """Something other than a ping is about to be sent."""
+        self._wrote = now
+
+    def moving(self, plays: bool, may_play: bool, now: float) -> None:
+        """The stage says whether it moves robots, and whether it may move them without being asked."""
+        self._plays, self._moves, self._moved = plays, plays or may_play, now
+
+    def loading(self, number: int) -> None:
+        """A score is being sent, followed by a ping with this number. Until that is answered, the stage may take
+        longer."""
+        self._loads_end_with = number
+
+    def pong(self, number: int, now: float) -> None:
+        """The stage has answered a ping."""
+        self._answered, self._pongs = now, max(self._pongs, number)
+        if number == self._loads_end_with:
+            self._loaded = number
+
+    def stopped(self, now: float) -> None:
+        """The stage has sent its last message. It may take some time to exit."""
+        self._answered = now + END_LIMIT
+
+    def look(self, now: float, real: bool) -> float | None:
+        """The limit that the stage has exceeded, in seconds; None if it responds. Call this every LOOK_PERIOD.
+
+        `real` is whether its robots are real.
+        """
+        if now > self._looked + LOOK_PERIOD + PING_PERIOD:
+            self._forgiven = now  # we had stalled, which says nothing about the stage
+        self._looked = now
+        limit = self._hang_limit if real and self._plays else HARMLESS_HANG_LIMIT
+        if self._loaded != self._loads_end_with:
+            limit = LOADING_LIMIT
+        return limit if now - max(self._answered, self._forgiven) > limit else None

@@ -1,0 +1,226 @@
+"""How `improv stop` reaches everything that plays: each process listens on Unix sockets of its own.
+
+The sockets are files in folders that only this user can enter. Nothing is reachable over a network. A terminal, an
+editor, cron, and ssh may each name another runtime folder, or none. So each process also listens in a folder that no
+environment variable names, and `improv stop` looks into all of them.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import socket
+import stat
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from improv_core.safety.stops import Stops
+
+SUPPORTED = hasattr(socket, "AF_UNIX")
+"""Whether this system has Unix sockets."""
+SHARED, RUNTIME = Path("/tmp"), Path("/run/user")
+"""Where all users have folders. Not named by the environment, which could hide what plays from `improv stop`; tests
+replace them inside the process that asks."""
+ASK = b"stop\n"
+IDLE = "nothing was playing"
+"""The answer of a process that had nothing to stop."""
+LIMIT = 2.0
+"""Seconds to wait for a process that does not answer."""
+AGAIN = 0.05
+"""Seconds until the next try if the system had no file handle for a new connection."""
+
+
+class StopSocketError(Exception):
+    """The sockets can't be used. The message is one line that says why."""
+
+
+class StopSocket:
+    """Calls `stop` from a thread whenever `improv stop` asks for it, and answers with the line that `stop` returns.
+
+    Raises StopSocketError if `improv stop` might not find it.
+    """
+
+    def __init__(self, stop: Callable[[], str]) -> None:
+        self._stop = stop
+        self._closed = threading.Event()
+        self._servers: list[tuple[socket.socket, Path]] = []
+        name = f"{os.getpid()}-{secrets.token_hex(4)}.sock"
+        folders = [fixed_folder()]  # without it, one that has another environment would not find us
+        with suppress(StopSocketError):
+            folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each))]
+        try:
+            for folder in dict.fromkeys(folders):
+                self._listen(folder / name)
+        except StopSocketError:
+            if not self._servers:
+                raise
+
+    def close(self) -> None:
+        self._closed.set()
+        for server, path in self._servers:
+            with suppress(OSError):
+                path.unlink()
+            with suppress(OSError):
+                server.shutdown(socket.SHUT_RDWR)  # wakes the thread
+            server.close()
+
+    def _listen(self, path: Path) -> None:
+        draft = path.with_suffix(".new")
+        server = socket.socket(socket.AF_UNIX)
+        try:
+            server.bind(str(draft))
+            draft.chmod(0o600)
+            server.listen()
+            draft.rename(path)  # `improv stop` removes a socket that nobody listens on, as this one was until now
+            threading.Thread(target=self._serve, args=(server,), daemon=True).start()
+        except (OSError, RuntimeError) as error:
+            server.close()
+            for each in (draft, path):
+                with suppress(OSError):
+                    each.unlink(missing_ok=True)
+            raise StopSocketError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+        self._servers.append((server, path))
+
+    def _serve(self, server: socket.socket) -> None:
+        while not self._closed.is_set():
+            try:
+                asking, _ = server.accept()
+            except OSError:  # closed; or the system is out of file handles for now
+                self._closed.wait(AGAIN)
+                continue
+            try:
+                # On a thread of its own: a process that connects and stays silent must not hold up the next one.
+                threading.Thread(target=self._answer, args=(asking,), daemon=True).start()
+            except RuntimeError:  # there can't be more threads now
+                self._answer(asking)
+
+    def _answer(self, asking: socket.socket) -> None:
+        with asking, suppress(OSError):
+            asking.settimeout(LIMIT)
+            if asking.recv(len(ASK)) == ASK:
+                asking.sendall(self._stop().encode())
+
+
+def listening(stop: Callable[[], str], stops: Stops) -> StopSocket | None:
+    """A socket, for as long as a process runs. If it can't be made, `stops` keep the reason."""
+    if not SUPPORTED:
+        return None
+    try:
+        return StopSocket(stop)
+    except StopSocketError as error:
+        stops.unreachable = f"its socket can't be made: {error}"
+        return None
+
+
+def stop_all() -> Iterator[str]:
+    """Stop everything of this user that plays; under sudo, also of the user who called it.
+
+    Yields each answer, or why there was none. Raises StopSocketError.
+    """
+    if not SUPPORTED:
+        raise StopSocketError("this system has no Unix sockets")
+    with ExitStack() as stack:
+        # All are asked before the first answer is awaited: one that hangs must not hold up the others.
+        asked: dict[str, tuple[Path, socket.socket | None]] = {}
+        for user in _users():
+            with _acting_as(user):
+                for path in _sockets(user):
+                    if asked.get(path.name, (path, None))[1] is None:
+                        connection = stack.enter_context(socket.socket(socket.AF_UNIX))
+                        connection.settimeout(LIMIT)
+                        try:
+                            connection.connect(str(path))
+                            connection.sendall(ASK)
+                        except (ConnectionRefusedError, FileNotFoundError):  # its process was killed
+                            with suppress(OSError):
+                                path.unlink(missing_ok=True)
+                        except OSError:
+                            asked[path.name] = path, None
+                        else:
+                            asked[path.name] = path, connection
+        for path, silent_or in asked.values():
+            try:
+                answer = silent_or.makefile(encoding="utf-8", errors="replace").read() if silent_or else ""
+            except OSError:
+                answer = ""
+            yield answer or _silent(path)
+
+
+def fixed_folder() -> Path:
+    """The folder of the sockets that depends on nothing but the user. Raises StopSocketError.
+
+    Another user may have taken its name. Then it is one with a random name, which is found by its owner.
+    """
+    if not SUPPORTED:
+        raise StopSocketError("this system has no Unix sockets")
+    user = os.getuid()
+    if (usual := _made(SHARED / f"improv-{user}")) is not None:
+        return usual
+    for folder in _random_folders(user):
+        return folder
+    try:
+        return Path(tempfile.mkdtemp(prefix=f"improv-{user}-", dir=SHARED))  # only we can enter it
+    except OSError as error:
+        raise StopSocketError(f"{SHARED}: {error.strerror or error}") from None
+
+
+def _runtime_folders(user: int) -> Iterator[Path]:
+    """The folders that sessions have for sockets, which may be removed while something plays."""
+    if (given := os.environ.get("XDG_RUNTIME_DIR")) and user == os.getuid():
+        yield Path(given, "improv")
+    yield Path(RUNTIME, str(user), "improv")
+
+
+def _random_folders(user: int) -> Iterator[Path]:
+    return (folder for folder in sorted(SHARED.glob(f"improv-{user}-*")) if _is_private(folder, user))
+
+
+def _sockets(user: int) -> Iterator[Path]:
+    for folder in dict.fromkeys((*_runtime_folders(user), SHARED / f"improv-{user}", *_random_folders(user))):
+        if _is_private(folder, user):
+            with suppress(OSError):
+                yield from sorted(folder.glob("*.sock"))
+
+
+def _made(folder: Path) -> Path | None:
+    """A folder, made if it is missing; None unless it is ours alone."""
+    with suppress(OSError):
+        folder.mkdir(0o700, exist_ok=True)
+    return folder if _is_private(folder, os.getuid()) else None
+
+
+def _is_private(folder: Path, user: int) -> bool:
+    try:
+        found = folder.lstat()
+    except (OSError, ValueError):
+        return False
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o077
+
+
+def _users() -> Iterator[int]:
+    """Whose dances to stop."""
+    yield os.getuid()
+    caller = os.environ.get("SUDO_UID", "")
+    if os.getuid() == 0 and caller.isascii() and caller.isdigit() and 0 < int(caller) < 2**32 - 1:
+        yield int(caller)
+
+
+@contextmanager
+def _acting_as(user: int) -> Iterator[None]:
+    """Opens another user's files with that user's rights, so nobody can trick root into opening something else."""
+    before = os.geteuid()
+    if user == before:
+        yield
+        return
+    os.seteuid(user)
+    try:
+        yield
+    finally:
+        os.seteuid(before)
+
+
+def _silent(path: Path) -> str:
+    return f"process {path.name.partition('-')[0]} does not answer: end it with `kill`"

@@ -1,0 +1,118 @@
+"""Stops and pauses: obeyed and counted as they arrive, ahead of everything that still waits. Standard library only."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from improv_core.protocol.commands import PageRequest, Pause, Stop, Watched, is_stop
+from improv_core.protocol.messages import Pressed, ToStage
+from improv_core.safety.suspend import NOTICED, asleep
+
+KNOWN = 0.25
+"""Seconds after which a press of an emergency stop counts as known to people. Until then, what arrives may have waited
+since before it, as all does that comes in when a process that was suspended continues."""
+
+
+class Receiver(Protocol):
+    """A stage, as far as stopping it needs."""
+
+    def send(self, message: ToStage) -> None: ...
+
+
+class Stops:
+    """Counts how often everything had to stop or pause, and has all stages do so at once. Every method is thread-safe.
+
+    A request to play carries the count from the moment it arrived. `send` drops it if a stop has come since then, so
+    nothing that was requested before a stop plays after it. If the machine has slept, that counts as a stop: stages
+    stop their robots then by themselves.
+
+    Emergency stops stay here until they are released, whatever happens to the stage that heard them.
+    """
+
+    def __init__(self, asleep: Callable[[], float] = asleep) -> None:
+        self._lock = threading.Lock()
+        self._stages: list[Receiver] = []
+        self._tell: list[Callable[[], object]] = []
+        self._asleep = asleep
+        self._slept = asleep()
+        self._count = 0
+        self.stopped = 0
+        """How many of these were stops and not pauses."""
+        self.unreachable = ""
+        """Why `improv stop` can't reach this process, if it can't: then no real robot moves."""
+        self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
+        """The emergency stops that are on, as a stage said last."""
+        self.known = 0
+        """How many presses of emergency stops are known to people who ask for something now."""
+
+    @property
+    def count(self) -> int:
+        """How often everything had to stop or pause until now."""
+        with self._lock:
+            return self._counted()
+
+    def add(self, stage: Receiver) -> None:
+        """From now on, this stage is stopped too."""
+        with self._lock:
+            self._stages.append(stage)
+
+    def discard(self, stage: Receiver) -> None:
+        with self._lock:
+            if stage in self._stages:
+                self._stages.remove(stage)
+
+    def stop(self, message: Stop | Pause | None = None) -> None:
+        """Have all stages stop at once, or pause."""
+        timed = message.copy() if message else Stop(type="stop")
+        timed["at"] = time.monotonic()
+        with self._lock:
+            for stage in self._stages:
+                stage.send(timed)
+            self._note(stop=timed["type"] == "stop")
+
+    def on_stop(self, tell: Callable[[], object]) -> None:
+        """From now on, call this at each stop, on its thread; not at a pause. It must not wait for anything."""
+        self._tell.append(tell)
+
+    def know(self, count: int) -> None:
+        """Note how many presses of emergency stops are known. What was requested before is no longer sent."""
+        with self._lock:
+            if count > self.known:
+                self.known = count
+                self._note(stop=True)
+
+    def arrive(self, request: PageRequest | Watched) -> int:
+        """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries."""
+        if is_stop(request):
+            self.stop(request)
+        return self.count
+
+    def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
+        """Send what makes robots move, unless a stop has come since the count was `asked`. Returns whether it was
+        sent."""
+        with self._lock:
+            if self._counted() != asked:
+                return False
+            if message["type"] == "load":
+                message["asleep"] = self._slept
+            stage.send(message)
+            return True
+
+    def _counted(self) -> int:
+        """The count, after a look whether the machine has slept."""
+        slept = self._asleep()
+        if slept > self._slept + NOTICED:
+            self._slept = slept
+            self._note(stop=True)
+        self._slept = max(slept, self._slept)
+        return self._count
+
+    def _note(self, *, stop: bool) -> None:
+        """Count a stop, or a pause, and tell of a stop."""
+        self._count = self._counted() + 1
+        self.stopped += stop
+        for tell in self._tell if stop else ():
+            tell()

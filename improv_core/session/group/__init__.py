@@ -1,0 +1,1 @@
+"""Several stages that play as one."""

@@ -1,0 +1,48 @@
+"""What a decision about stages on several machines can ask for, and when it is made. Standard library only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from improv_core.ipc.stage_process import Heard
+from improv_core.protocol.messages import ToStage
+from improv_core.session.group.state import Troupe
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """The monotonic time, and Unix time."""
+
+    at: float
+    wall: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SendTo:
+    """Send a message to the stage of a host."""
+
+    host: str
+    message: ToStage
+
+
+@dataclass(frozen=True, slots=True)
+class Say:
+    """Say a message to whoever believes that all are one stage."""
+
+    message: Heard
+
+
+@dataclass(frozen=True, slots=True)
+class StartHost:
+    """Start the stage of a host again."""
+
+    host: str
+
+
+Act = SendTo | Say | StartHost
+Decided = tuple[Troupe, list[Act]]
+
+
+def warning(line: str) -> Say:
+    """Tell people this, no matter which stage it is about."""
+    return Say({"type": "warning", "message": line})

@@ -1,0 +1,166 @@
+"""Stages on several machines that look like one: it has their processes and the timer, and does what is decided about
+them (`together`). Standard library only."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections import deque
+from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
+from functools import partial
+
+from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.protocol.commands import is_stop
+from improv_core.protocol.messages import VERSION, Ready, ToStage
+from improv_core.session.group import rules
+from improv_core.session.group.acts import Decided, Say, SendTo, StartHost, Times
+from improv_core.session.group.state import HERE, Hosted, Troupe
+
+PAUSES = (1.0, 2.0, 4.0, 8.0, 15.0)
+"""Seconds before each attempt to reach a host again; the last one is repeated."""
+
+HearMember = Callable[[Stage, Heard, int], None]
+StartMember = Callable[[str, HearMember], Awaitable[Stage | None]]
+"""Starts the stage of a host. None if there can be none here. Raises StageError."""
+HearAll = Callable[["Ensemble", Heard, int], None]
+
+
+class Ensemble:
+    """Several stages, by their hosts. Made by `start`. `send` may be called on any thread for stops and pauses."""
+
+    def __init__(self, hosts: Sequence[str], start: StartMember, hear: HearAll) -> None:
+        self._troupe = Troupe({host: Hosted(alive=False) for host in hosts})
+        self._start_member = start
+        self._hear = hear
+        self._loop = asyncio.get_running_loop()
+        self._stages: dict[str, Stage] = {}
+        self._stopped: deque[ToStage] = deque()  # stops and pauses that were sent and have yet to be noted
+        self._again: dict[str, asyncio.Task[None]] = {}
+        self._timer: asyncio.TimerHandle | None = None
+        self._closing = False
+
+    @classmethod
+    async def start(cls, hosts: Sequence[str], start: StartMember, hear: HearAll) -> Ensemble:
+        """Start the stages of all hosts. One that can't be reached is tried again later. Raises StageError if none can,
+        or if the one here fails."""
+        made = cls(hosts, start, hear)
+        found = await asyncio.gather(*map(made._start, hosts), return_exceptions=True)
+        problems = {host: each for host, each in zip(hosts, found, strict=True) if isinstance(each, BaseException)}
+        try:
+            for host, problem in problems.items():
+                if host == HERE or not made._stages or not isinstance(problem, StageError):
+                    raise problem
+            if not made._stages:
+                raise StageError("no stage could be started")
+        except BaseException:
+            await made.close()
+            raise
+        for host, problem in problems.items():
+            made._loop.call_soon(made._try_later, host, str(problem))
+        return made
+
+    @property
+    def ready(self) -> Ready:
+        """What the stages said first, as if they were one."""
+        sinks = [
+            f"{stage.ready['sink']} on {host}" if host else stage.ready["sink"] for host, stage in self._stages.items()
+        ]
+        return {"type": "ready", "protocol": VERSION, "sink": "; ".join(sinks), "real": True}
+
+    def send(self, message: ToStage) -> None:
+        """Send all a message. A stop goes to all at once."""
+        if is_stop(message):
+            timed = rules.in_time(self._troupe, message, _now())
+            for stage in [*self._stages.values()]:
+                stage.send(timed)
+            self._stopped.append(message)
+            with suppress(RuntimeError):  # the loop was closed
+                self._loop.call_soon_threadsafe(self._note_stops)
+        else:
+            self._note_stops()
+            self._do(rules.told(self._troupe, message, _now()))
+
+    async def close(self) -> None:
+        """Stop the robots and end the stages."""
+        self._closing = True
+        if self._timer:
+            self._timer.cancel()
+        for task in self._again.values():
+            task.cancel()
+        await asyncio.gather(*self._again.values(), return_exceptions=True)
+        await asyncio.gather(*(stage.close() for stage in self._stages.values()))
+        self._stages.clear()
+
+    async def _start(self, host: str) -> None:
+        stage = await self._start_member(host, partial(self._heard, host))
+        if stage:
+            self._stages[host] = stage
+            self._do(rules.started(self._troupe, host, _now()))
+
+    def _heard(self, host: str, stage: Stage, message: Heard, stops: int) -> None:
+        self._note_stops()
+        if message["type"] == "request":
+            self._hear(self, message, stops)
+            return
+        if message["type"] == "gone":
+            self._stages.pop(host, None)
+        self._do(rules.said(self._troupe, host, message, _now()))
+
+    def _note_stops(self) -> None:
+        """Decide what follows from stops and pauses before anything else that came after them."""
+        while self._stopped:
+            self._do(rules.told(self._troupe, self._stopped.popleft(), _now()))
+
+    def _do(self, decided: Decided) -> None:
+        self._troupe, acts = decided
+        for act in acts:
+            match act:
+                case SendTo(host, message):
+                    if host in self._stages:
+                        self._stages[host].send(message)
+                case Say(message):
+                    self._hear(self, message, 0)
+                case StartHost(host):
+                    self._again[host] = asyncio.create_task(self._start_again(host))
+        self._wait()
+
+    def _wait(self) -> None:
+        if self._timer:
+            self._timer.cancel()
+        at = rules.due(self._troupe, _now())
+        if at < math.inf and not self._closing:
+            self._timer = self._loop.call_at(at, self._waited)
+
+    def _waited(self) -> None:
+        self._timer = None
+        self._do(rules.waited(self._troupe, _now()))
+
+    def _try_later(self, host: str, problem: str) -> None:
+        self._do((self._troupe, [_cannot_be_reached(host, problem)]))
+        self._again[host] = asyncio.create_task(self._start_again(host, problem))
+
+    async def _start_again(self, host: str, told: str = "") -> None:
+        """Try until it works. A reason for a failure that was `told` last is not told again."""
+        attempt = 0
+        while not self._closing:
+            await asyncio.sleep(PAUSES[min(attempt, len(PAUSES) - 1)])
+            attempt += 1
+            try:
+                await self._start(host)
+            except StageError as error:
+                if str(error) != told:
+                    told = str(error)
+                    self._do((self._troupe, [_cannot_be_reached(host, told)]))
+            else:
+                return
+
+
+def _cannot_be_reached(host: str, problem: str) -> Say:
+    who = host or "the stage here"
+    return Say({"type": "warning", "message": f"{who} can't be reached: {problem} (Improv goes on trying)"})
+
+
+def _now() -> Times:
+    return Times(time.monotonic(), time.time())

@@ -1,0 +1,257 @@
+"""All that is known about stages on several machines that play as one. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, Literal, cast
+
+from improv_core.player.outside_clock import Following
+from improv_core.protocol.clock_messages import BendMessage
+from improv_core.protocol.commands import Speed
+from improv_core.protocol.limits import MOST_AHEAD, SILENCE_LIMIT
+from improv_core.protocol.messages import (
+    Arming,
+    CountJson,
+    Load,
+    MisplacedRobot,
+    Pressed,
+    SeenRobot,
+    Takeover,
+    ToStage,
+    TransportMessage,
+)
+from improv_core.score.transport import BEATS_PER_BAR
+
+HERE = ""
+"""The host of this machine."""
+SPARE = 0.03
+"""Seconds by which what is sent ahead should arrive early."""
+
+Mode = Literal["stopped", "gathering", "armed", "unplaced", "playing", "paused"]
+"""`gathering` until all are ready for beat 0, `armed` while that waits for a person or a time, and `unplaced` if a
+robot that is not in its place has kept it from coming."""
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """The host whose stage moves a robot, and how long that one is patient, in seconds."""
+
+    host: str = HERE
+    patience: float = SILENCE_LIMIT
+
+
+@dataclass(frozen=True, slots=True)
+class Hosted:
+    """A stage: what it said last, whether it is ready for beat 0 (`armed`), whether it is alive, and how many seconds a
+    message may take to reach it (`lag`). `misplaced` are its robots that are not in their places. It `may_move` until
+    it has confirmed a stop. `pressed` is what it has said about emergency stops, and `vitals` how its robots are."""
+
+    alive: bool = True
+    armed: bool = False
+    transport: TransportMessage | None = None
+    lag: float = 0.0
+    misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
+    may_move: bool = False
+    vitals: Mapping[str, Any] = field(default_factory=dict)
+    pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
+
+
+@dataclass(frozen=True, slots=True)
+class Troupe:
+    """The stages, by their hosts, and what they play. Only `together.py` makes the next one.
+
+    `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
+    person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
+    themselves, of which the latest pause began with the one that `paused_first`, and those that are `joining` have yet
+    to play along. They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts`
+    on, in monotonic seconds, their clocks may have drifted apart. `kept` holds for stages that start later.
+    `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
+    count of presses that was told how many each stage had heard. `seen` are robots of which stages elsewhere have yet
+    to be told where they are, from `passes_on` on, in monotonic seconds.
+
+    All follow a `clock` of music, which only the parent hears. `bent` is the latest bend that they were told, and from
+    `looks` on they may be told another one. They begin or go on when it `enters`, in monotonic seconds, at the beat
+    `enters_at`. A pause during which it `stands` ends with that.
+    """
+
+    members: Mapping[str, Hosted]
+    mode: Mode = "stopped"
+    load: Load | None = None
+    robots: Mapping[str, Owner] = field(default_factory=dict)
+    arming: Arming | None = None
+    begins: float = math.inf
+    anyway: bool = False
+    paused_by: frozenset[str] = frozenset()
+    since: float = -math.inf
+    drifts: float = math.inf
+    joining: frozenset[str] = frozenset()
+    kept: Mapping[str, ToStage] = field(default_factory=dict)
+    unconfirmed_at: float = math.inf
+    presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    paused_first: str | None = None
+    seen: Mapping[str, SeenRobot] = field(default_factory=dict)
+    passes_on: float = -math.inf
+    clock: Following | None = None
+    bent: BendMessage | None = None
+    looks: float = -math.inf
+    enters: float = math.inf
+    enters_at: float = 0.0
+    stands: bool = False
+
+    @property
+    def alive(self) -> list[str]:
+        """The hosts whose stages are alive; this machine is the first one."""
+        return sorted(host for host, member in self.members.items() if member.alive)
+
+    def others(self, host: str) -> list[str]:
+        """The hosts whose stages are alive, but for this one."""
+        return [each for each in self.alive if each != host]
+
+    @property
+    def lead(self) -> str | None:
+        """The host whose stage tells for all where playback is: the first one that plays and moves robots."""
+        with_robots = {owner.host for owner in self.robots.values()}
+        playing = [host for host in self.alive if host not in self.joining]
+        return min(playing, key=lambda host: (host not in with_robots, host), default=None)
+
+    @property
+    def position(self) -> TransportMessage | None:
+        """Where the one that leads is."""
+        lead = self.lead
+        return self.members[lead].transport if lead is not None else None
+
+    @property
+    def generation(self) -> int:
+        """The number of the score."""
+        return self.load["generation"] if self.load else 0
+
+    @property
+    def ahead(self) -> float:
+        """Seconds by which everybody must be told of something in order to do it at the same instant."""
+        lag = max((self.members[host].lag for host in self.alive), default=0.0)
+        return min(lag + SPARE, MOST_AHEAD)
+
+    @property
+    def count(self) -> CountJson | None:
+        """What each stage counts before beat 0, from when it is told to begin."""
+        if not self.load or not self.load["score"].get("count_in") or self.clock:
+            return None
+        return {"beats": self.bar, "period": 60 / float(self.tempo * self.speed)}
+
+    @property
+    def bar(self) -> int:
+        """How many beats a bar has."""
+        return (self.load["score"]["bar"] or self.load.get("beats_per_bar", BEATS_PER_BAR)) if self.load else 0
+
+    @property
+    def tempo(self) -> Fraction:
+        """The tempo of the program, in beats per minute."""
+        return Fraction(self.load["score"]["tempo"]) if self.load else Fraction(0)
+
+    @property
+    def speed(self) -> Fraction:
+        """How many times as fast a person has it play."""
+        return Fraction(str(cast(Speed, self.kept.get("speed", {"factor": 1.0}))["factor"]))
+
+    @property
+    def is_led(self) -> bool:
+        """Whether a clock that runs is followed."""
+        return self.clock is not None and self.clock.rate > 0 and not self.clock.silent
+
+    @property
+    def opens(self) -> float:
+        """When all have to be told to begin by themselves, in Unix time: beats may be counted until beat 0."""
+        return self.begins - (self.count["beats"] * self.count["period"] if self.count else 0.0)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether something plays, or is about to."""
+        return self.mode != "stopped"
+
+    def repeats(self, host: str) -> bool:
+        """Whether a stage has paused because of robots that another one had found too near to each other before."""
+        first = self.members.get(self.paused_first or HERE)
+        one, other = first and first.transport, self.members[host].transport
+        if self.mode != "paused" or self.paused_first in (None, host) or not one or not other:
+            return False
+        near = {*other.get("too_near", ())}
+        return bool(near) and near <= {*one.get("too_near", ())}
+
+    def is_apart(self, host: str) -> bool:
+        """Whether a stage has begun a scene at another beat than the one that leads."""
+        one, other = self.position, self.members[host].transport
+        if not one or not other or one["generation"] != other["generation"] or other["state"] != "playing":
+            return False
+        known, here = one.get("scene"), other.get("scene")
+        if not known or not here:
+            return False
+        return known["index"] == here["index"] and known["begins"] != here["begins"]
+
+    def without_entry(self) -> Troupe:
+        """Nobody begins or goes on by the clock."""
+        return replace(self, enters=math.inf, stands=False)
+
+    def owns(self, host: str, robot: str) -> bool:
+        """Whether the stage of a host moves a robot."""
+        return self.robots.get(robot, Owner()).host == host
+
+    def of(self, host: str) -> list[str]:
+        """The robots that the stage of a host moves."""
+        return [robot for robot, owner in self.robots.items() if owner.host == host]
+
+    def with_member(self, host: str, **changes: Any) -> Troupe:
+        return replace(self, members={**self.members, host: replace(self.members[host], **changes)})
+
+    def with_all(self, hosts: Iterable[str], **changes: Any) -> Troupe:
+        """The same about the stages of several hosts."""
+        troupe = self
+        for host in hosts:
+            troupe = troupe.with_member(host, **changes)
+        return troupe
+
+    def loading(self, load: Load) -> Troupe:
+        """With a score, which may build on the one before: a part that is the same is null in it."""
+        score, before = load["score"], self.load["score"] if self.load else {"movements": [], "parts": {}}
+        parts = {robot: part or before["parts"].get(robot) for robot, part in score["parts"].items()}
+        movements = [*(before["movements"] if score["known"] else ()), *score["movements"]]
+        whole: Load = {**load, "score": {**score, "known": 0, "movements": movements, "parts": parts}}
+        return replace(self, load=whole, robots={robot: _owner(part or {}) for robot, part in parts.items()})
+
+    def load_for(self, host: str, load: Load) -> Load:
+        """A score as it is sent to the stage of a host."""
+        sent: Load = {**load, "here": host}
+        if "stops" in load:
+            sent["stops"] = self.presses.get(load["stops"], {}).get(host, 0)
+        if host != HERE:
+            patiences = [owner.patience for owner in self.robots.values() if owner.host == host]
+            sent["patience"] = min(patiences, default=SILENCE_LIMIT)
+        return sent
+
+    def entry_at(self, at: float) -> Takeover | None:
+        """Where the others are at a time, for a stage that joins them; None if they don't play this score."""
+        position = self.position
+        if position is None or position["state"] != "playing" or position["generation"] != self.generation:
+            return None
+        entry: Takeover = {"beat": beat_at(position, at), "monotonic": at}
+        if "begins" in position:
+            entry["begins"] = position["begins"]
+        if "scene" in position:
+            entry["scene"] = position["scene"]
+        if "pace" in position:
+            entry["pace"] = position["pace"]
+        return entry
+
+
+def beat_at(transport: TransportMessage, at: float) -> float:
+    """The beat at a time, which may be before what was reported last: it was told ahead."""
+    if transport["state"] != "playing":
+        return transport["beat"]
+    return max(transport["beat"] + (at - transport["monotonic"]) * transport["tempo"] / 60, 0.0)
+
+
+def _owner(part: Mapping[str, Any]) -> Owner:
+    host = part.get("host")
+    return Owner(host["name"], host["patience"]) if host else Owner()

@@ -1,0 +1,56 @@
+"""When stages on several machines begin, go on, and do what they are asked for: all at the same instant. Nothing here
+does anything. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from improv_core.protocol.messages import ToStage
+from improv_core.session.group.acts import Act, Decided, SendTo, Times
+from improv_core.session.group.state import SPARE, Troupe, beat_at
+
+EDGE = 0.01
+"""Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
+DRIFT_PERIOD = 10.0
+"""Seconds after which all are told again where the one that leads is: two clocks may drift by 0.1 ms in each."""
+EARLY = 1.0
+"""Seconds before the time at which a dance begins by itself, from which on it is told to all."""
+
+
+def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: bool = False) -> Decided:
+    """Have stages that are paused go on from one beat, all at the same time."""
+    troupe = replace(troupe.without_entry(), mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
+    resume: ToStage = {"type": "anyway", "at": at} if anyway else {"type": "resume", "at": at}
+    acts: list[Act] = []
+    for host in hosts:
+        if host in troupe.joining:
+            continue
+        transport = troupe.members[host].transport
+        if transport and transport["beat"] != beat:
+            acts.append(SendTo(host, {"type": "seek", "beat": beat, "at": at}))
+        acts.append(SendTo(host, resume))
+    return troupe, acts
+
+
+def begin(troupe: Troupe, at: float) -> Decided:
+    """Beat 0 is at this time, for all."""
+    troupe = replace(troupe.without_entry(), mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
+    return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
+
+
+def instant(troupe: Troupe, now: Times) -> float:
+    """A time at which all have heard what is sent to them now, and that isn't too close to a beat."""
+    at, position = now.at + troupe.ahead, troupe.position
+    if position is None or position["state"] != "playing":
+        return at
+    beat, edge = beat_at(position, at), EDGE * position["tempo"] / 60
+    return at + 2 * EDGE if abs(beat - round(beat)) < edge else at
+
+
+def settling(troupe: Troupe, now: Times) -> Troupe:
+    """All have been asked for something: nobody is told where they are until it is known what came of that."""
+    known = now.at + 2 * troupe.ahead + SPARE
+    return replace(troupe, drifts=max(troupe.drifts, known), looks=max(troupe.looks, known))

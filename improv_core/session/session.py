@@ -1,0 +1,338 @@
+"""The parent's side of stages: starts them, and does what is decided about them (`asked`, `heard`).
+
+Standard library only.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Awaitable, Callable, Iterable
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from typing import Protocol, TypeAlias
+from urllib.parse import urlsplit
+
+from improv_core.ipc.stage_process import Heard, StageError
+from improv_core.music.clock_process import ClockProcess, HeardClock
+from improv_core.music.osc_link import OscLink
+from improv_core.page.tickets import issue
+from improv_core.protocol.commands import Editing, PageRequest
+from improv_core.protocol.messages import Load, Problem, Ready, ToStage
+from improv_core.safety.stop_socket import IDLE
+from improv_core.safety.stops import KNOWN, Stops
+from improv_core.score.score import Host, OutsideClock
+from improv_core.score.score_json import RowsWritten, to_json
+from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, News, PassOn, Send, SendScore, StartAgain
+from improv_core.session.on_request import Decided, Now, Wish, asked
+from improv_core.session.on_stage_message import heard, heard_clock
+from improv_core.session.start import Options, SinkName, start_stage
+from improv_core.session.state import PlayScore, Show
+
+HALT_LIMIT = 8.0
+"""Seconds that a new stage may take to find the robots of a dead one and stop them."""
+
+MOST_MISTAKES = 20
+"""The most mistakes that pages list."""
+
+Mistake = tuple[str, int, int, str, str]
+"""What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
+Edit = Callable[[Editing, int], None]
+"""Handles what a page asks for while somebody edits the program; also gets the count of stops at that moment."""
+
+
+class RunningStage(Protocol):
+    """The part of stage_process.Stage that a playback uses."""
+
+    @property
+    def ready(self) -> Ready: ...
+
+    def send(self, message: ToStage) -> None: ...
+
+    async def close(self) -> None: ...
+
+
+Hear: TypeAlias = Callable[[RunningStage, Heard, int], None]
+Start: TypeAlias = Callable[[SinkName, Options, str, Hear, Stops], Awaitable[RunningStage | None]]
+"""The type of start.start_stage."""
+
+
+class RunningClock(Protocol):
+    """The part of clock_process.ClockProcess that a playback uses."""
+
+    def close(self) -> None: ...
+
+
+ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None]], RunningClock]
+"""Listens to a clock of music, and passes on what is heard of it. Raises OSError."""
+
+
+class Playback:
+    """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
+
+    `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
+    `stops` and `stop`. Without `edit`, no page can edit the program.
+    """
+
+    def __init__(
+        self,
+        options: Options,
+        listen: Callable[[News, bool], None],
+        stops: Stops,
+        start: Start = start_stage,
+        edit: Edit | None = None,
+        listen_to: ListenTo = ClockProcess,
+    ) -> None:
+        self.options = options
+        self.stops = stops
+        self.show = Show()
+        """All that is known; only to be read."""
+        self._listen = listen
+        self._edit = edit
+        self._start = start
+        self._listen_to = listen_to
+        self._clock: RunningClock | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._stages: dict[SinkName, RunningStage] = {}
+        self._written: dict[SinkName, RowsWritten] = {}  # what each has been sent
+        self._opening = asyncio.Lock()
+        self._osc = OscLink(options.osc, stops, self._ask_for, self._say)
+        self._beginning: list[str] = []  # programs that wait for the stages to start
+        self._ends = 0  # how often everything had to end
+        self._replacing: set[asyncio.Task[None]] = set()
+        self._still = asyncio.Event()
+        self._hosts: frozenset[Host] = frozenset()  # those whose stages have been started
+        self._token = secrets.token_urlsafe()
+        self._port = options.port
+
+    def link(self, *, own: bool = False) -> str | None:
+        """A new URL that opens the page once.
+
+        One that a browser is started with is to be this user's `own`, since others can see it in the list of processes.
+        """
+        return f"{self.show.page}?ticket={issue(self._token, own=own)}" if self.show.page else None
+
+    def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
+        """Have pages show which program is to be played, and what keeps it from being played."""
+        problems: list[Problem] = [
+            {"file": file, "line": line, "column": column, "word": word, "message": message}
+            for file, line, column, word, message in mistakes
+        ]
+        shown, count = problems[:MOST_MISTAKES], len(problems)
+        self.ask({"type": "program", "name": name, "folder": folder, "problems": shown, "count": count})
+
+    async def open(self, hosts: frozenset[Host] = frozenset()) -> None:
+        """Start the stages, also those of these hosts, unless they are running. Raises StageError."""
+        self._loop = asyncio.get_running_loop()
+        async with self._opening:
+            if self.show.is_open and hosts <= self._hosts:
+                return
+            await self._close()
+            self._hosts = hosts
+            backend = self.options.backend
+            sinks: list[SinkName] = ["ros"] if backend != "sim" else []
+            if backend != "ros":
+                sinks.append("simulator")
+            starting = [asyncio.create_task(self._start_stage(sink)) for sink in sinks]
+            try:
+                # Wait for both even if one fails, so that no stage is left running unnoticed.
+                await asyncio.wait(starting)
+                for each in starting:
+                    each.result()
+                self.show = self.show.opened(sinks)
+                if self.show.is_real and self.stops.unreachable:
+                    raise StageError(f"real robots need `improv stop`: {self.stops.unreachable}")
+            except BaseException:
+                for each in starting:
+                    each.cancel()
+                await asyncio.gather(*starting, return_exceptions=True)
+                await self._close()
+                raise
+
+    async def play(self, play: PlayScore) -> int | None:
+        """Play a program's score. Returns its generation; None if it has been stopped since somebody asked for it,
+        before it began, or if an emergency stop is on.
+
+        Raises StageError, also if it is to be simulated and there is no simulator.
+        """
+        ends = self._ends
+        self._beginning.append(play.name)
+        self._osc.expect(play.score)
+        try:
+            await self.open(frozenset() if play.simulated or self.options.backend == "sim" else play.score.hosts)
+            await self._osc.ready()
+        finally:
+            self._beginning.remove(play.name)
+        if self._ends != ends:
+            return None
+        before = self.show.generation
+        self._do(asked(self.show, play, self._now(play.stops)))
+        return self.show.generation if self.show.generation != before else None
+
+    def ask(self, wish: Wish, stops: int = 0) -> None:
+        """Have all stages do something, at the same time. To resume, `stops` is the count when somebody asked for it:
+        after a stop since then, they don't."""
+        self._do(asked(self.show, wish, self._now(stops)))
+
+    def keep_as(self, other: Playback) -> None:
+        """Take over the speed, the muted and soloed robots, and the open pages of another playback.
+
+        Dances are counted from its count on, so none here has the number of one there that may still be ending.
+        """
+        self.show = replace(self.show, kept=other.show.kept, generation=other.show.generation)
+        self._token = other._token
+
+    async def close(self) -> None:
+        """Stop the robots and end the stages."""
+        self._ends += 1
+        self._osc.close()
+        await asyncio.gather(*self._replacing)
+        async with self._opening:
+            await self._close()
+
+    async def _close(self) -> None:
+        stages = [*self._stages.values()]
+        await asyncio.gather(*(stage.close() for stage in stages))
+        for stage in stages:
+            self.stops.discard(stage)
+        self._stages.clear()
+        self._hear_clock(None)
+        self._do((self.show.closed(), []))
+
+    def stop(self) -> str:
+        """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
+        show, names = self.show, self._beginning[-1:]
+        self.stops.stop()
+        if show.is_on and show.played:
+            names = [show.played.name]
+        if not names:
+            return IDLE
+        if self._loop:
+            with suppress(RuntimeError):  # the loop has been closed
+                line: News = {"type": "warning", "message": "stopped by `improv stop`"}
+                self._loop.call_soon_threadsafe(self._listen, line, True)
+        return f"stopped {names[0]} on {show.status}" if show.leader else f"stopped {names[0]} before it began"
+
+    def _now(self, stops: int) -> Now:
+        return Now(time.monotonic(), stops, self.stops.pressed)
+
+    def _ask_for(self, request: PageRequest, stops: int) -> None:
+        """Do what an OSC message asks for, as if a page did."""
+        self._do(asked(self.show, request, self._now(stops)))
+
+    def _say(self, line: str) -> None:
+        self._listen({"type": "warning", "message": line}, True)
+
+    def _hear(self, name: SinkName, stage: RunningStage, message: Heard, stops: int) -> None:
+        if message["type"] == "gone":
+            self.stops.discard(stage)
+        if message["type"] == "pressed":
+            self.stops.pressed = message
+            asyncio.get_running_loop().call_later(KNOWN, self.stops.know, message["count"])
+        else:
+            self._heard(name, message, stops)
+
+    def _heard(self, name: SinkName, message: Heard | Loaded | Failed, stops: int = 0) -> None:
+        self._do(heard(self.show, name, message, self._now(stops)))
+
+    def _do(self, decided: Decided) -> None:
+        self.show, acts = decided
+        (self._still.set if self.show.still else self._still.clear)()
+        for act in acts:
+            self._do_one(act)
+
+    def _do_one(self, act: Act) -> None:
+        match act:
+            case Send(name, message, after, unless):
+                if unless is not None:
+                    self.stops.send(message, self._stages[name], unless)
+                elif after:
+                    asyncio.get_running_loop().call_later(after, self._stages[name].send, message)
+                else:
+                    self._stages[name].send(message)
+            case SendScore():
+                self._send_score(act)
+            case Announce(news, leads):
+                if leads and (news["type"] == "transport" or news["type"] == "sensed" or news["type"] == "armed"):
+                    self._osc.tell(news)
+                self._listen(news, leads)
+            case StartAgain(name):
+                task = asyncio.create_task(self._start_again(name))
+                self._replacing.add(task)
+                task.add_done_callback(self._replacing.discard)
+            case HearClock(clock, tempo):
+                self._hear_clock(clock, tempo)
+            case PassOn(editing, stops):
+                if self._edit:
+                    self._edit(editing, stops)
+
+    def _hear_clock(self, clock: OutsideClock | None, tempo: float = 0.0) -> None:
+        """Listen to a clock of music, and no longer to another one."""
+        if self._clock:
+            self._clock.close()
+        self._clock = None
+        if clock:
+            try:
+                self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.show, message)))
+            except OSError as error:
+                self._do(heard_clock(self.show, {"type": "clock_gone", "message": str(error.strerror)}))
+
+    def _send_score(self, act: SendScore) -> None:
+        name, play, stage = act.name, act.play, self._stages[act.name]
+        written = self._written[name] = RowsWritten() if act.whole else self._written[name].renewed()
+        load: Load = {
+            "type": "load",
+            "generation": play.generation,
+            "score": to_json(play.score, written),
+            "when": play.when,
+            "backend": self.show.status,
+            "beats_per_bar": play.beats_per_bar,
+        }
+        if act.entry:
+            load["entry"] = act.entry
+        if not act.asked:
+            stage.send(load)
+            return
+        load["stops"] = self.stops.known  # as many as when it was asked for, or it is not sent
+        if play.senses is not None:
+            load["senses"] = play.senses
+        if play.anyway:
+            load["anyway"] = True
+        if play.arming is not None:
+            load["arming"] = play.arming
+        stopped = self.stops.stopped
+        if self.stops.send(load, stage, play.stops):
+            self._osc.plays(play.score, play.generation, stopped)
+            self._heard(name, {"type": "loaded", "play": play})
+        else:
+            self._written[name] = RowsWritten()  # it lacks this score
+
+    async def _start_stage(self, name: SinkName) -> bool:
+        """Whether there is such a stage."""
+        options = replace(self.options, port=self._port, hosts=sorted(self._hosts, key=lambda host: host.name))
+        stage = await self._start(name, options, self._token, partial(self._hear, name), self.stops)
+        if not stage:
+            return False
+        if "page" in stage.ready:
+            # Reuse the port, so a restarted stage serves the pages that are already open.
+            self._port = urlsplit(stage.ready["page"]).port or 0
+        self._stages[name], self._written[name] = stage, RowsWritten()
+        self._heard(name, stage.ready)
+        self.stops.add(stage)
+        return True
+
+    async def _start_again(self, name: SinkName) -> None:
+        async with self._opening:
+            if name not in self.show.gone:
+                return
+            why = "no Python has rclpy"
+            try:
+                found = await self._start_stage(name)
+            except StageError as error:
+                found, why = False, str(error)
+            if not found:
+                self._heard(name, {"type": "failed", "message": why})
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._still.wait(), HALT_LIMIT)

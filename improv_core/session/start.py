@@ -1,0 +1,105 @@
+"""Starts the stages that play a performance. Standard library only."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from improv_core.ipc.stage_process import Hear, Heard, Stage, StageError
+from improv_core.music.osc_link import Reach
+from improv_core.outputs.ros.setup.interpreter import InterpreterError, find_ros_python
+from improv_core.protocol.limits import FOLDER
+from improv_core.safety.stops import Stops
+from improv_core.score.score import Host
+from improv_core.session.group.multi_host_stage import Ensemble
+from improv_core.session.group.state import HERE
+
+REMOTE = FOLDER.parent / "hosts"
+"""What Python is started with for a link to another machine."""
+SinkName = Literal["simulator", "ros"]
+HearAny = Callable[[Stage | Ensemble, Heard, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What to play on. `backend` is auto, sim, ros, or both; the ROS fields are as in the settings.
+
+    `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`.
+
+    With `report_sent`, stages report every velocity they send. `takes_start_poses` is for a listener that handles
+    `place` requests: only then does the page have start poses written into the program. `hosts` are machines that
+    have a stage of their own. `osc` is how far OSC messages may come and go.
+    """
+
+    backend: str = "auto"
+    port: int = 0
+    ros_python: str | None = None
+    discovery: str | None = None
+    standby: bool = True
+    report_sent: bool = False
+    takes_start_poses: bool = False
+    node: str | None = None
+    ros_arguments: Sequence[str] = ()
+    hosts: Sequence[Host] = ()
+    osc: Reach = "here"
+
+
+async def start_stage(
+    sink: SinkName, options: Options, token: str, hear: HearAny, stops: Stops
+) -> Stage | Ensemble | None:
+    """Start a stage and return it when it is ready. `token` opens the simulator's page. Raises StageError.
+
+    That of real robots is several stages if some have hosts. None if the backend is auto and no Python has rclpy.
+    """
+    if sink == "simulator":
+        taking = ["--takes-start-poses"] if options.takes_start_poses else []
+        arguments = ["--sink", sink, "--port", str(options.port), *taking, *_reporting(options)]
+        env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
+        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear, stops)
+    if not options.hosts:
+        return await _start_here(options, hear, stops, needed=options.backend != "auto")
+
+    async def start_member(host: str, hear_member: Hear) -> Stage | None:
+        if host == HERE:
+            return await _start_here(options, hear_member, stops, needed=False)
+        named = next(each for each in options.hosts if each.name == host)
+        return await _start_there(named, options, hear_member, stops)
+
+    return await Ensemble.start([HERE, *(host.name for host in options.hosts)], start_member, hear)
+
+
+async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: bool) -> Stage | None:
+    """The stage of the robots that are moved from here; None if it isn't needed and no Python has rclpy."""
+    try:
+        found = await asyncio.to_thread(find_ros_python, options.ros_python)
+    except InterpreterError as error:
+        raise StageError(str(error)) from None
+    if found:
+        discovery = ["--discovery", options.discovery] if options.discovery else []
+        alone = [] if options.standby else ["--no-standby"]
+        named = ["--node", options.node] if options.node else []
+        theirs = ["--ros-args", *options.ros_arguments] if options.ros_arguments else []  # last: it takes all the rest
+        arguments = ["--sink", "ros", *discovery, *alone, *_reporting(options), *named, *theirs]
+        return await Stage.start([found.python, str(FOLDER), *arguments], found.env, hear, stops)
+    if not needed:
+        return None
+    raise StageError(
+        "no Python with rclpy was found: run `improv ros setup`, source your ROS 2 "
+        "(`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python that has it"
+    )
+
+
+async def _start_there(host: Host, options: Options, hear: Hear, stops: Stops) -> Stage:
+    """The stage of the robots of a host: we speak with the near end of the link to it as with any stage."""
+    domain = [] if host.domain is None else ["--domain", str(host.domain)]
+    rmw = ["--rmw", host.rmw] if host.rmw else []
+    command = [sys.executable, str(REMOTE), "near", host.name, *domain, *rmw, *_reporting(options)]
+    return await Stage.start(command, os.environ, hear, stops)
+
+
+def _reporting(options: Options) -> list[str]:
+    return ["--report-sent"] if options.report_sent else []

@@ -1,0 +1,118 @@
+"""What arrived on standard input, in order, each at its time. The robots of a new score are met a few at a time, so
+that stops and the score that plays don't wait for a thousand of them."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator
+
+from improv_core.ipc.arrivals import Ordered, Play, after_of, kind_of
+from improv_core.protocol.commands import VOID, Pause
+from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.safety.stop_fence import Overtaking
+from improv_core.score.score import Score
+
+SLICE = 0.005
+"""Seconds for which robots are met at a time."""
+
+
+class InOrder:
+    """`meet` meets the robots of a score, a few at each step; `clock` is the time in seconds."""
+
+    def __init__(self, meet: Callable[[Score], Iterator[None]], clock: Callable[[], float]) -> None:
+        self._meet = meet
+        self._clock = clock
+        self._waiting: deque[Ordered] = deque()
+        self._meeting: tuple[Play, Iterator[None]] | None = None
+        self.overtaking = Overtaking()
+        """What stops have overtaken: that is dropped."""
+        self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether robots of a score have not been met yet. If so, call `next` again soon."""
+        return self._meeting is not None
+
+    @property
+    def due(self) -> float:
+        """The time for which the next one waits; infinite if there is none, or if it waits for something else."""
+        now = self._clock()
+        first = self._first
+        at = _time_of(first, now) if first else -math.inf
+        return at if at > now else math.inf
+
+    @property
+    def comes_now(self) -> bool:
+        """Whether the next one waited for its time, and that has come."""
+        is_next = self._pause is not None or self._meeting is None
+        first = self._first
+        return is_next and isinstance(first, dict) and "at" in first and self.due == math.inf
+
+    @property
+    def _first(self) -> Ordered | None:
+        return self._pause or (self._waiting[0] if self._waiting else None)
+
+    def add(self, arrival: Ordered) -> None:
+        self._waiting.append(arrival)
+
+    def pause(self, pause: Pause) -> bool:
+        """Keep a pause until its time, before all that came behind it; False if that is not to come."""
+        if not self._clock() < _time_of(pause, self._clock()):
+            return False
+        self._pause = pause
+        return True
+
+    def forget_pause(self) -> None:
+        """A stop has come instead."""
+        self._pause = None
+
+    def stop(self) -> None:
+        """Drop what must not be obeyed after a stop that has itself arrived on standard input."""
+        self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOID)
+        if self._meeting and self._meeting[0].moves:
+            self._meeting = None
+
+    def next(self) -> Ordered | None:
+        """What to do next; None if there is nothing or a slice of time has passed."""
+        end = self._clock() + SLICE
+        if self._pause:
+            pause = self._pause if self.due == math.inf else None
+            self._pause = None if pause else self._pause
+            return pause
+        while self._meeting or self._waiting:
+            if not self._meeting:
+                if self._awaits(self._waiting[0]):
+                    return None
+                if self._is_void(self._waiting[0]):
+                    self._waiting.popleft()
+                    continue
+                if self.due < math.inf:
+                    return None
+                arrival = self._waiting.popleft()
+                if not isinstance(arrival, Play):
+                    return arrival
+                self._meeting = arrival, self._meet(arrival.score)
+            play, meeting = self._meeting
+            if not self._is_void(play):
+                for _ in meeting:
+                    if self._clock() >= end:
+                        return None
+                self._meeting = None
+                return play
+            self._meeting = None
+        return None
+
+    def _awaits(self, arrival: Ordered) -> bool:
+        return self.overtaking.awaits(kind_of(arrival), after_of(arrival))
+
+    def _is_void(self, arrival: Ordered) -> bool:
+        return self.overtaking.voids(kind_of(arrival), after_of(arrival))
+
+
+def _time_of(arrival: Ordered, now: float) -> float:
+    """When it takes effect, if that is still to come. A score that takes over is prepared before."""
+    if not isinstance(arrival, dict):
+        return -math.inf
+    at = arrival.get("at")
+    return at if isinstance(at, float) and at <= now + MOST_AHEAD else -math.inf

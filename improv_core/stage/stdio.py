@@ -1,0 +1,121 @@
+"""A stage's standard input and output: lines of JSON that become arrivals, and messages that become lines."""
+
+from __future__ import annotations
+
+import queue
+import time
+from collections.abc import Callable
+
+from improv_core.ipc.arrivals import Arrival, End, First, Lost, Play, Unreadable
+from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.plain import one_line
+from improv_core.player.setpoints import setpoints
+from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.messages import FromStage, after, read_first, read_to_stage
+from improv_core.protocol.sliced_json import LONG
+from improv_core.safety.parent_heartbeat import Parent
+from improv_core.score.score_json import LackingError, RowsRead, from_json
+
+LONGEST = 64_000_000
+"""The most bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
+TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST // 1_000_000} MB", is_score=True)
+
+
+def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
+    """Put what each line of standard input says into the inbox, and note that the `parent` speaks, unless it does so on
+    a channel of its own. The end of the input, even in the middle of a line, ends the stage, and so does any exception
+    here: a stage that no longer listens could not be told to stop."""
+    problem, read = "", RowsRead()
+    try:
+        # Not sys.stdin: when Python ends, it waits for the lock of that file, which a reading thread never releases.
+        with open(0, "rb", closefd=False) as stream:
+            while (line := stream.readline(LONGEST)).endswith(b"\n") or len(line) == LONGEST:
+                if not line.endswith(b"\n"):
+                    while (rest := stream.readline(LONGEST)) and not rest.endswith(b"\n"):
+                        pass
+                    inbox.put(TOO_LONG)
+                    continue
+                if parent and len(line) > LONG:
+                    parent.reading(time.monotonic())
+                said = arrival(line, read)
+                if parent:
+                    parent.speaks(time.monotonic(), pings=isinstance(said, dict) and said["type"] == "ping")
+                inbox.put(said)
+    except BaseException as error:
+        problem = f"the stage can't read its input: {one_line(error)}"
+    finally:
+        inbox.put(End(problem))
+
+
+def read_stops(pipe: int, inbox: UrgentQueue[Arrival], parent: Parent) -> None:
+    """Put the stops, pauses, and pings that come on a channel of their own into the inbox, ahead of all that waits, and
+    note that the parent speaks.
+
+    Its end ends the stage at once, even if standard input has yet to bring a long score.
+    """
+    problem = ""
+    try:
+        with open(pipe, "rb", closefd=False) as stream:
+            for line in stream:
+                first = First(*read_first(line))
+                parent.speaks(time.monotonic(), pings=first.message["type"] == "ping")
+                inbox.put_first(first)
+    except BaseException as error:
+        problem = f"the stage can't read stops: {one_line(error)}"
+    finally:
+        inbox.put_first(End(problem))
+
+
+def arrival(line: bytes, read: RowsRead) -> Arrival:
+    """What a line says. `read` is what earlier lines have brought.
+
+    Scores are read and tried here, on the thread that reads lines, so that playback continues meanwhile.
+    """
+    try:
+        message = read_to_stage(line)
+    except ProtocolError as error:
+        return Unreadable(str(error))
+    if message["type"] != "load":
+        return message
+    try:
+        before = read.parts
+        score = from_json(message["score"], read)
+        score.seconds(score.beats)
+        for robot, part in score.parts.items():
+            if before.get(robot) is not part:
+                for scene in part.scenes:
+                    next(setpoints(part.profile, scene, score.tempo), None)
+        return Play(message, score)
+    except LackingError:
+        return Lost(message["generation"], after(message))
+    except Exception as error:  # whatever it is, robots must not keep moving as if nothing had been requested
+        return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
+
+
+class Outbox:
+    """Messages to the parent. Answers to pings overtake all others: a parent that is slow to read the velocities of a
+    thousand robots must not take their stage for hung. Any thread may put messages in; one gets them."""
+
+    def __init__(self) -> None:
+        self._messages: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
+        self._pongs: queue.SimpleQueue[FromStage] = queue.SimpleQueue()
+
+    def put(self, message: FromStage | None) -> None:
+        """Add a message, or None after the last one."""
+        if message and message["type"] == "pong":
+            self._pongs.put(message)
+        self._messages.put(message)  # pongs too, to wake the thread that waits
+
+    def get(self) -> FromStage | None:
+        """The next message, as soon as there is one."""
+        while self._pongs.empty():
+            message = self._messages.get()
+            if not message or message["type"] != "pong":
+                return message
+        return self._pongs.get()
+
+
+def write_messages(outbox: Outbox, say: Callable[[FromStage], None]) -> None:
+    """Say each message, until None. On a thread of its own: a full pipe must not hold up the player."""
+    while (message := outbox.get()) is not None:
+        say(message)

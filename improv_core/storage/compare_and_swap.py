@@ -1,0 +1,157 @@
+"""Files that are replaced only while they hold what was read from them, as far as the system allows.
+
+On Linux the new file and the old one change places in one step, and what comes out is compared: if another program has
+written in between, its text goes back. Elsewhere, the file is read once more just before it is replaced.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from improv_core.storage.atomic_write import usual_mode
+
+WRITER_LIMIT = 1.0
+"""Seconds to wait for a program that has the file open for writing, or has locked it."""
+LOOK_PERIOD = 0.002
+TRIES = 20
+"""How often a newer text is looked for while an older one is put back."""
+_EXCHANGE = 2
+_HERE = -100  # AT_FDCWD: paths are as seen from the current folder
+
+
+def swap(path: Path, before: bytes | None, after: bytes, keep: Callable[[bytes], None]) -> bool:
+    """Replace what a file holds, `before` (None: there is no file), by `after`. Whether it did.
+
+    If not, another program has written the file, and it holds that program's text. If several have, it holds the latest
+    text, and `keep` gets the others. Raises OSError.
+    """
+    target = path.resolve()
+    with _locked(target), _written(target, after) as temporary:
+        if before is None:
+            return _put(temporary, target)
+        try:
+            if not _exchange(temporary, target):
+                if target.read_bytes() != before:
+                    return False
+                temporary.replace(target)
+                return True
+        except FileNotFoundError:  # nothing can be lost
+            return _put(temporary, target)
+        if _last(temporary) == before:
+            return True
+        _put_back(temporary, target, after, keep)
+        return False
+
+
+def _put_back(temporary: Path, target: Path, own: bytes, keep: Callable[[bytes], None]) -> None:
+    """Exchange both until the target has the latest text of other programs; at first, `temporary` has it."""
+    placed: bytes | None = own
+    for _ in range(TRIES):
+        newest = _last(temporary)
+        _exchange(temporary, target)
+        if _last(temporary) == placed:  # nobody has written since that was put there
+            break
+        placed = newest
+    if (rest := temporary.read_bytes()) != own:
+        keep(rest)
+
+
+def _put(temporary: Path, target: Path) -> bool:
+    """Give a file its name, unless something has it."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        return False
+    except OSError:  # this file system has no links
+        temporary.replace(target)
+    return True
+
+
+@contextmanager
+def _written(target: Path, data: bytes) -> Iterator[Path]:
+    """A complete file beside another one, with its permissions, that is gone in the end unless it was renamed."""
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")  # exclusively, with mode 0600
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            if sys.platform != "win32":
+                os.fchmod(handle, target.stat().st_mode if target.exists() else usual_mode())
+            os.fsync(handle)
+        yield Path(name)
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+@contextmanager
+def _locked(target: Path) -> Iterator[None]:
+    """Have other processes of ours wait, and all that lock what they write. Nobody waits longer than `WRITER_LIMIT`."""
+    if sys.platform == "win32" or not target.exists():
+        yield
+        return
+    import fcntl
+
+    end = time.monotonic() + WRITER_LIMIT
+    file = target.open("rb")
+    try:
+        while time.monotonic() < end:
+            with suppress(OSError):
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if os.path.samestat(os.fstat(file.fileno()), target.stat()):
+                    break
+                file.close()  # whoever had the lock has replaced the file
+                file = target.open("rb")
+                continue
+            time.sleep(LOOK_PERIOD)
+        yield
+    finally:
+        file.close()
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Have two files change places in one step; False if this system can't. Raises OSError."""
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None) if sys.platform == "linux" else None
+    if rename is None:
+        return False
+    if rename(_HERE, os.fsencode(one), _HERE, os.fsencode(other), _EXCHANGE) == 0:
+        return True
+    number = ctypes.get_errno()
+    if number in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP):
+        return False
+    raise OSError(number, os.strerror(number))
+
+
+def _last(path: Path) -> bytes | None:
+    """What a file holds that nobody can open by its name, once nobody can write it any more; None if somebody still
+    can."""
+    end = time.monotonic() + WRITER_LIMIT
+    with path.open("rb") as file:
+        while _is_written(file.fileno()):
+            if time.monotonic() > end:
+                return None
+            time.sleep(LOOK_PERIOD)
+        return file.read()
+
+
+def _is_written(file: int) -> bool:
+    """Whether a process has this file open for writing: then Linux grants nobody else a lease to read it."""
+    if sys.platform != "linux":
+        return False
+    import fcntl
+
+    try:
+        fcntl.fcntl(file, fcntl.F_SETSIG, signal.SIGURG)  # the usual signal of a lease would end the process
+        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
+        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
+    except OSError as error:
+        return error.errno == errno.EAGAIN
+    return False

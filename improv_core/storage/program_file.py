@@ -1,0 +1,149 @@
+"""A program in its file, written so that nobody's text is lost. Its encoding, line ends, and permissions are kept."""
+
+from __future__ import annotations
+
+import codecs
+import hashlib
+import os
+import secrets
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+
+from improv_core.program.files import ENDING, ReadError, read_bytes, refuse_robots_file
+from improv_core.protocol.fields import LONGEST_TEXT
+from improv_core.storage.atomic_write import check_replaceable
+from improv_core.storage.compare_and_swap import swap
+from improv_core.storage.history import VARIABLE, HistoryError, keep
+from improv_core.text import LINE_END
+
+TEMPLATE = """\
+# A robot, a dollar sign, and what the robot does. Change it and play it again.
+beat 60
+turtle1 $ repeat 4 (forward left)
+"""
+FREE_NAME = f"dance{ENDING}"
+
+
+class WriteError(Exception):
+    """A file can't be written; one plain line that says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """What a file holds. The lines of `text` end in \\n, whatever the line ends in the file are."""
+
+    data: bytes
+
+    @property
+    def raw(self) -> str:
+        return self.data.decode("utf-8-sig")
+
+    @property
+    def text(self) -> str:
+        return LINE_END.sub("\n", self.raw)
+
+    @property
+    def revision(self) -> str:
+        """Names this version: another one has another revision."""
+        return hashlib.sha256(self.data).hexdigest()[:16]
+
+    def edited(self, text: str) -> Version:
+        """The version with this text. Lines that did not change keep their ends; the others get the usual one."""
+        mark = codecs.BOM_UTF8 if self.data.startswith(codecs.BOM_UTF8) else b""
+        return Version(mark + _with_ends(self.raw, text).encode())
+
+
+def read_version(path: Path) -> Version:
+    """What a file holds. Raises ReadError unless it is UTF-8 text that fits on the page."""
+    refuse_robots_file(path)
+    version = Version(read_bytes(path))
+    try:
+        length = len(version.text)
+    except UnicodeDecodeError:
+        raise ReadError(f"{path}: it is not UTF-8 text") from None
+    if length > LONGEST_TEXT:
+        raise ReadError(f"{path}: it is too long for the page: edit it in an editor, and use `improv watch`")
+    return version
+
+
+def write_text(path: Path, text: str, revision: str) -> Version:
+    """Replace a file in one step by an edit of the version with this revision. A file that is gone is made again.
+
+    Raises WriteError if it can't be written, or holds another version that would be lost.
+    """
+    try:
+        check_replaceable(path.resolve())
+        before = read_version(path) if path.exists() else None
+        after = (before or Version(b"")).edited(text)
+        is_other = before is not None and before.data and revision != before.revision and after != before
+        if is_other or not swap(path, before.data if before else None, after.data, lambda other: _keep(path, other)):
+            raise WriteError(f"{path.name}: another program has changed it")
+    except OSError as error:
+        raise WriteError(f"{path.name}: {(error.strerror or 'it cannot be written').lower()}") from None
+    except ReadError as error:
+        raise WriteError(str(error)) from None
+    return after
+
+
+def _keep(path: Path, data: bytes) -> None:
+    """Keep a text that another program wrote into a file just before a third one did: in the history or, if that is off
+    or can't be written, beside the file."""
+    try:
+        if os.environ.get(VARIABLE) != "off":
+            keep(str(path.absolute()), data.decode(), datetime.now(timezone.utc))
+            return
+    except (UnicodeDecodeError, HistoryError):
+        pass
+    path.with_name(f"{path.stem}.kept-{secrets.token_hex(4)}{path.suffix}").write_bytes(data)
+
+
+def create(path: Path | None = None) -> Path:
+    """Make a file with a small program: at `path`, or in this folder with the first free name. Raises WriteError."""
+    names = [path] if path else _free_names()
+    for name in names:
+        try:
+            with name.open("x", encoding="utf-8", newline="\n") as file:
+                file.write(TEMPLATE)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise WriteError(f"{name}: {(error.strerror or 'it cannot be made').lower()}") from None
+        return name
+    raise WriteError(f"{names[0]}: it exists already: choose another name, or edit it with `improv edit`")
+
+
+def latest() -> Path | None:
+    """The program in this folder that was saved last, of those that got their names from `create`; None if none is."""
+    saved: list[tuple[int, Path]] = []
+    for path in Path().glob(f"{Path(FREE_NAME).stem}*{ENDING}"):
+        with suppress(OSError):  # it may have been removed
+            if path.is_file():
+                saved.append((path.stat().st_mtime_ns, path))
+    return max(saved)[1] if saved else None
+
+
+def _free_names() -> list[Path]:
+    first = Path(FREE_NAME)
+    return [first, *(first.with_stem(f"{first.stem}-{number}") for number in range(2, 1000))]
+
+
+def _with_ends(before: str, text: str) -> str:
+    """A text whose lines end in \\n, with the line ends of the text that it replaces."""
+    ends = LINE_END.findall(before)
+    old, new = LINE_END.split(before), text.split("\n")
+    usual = Counter(ends).most_common(1)[0][0] if ends else "\n"
+    same = 0
+    while same < min(len(old), len(new)) and old[same] == new[same]:
+        same += 1
+    same_below = 0
+    while same_below < min(len(old), len(new)) - same and old[-1 - same_below] == new[-1 - same_below]:
+        same_below += 1
+    first = ends[: min(same, len(new) - 1)]
+    last = ends[len(ends) - same_below + 1 :] if same_below else []
+    between = [usual] * (len(new) - 1 - len(first) - len(last))
+    result = "".join(line + end for line, end in zip(new, [*first, *between, *last, ""], strict=True))
+    # Next to each other, a \r and a \n that stood apart would be one end.
+    return result if LINE_END.sub("\n", result) == text else text.replace("\n", usual)

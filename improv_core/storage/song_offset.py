@@ -1,0 +1,32 @@
+"""Where in its song beat 0 of a dance is, written into the `improv.toml` that names the song."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from improv_core.program.files import ReadError, read_bytes
+from improv_core.robots.config import FILE_NAME, find_robots_file
+from improv_core.robots.edits import set_first_beat
+from improv_core.storage.atomic_write import check_replaceable
+from improv_core.storage.compare_and_swap import swap
+
+
+def write_first_beat(folder: Path, seconds: float) -> str:
+    """Write `first_beat` into the `improv.toml` of the programs in a folder. Returns one line if it can't be written;
+    then the file stays as it is."""
+    path = find_robots_file(folder)
+    by_hand = f"write `first_beat = {round(seconds, 3):g}` into it yourself"
+    if not path:
+        return f"there is no {FILE_NAME}: {by_hand}"
+    try:
+        check_replaceable(path.resolve())
+        before = read_bytes(path)
+        made = set_first_beat(before.decode("utf-8"), seconds)
+        if made is None:
+            return f"{FILE_NAME} has no section [music] that can be changed: {by_hand}"
+        if not swap(path, before, made.encode(), lambda other: None):
+            return f"another program has just changed {FILE_NAME}: try again"
+    except (ReadError, OSError, UnicodeDecodeError) as problem:
+        reason = getattr(problem, "strerror", None) or "it can't be read"
+        return f"{FILE_NAME}: {reason.lower()}: {by_hand}"
+    return ""

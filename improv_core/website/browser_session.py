@@ -1,0 +1,238 @@
+"""All of Improv behind a page that has no server: it runs in a worker of the browser, on one thread."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from improv_core.ipc.rate_limit import Throttle
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.answers import Answers
+from improv_core.page.background import Work
+from improv_core.page.broadcast import Broadcast
+from improv_core.page.open_pages import Pages
+from improv_core.page.program_editor import PageEditor, moved
+from improv_core.program.compiler import score_of
+from improv_core.program.report import mistakes
+from improv_core.protocol.commands import Editing, PageRequest
+from improv_core.protocol.editing import Analyze, EditorAnswer, Write
+from improv_core.protocol.messages import FromStage, State
+from improv_core.protocol.page_requests import read
+from improv_core.robots.config import FILE_NAME, Robots, read_robots
+from improv_core.safety.stops import Stops
+from improv_core.session.acts import News
+from improv_core.session.session import Playback
+from improv_core.session.start import Options, SinkName
+from improv_core.session.state import PlayScore
+from improv_core.slices import on_checkpoint
+from improv_core.stage.loop import Opened
+from improv_core.website.in_process_stage import Hear, StageHere
+from improv_core.website.no_collisions import Passing
+
+PROGRAM = Path("dance.improv")
+"""The name of the program: there are no files."""
+UNTOUCHED = 0.7
+"""Seconds without a key after which it is found out whom robots meet."""
+LONGEST_CHECK = 0.4
+"""Seconds that this may take: meanwhile, the page waits. What takes longer is given up."""
+
+
+class Home:
+    """What a page's server is to other pages. `post` sends the page a message, which is JSON, and `obeyed` the number
+    of a stop that was obeyed."""
+
+    def __init__(self, post: Callable[[str], None], obeyed: Callable[[int], None]) -> None:
+        self._post = post
+        self._obeyed = obeyed
+        self._stops = Stops(asleep=lambda: 0.0)
+        self._simulator = Simulator(collide=Passing)
+        self._pages = Pages(self._simulator.snapshot)
+        self._answers = Answers(_AtOnce())
+        self._broadcast = Broadcast(
+            self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
+        )
+        options = Options(backend="sim", osc="nowhere")  # browsers have no UDP
+        self._playback = Playback(options, self._listen, self._stops, self._start, self._edit)
+        self._editor = PageEditor(_robots(""))
+        self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
+        self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
+        self._text, self._revision, self._beat = "", 0, 0.0
+        self._state: State = "stopped"
+        self._checking: asyncio.TimerHandle | None = None
+
+    async def serve(self, text: str, toml: str, revision: int, beat: float, ready: Callable[[], None]) -> None:
+        """Be the page's home, forever, beginning with this program and its `improv.toml`, as saved last.
+
+        If it is first played as it is, it begins at this beat. Once it is `ready`, the page may ask for something.
+        """
+        self._text, self._revision, self._beat = text, revision, beat
+        self._editor.robots = _robots(toml)
+        self._outbox = self._pages.join()
+        await self._playback.open()
+        self._playback.present(PROGRAM.name, "")
+        self._show()
+        ready()
+        await asyncio.gather(self._pages.watch(), self._outbox.empty_into(self), self._answer_windows(), self._obey())
+
+    async def send_str(self, data: str) -> None:
+        self._post(data)
+
+    def hear(self, text: str) -> None:
+        """Take a request of the page. What doesn't fit is dropped."""
+        request = read(text)
+        if request is None:
+            return
+        if request["type"] == "press":
+            self._throttle.take({"type": "stop", "mark": str(request["number"])})
+        elif request["type"] == "window":
+            self._outbox.ask(request)
+        elif (
+            request["type"] == "analyze"
+            or request["type"] == "complete"
+            or request["type"] == "explain"
+            or request["type"] == "write"
+            or request["type"] == "move"
+            or request["type"] == "arrange"
+            or request["type"] == "tempo"
+            or request["type"] == "first_beat"
+        ):
+            self._throttle.take({"type": "editing", "page": self._outbox.number, "ask": request})
+        else:
+            self._throttle.take(request)
+
+    def use(self, toml: str) -> None:
+        """Have the program use another `improv.toml`: from the next time on that it is played."""
+        self._editor.robots = _robots(toml)
+        self._show()
+
+    def paths(self) -> str | None:
+        """The paths of what plays, as SVG; None if there are none."""
+        return self._answers.picture()
+
+    def code(self, text: str) -> str:
+        """A QR code that holds a text, as SVG."""
+        import segno
+
+        out = io.BytesIO()
+        segno.make(text, error="l", micro=False).save(out, kind="svg", xmldecl=False, scale=4, border=2, light="white")
+        return out.getvalue().decode()
+
+    def _confirm(self, mark: str) -> None:
+        self._obeyed(int(mark))
+
+    def _command(self, command: PageRequest) -> None:
+        self._stage.tell({"type": "request", "command": command})
+
+    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> StageHere:
+        self._stage = StageHere(self._open, hear, stops)
+        return self._stage
+
+    def _open(self, put: Callable[[FromStage], None]) -> Opened:
+        def tell(message: FromStage) -> None:
+            if message["type"] == "transport":
+                self._state = message["state"]
+            if message["type"] in ("transport", "stopped", "sensed", "decided", "measured", "armed"):
+                self._broadcast.publish(message)
+            put(message)
+
+        return Opened(self._simulator, tell, self._broadcast.show, self._broadcast.publish)
+
+    def _listen(self, news: News, leads: bool) -> None:
+        """Does nothing: the page knows it already, and there is no terminal."""
+
+    async def _answer_windows(self) -> None:
+        while True:
+            question = await self._outbox.asked()
+            if (text := await self._answers.compute(partial(self._answers.window, question))) is not None:
+                self._outbox.put("window", text)
+
+    def _edit(self, editing: Editing, asked: int) -> None:
+        self._asks.put_nowait((editing, asked))
+
+    async def _obey(self) -> None:
+        """Answer what the page asks while somebody edits the program."""
+        while True:
+            editing, asked = await self._asks.get()
+            ask = editing["ask"]
+            if ask["type"] == "write":
+                await self._write(ask, asked)
+            elif ask["type"] == "analyze":
+                self._answer(self._editor.analyze(self._outbox.number, ask))
+                self._check_soon(ask)
+            elif ask["type"] == "complete":
+                self._answer(self._editor.complete(self._outbox.number, ask))
+            elif ask["type"] == "move" or ask["type"] == "arrange":
+                self._answer(self._editor.move(self._outbox.number, ask, rehearses=False))
+            elif ask["type"] == "tempo":
+                self._answer(self._editor.set_tempo(self._outbox.number, ask))
+            elif ask["type"] == "first_beat":
+                self._answer(moved(ask["number"], (), "this page can't write improv.toml: copy the line into it"))
+            else:
+                self._answer(self._editor.explain(self._outbox.number, ask))
+
+    def _check_soon(self, ask: Analyze) -> None:
+        """Tell whom robots meet once nobody has typed for a moment: that takes time, and there is only one thread."""
+        if self._checking:
+            self._checking.cancel()
+        self._checking = asyncio.get_running_loop().call_later(UNTOUCHED, self._check, ask)
+
+    def _check(self, ask: Analyze) -> None:
+        if self._state in ("playing", "waiting"):
+            return
+        end = time.monotonic() + LONGEST_CHECK
+
+        def give_up() -> None:
+            if time.monotonic() > end:
+                raise TimeoutError
+
+        on_checkpoint(give_up)
+        try:
+            self._answer(self._editor.check_room(self._outbox.number, ask))
+        except TimeoutError:
+            return
+        finally:
+            on_checkpoint(None)
+
+    async def _write(self, ask: Write, asked: int) -> None:
+        """Play what is on the page. The page keeps the text itself."""
+        beat = self._beat if ask["text"] == self._text else 0.0
+        self._text, self._beat = ask["text"], 0.0
+        self._revision += 1
+        self._show()  # the page finds out whether its browser keeps it
+        self._answer({"type": "written", "number": ask["number"], "revision": str(self._revision), "problem": ""})
+        analysis = self._editor.analysis(self._text)
+        self._playback.present(PROGRAM.name, "", mistakes(PROGRAM, analysis))
+        if analysis.ok:
+            score = replace(score_of(analysis), clock=None)  # nothing from outside reaches a website
+            begun = await self._playback.play(PlayScore(score, PROGRAM.name, asked))
+            if begun and beat:
+                self._playback.ask({"type": "seek", "beat": beat})
+
+    def _show(self) -> None:
+        """Tell the page what its program is."""
+        self._playback.ask(
+            {"type": "source", "path": str(PROGRAM), "text": self._text, "revision": str(self._revision)}
+        )
+
+    def _answer(self, answer: EditorAnswer | None) -> None:
+        if answer:
+            self._playback.ask({"type": "answer", "page": self._outbox.number, "answer": answer})
+
+
+def _robots(toml: str) -> Robots:
+    return read_robots(toml, Path(FILE_NAME))
+
+
+class _AtOnce:
+    """Does work at once, because there are no threads."""
+
+    def do(self, work: Work) -> None:
+        work()
+
+    def close(self) -> None:
+        """Nothing waits."""

@@ -1,0 +1,206 @@
+"""Builds the website: the page, Pyodide, and all Python files that run in the browser. No file of it names a host."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import re
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from improv_core.page.routes import FOLDER, page_files
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.files import ENDING
+from improv_core.robots.config import FILE_NAME, read_robots
+from improv_core.score.music import is_song
+from improv_core.score.svg import plot
+from improv_core.website.guide import guide
+
+MARK = "improv-site.json"
+"""The file that says that a folder is a website that we have built, so that it may be built again."""
+PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
+"""What a browser needs of the npm package `pyodide`: the `LIBRARY` is Python's own."""
+PACKAGES = {
+    "improv_core": (
+        "__main__.py",
+        "classroom/",
+        "commands/",
+        "hosts/",
+        "ide/robots_file/",
+        *(f"outputs/ros/{name}/" for name in ("joints", "publisher", "sensors", "standby")),
+        *(f"outputs/ros/{name}.py" for name in ("base", "buttons", "clock", "graph", "lazy", "nodes", "output")),
+        *(f"outputs/ros/{name}.py" for name in ("requests", "reset", "topic", "zero_sender")),
+        *(f"outputs/ros/setup/{name}.py" for name in ("environment", "proof", "setup")),
+        "website/docs/",
+        "website/examples/",
+        "website/guide.py",
+        "website/build.py",
+    ),
+    "lark": ("tools/", "__pyinstaller/"),
+    "segno": ("cli.py",),
+}
+"""The Python packages that run in the browser, and what of each doesn't: how the paths begin there."""
+LIBRARY = "python_stdlib.zip"
+NOT_IMPORTED = (
+    *("_pyrepl/", "doctest.py", "ftplib.py", "imaplib.py", "mailbox.py", "multiprocessing/", "pdb.py", "poplib.py"),
+    *("pydoc.py", "pydoc_data/", "smtplib.py", "unittest/", "wsgiref/", "xmlrpc/"),
+)
+"""What of Python's own library nothing here imports: terminals, tests, mail, and servers."""
+CODE = (".py", ".lark", ".json")
+LEFT_OUT = ("senses/bump",)
+"""The programs of the gallery that can't be played there: nobody bumps into anything."""
+POLICY = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'"
+)
+"""The content security policy: the website gets nothing from anywhere else."""
+HEAD = '<meta charset="utf-8">'
+SAME_TIME = (2020, 1, 1, 0, 0, 0)
+"""The date of all files in an archive, so that equal files make equal archives."""
+
+
+class SiteError(Exception):
+    """The website can't be built. The message is one line that says what to do."""
+
+
+def build(folder: Path, pyodide: Path) -> Mapping[str, int]:
+    """Build the website in a folder that is new, empty, or of an earlier build. Returns the bytes of each file.
+
+    `pyodide` is the folder of the npm package of that name. Raises SiteError and OSError.
+    """
+    if lacking := [name for name in PYODIDE if not (pyodide / name).is_file()]:
+        raise SiteError(
+            f"{pyodide} has no {lacking[0]}: run `npm install pyodide` here, or name the folder with --pyodide"
+        )
+    if folder.exists() and any(folder.iterdir()) and not (folder / MARK).is_file():
+        raise SiteError(f"{folder} has other files in it: name a new folder")
+    files = dict(_files(pyodide))
+    hashes = [name.encode() + sha256(data).digest() for name, data in sorted(files.items())]
+    version = sha256(b"".join(hashes)).hexdigest()[:16]
+    site = json.dumps({"version": version, "files": ["./", *sorted(files)]})
+    files["service-worker.js"] = f"self.SITE = {site}\n".encode() + _own("service-worker.js")
+    files[MARK] = json.dumps({"version": version}).encode()
+    if folder.exists():
+        shutil.rmtree(folder)
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return {name: len(data) for name, data in files.items()}
+
+
+def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
+    for name, path in page_files().items():
+        yield name, path.read_bytes()
+    yield "examples.json", json.dumps(_examples()).encode()
+    yield from _songs().items()
+    docs = _brought("docs")
+    texts = [(docs / name).read_text(encoding="utf-8") for name in ("tutorial.md", "lesson.md")]
+    pages = guide(*texts)
+    yield "guide.json", json.dumps(pages).encode()
+    for picture in sorted({name for page in pages for name in re.findall(r'src="([^"]+)"', page["html"])}):
+        yield picture, docs.joinpath(*picture.split("/")).read_bytes()
+    loaded = {"improv.zip": _archive(), **dict(_packed(pyodide / name) for name in PYODIDE)}
+    yield from loaded.items()
+    yield "worker.js", _own("worker.js")
+    yield "index.html", _index(loaded).encode()
+
+
+def _packed(path: Path) -> tuple[str, bytes]:
+    """A file of Pyodide. WebAssembly is compressed here, because most web servers don't do it. Raises SiteError."""
+    data = path.read_bytes()
+    if path.suffix == ".wasm":
+        return f"pyodide/{path.name}.packed", gzip.compress(data, mtime=0)
+    return f"pyodide/{path.name}", _library(path) if path.name == LIBRARY else data
+
+
+def _library(path: Path) -> bytes:
+    """Python's library without what is not imported."""
+    archive = io.BytesIO()
+    try:
+        with zipfile.ZipFile(path) as whole, zipfile.ZipFile(archive, "w") as file:
+            for info in whole.infolist():
+                if not info.filename.startswith(NOT_IMPORTED):
+                    _add(file, info.filename, whole.read(info))
+    except zipfile.BadZipFile:
+        raise SiteError(f"{path} is broken: run `npm install pyodide` again") from None
+    return archive.getvalue()
+
+
+def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
+    info = zipfile.ZipInfo(name, SAME_TIME)
+    archive.writestr(info, data, zipfile.ZIP_DEFLATED, compresslevel=9)
+
+
+def _index(loaded: Mapping[str, bytes]) -> str:
+    """The page, which tells its worker how many bytes that will load, and what of."""
+    code = sha256(b"".join(sha256(data).digest() for data in loaded.values())).hexdigest()[:16]
+    asked = f"worker.js?bytes={sum(map(len, loaded.values()))}&amp;code={code}"
+    page = (FOLDER / "index.html").read_text(encoding="utf-8")
+    assert page.count(HEAD) == 1
+    policy = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+    songs = " ".join(sorted(name.removeprefix("songs/") for name in _songs()))
+    metas = f'<meta name="improv-worker" content="{asked}">\n    <meta name="improv-songs" content="{songs}">'
+    return page.replace(HEAD, f"{HEAD}\n    {policy}\n    {metas}")
+
+
+def _examples() -> list[Mapping[str, str]]:
+    """The programs of the gallery: those without an `improv.toml` first, and the simplest of them first of all."""
+    root = _brought("examples")
+    folders = {"": root, **{each.name: each for each in root.iterdir() if each.is_dir()}}
+    found = [
+        (folder, each, (inside / FILE_NAME).read_text(encoding="utf-8") if folder else "")
+        for folder, inside in folders.items()
+        for each in inside.iterdir()
+        if each.name.endswith(ENDING) and f"{folder}/{each.name.removesuffix(ENDING)}" not in LEFT_OUT
+    ]
+    return [_example(*each) for each in sorted(found, key=lambda each: (each[2], len(each[1].read_bytes())))]
+
+
+def _songs() -> Mapping[str, bytes]:
+    """The songs of the gallery, where the page looks for those that an `improv.toml` names."""
+    root = _brought("examples")
+    inside = [each for folder in root.iterdir() if folder.is_dir() for each in folder.iterdir()]
+    return {f"songs/{each.name}": each.read_bytes() for each in inside if is_song(each.name)}
+
+
+def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
+    text, name = path.read_text(encoding="utf-8"), path.name.removesuffix(ENDING)
+    picture = plot(score_of(analyze(text, read_robots(toml))))
+    return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": picture}
+
+
+def _brought(name: str) -> Traversable:
+    """A folder of the repository, which the wheel brings along."""
+    ours = resources.files("improv_core.website") / name
+    return ours if ours.is_dir() else Path(__file__).parents[2] / name
+
+
+def _own(name: str) -> bytes:
+    return (resources.files("improv_core.website") / name).read_bytes()
+
+
+def _archive() -> bytes:
+    """Our package and lark's, as a zip archive."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as file:
+        for package, left_out in PACKAGES.items():
+            for name, data in _code(resources.files(package), ""):
+                if not name.startswith(left_out):
+                    _add(file, f"{package}/{name}", data)
+    return archive.getvalue()
+
+
+def _code(folder: Traversable, inside: str) -> Iterator[tuple[str, bytes]]:
+    for each in sorted(folder.iterdir(), key=lambda each: each.name):
+        if each.is_dir():
+            yield from _code(each, f"{inside}{each.name}/")
+        elif each.name.endswith(CODE):
+            yield f"{inside}{each.name}", each.read_bytes()

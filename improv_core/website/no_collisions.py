@@ -1,0 +1,31 @@
+"""What a simulator without a physics library makes of things that are near each other: they pass through each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from improv_core.outputs.simulator.collisions import Bump, Disc, Pushed
+from improv_core.score.motion import Pose
+from improv_core.score.world import World
+
+
+class Passing:
+    """The place of `Collisions` where pymunk can't be had."""
+
+    def __init__(self, world: World) -> None:
+        """There is nothing to know about the world."""
+
+    def near_obstacle(self, x: float, y: float, reach: float) -> bool:
+        return False
+
+    def keep(self, discs: Mapping[str, Disc]) -> None:
+        """Nobody is pushed."""
+
+    def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
+        return {}
+
+    def take_bumps(self) -> list[Bump]:
+        return []
+
+    def take_contacts(self) -> tuple[set[str], set[str]]:
+        return set(), set()

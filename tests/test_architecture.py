@@ -295,6 +295,21 @@ def test_what_is_played_is_a_score_and_not_a_piece() -> None:
     assert {path.stem for path in MODULES if any("piece" in name.lower() for name in identifiers(path))} == IN_PIECES
 
 
+def test_each_package_says_where_to_begin_reading() -> None:
+    """In at most ten lines; the modules that it names for that exist."""
+    wrong = {}
+    for path in MODULES:
+        if path.name != "__init__.py" or path.parent == ROOT / "improv_core":
+            continue
+        doc = ast.get_docstring(tree(path)) or ""
+        begin = " ".join(doc.split()).partition("Begin with ")[2]
+        named = re.findall(r"`(\w+)`", re.split(r"[.;:,]", begin)[0])
+        lacks = [each for each in named if name(path.parent / each) not in OURS]
+        if not named or lacks or len(doc.splitlines()) > 10:
+            wrong[name(path)] = doc
+    assert wrong == {}
+
+
 def test_the_top_level_is_what_was_agreed() -> None:
     agreed = {"pyproject.toml", "README.md", "improv_core", "improv_ls", "editors", "tests"}
     agreed |= {"docs", "examples", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md"}

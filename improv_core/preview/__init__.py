@@ -1,1 +1,4 @@
-"""What will play, computed from what a stage reports. Standard library only."""
+"""The near future of what plays, computed from a stage's reports. Standard library only.
+
+It may import `player.takeover`, `protocol`, and `score`. Begin with `window`.
+"""

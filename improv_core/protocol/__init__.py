@@ -1,1 +1,5 @@
-"""What processes say to each other, and what the player asks of an output. Standard library only."""
+"""The messages between processes, their checks, and the port of outputs. Standard library only.
+
+It may import only `score` and `plain`; everything that plays imports it. Begin with `messages`, then `commands`, what
+people may ask for; `output` lists what the player needs of an output.
+"""

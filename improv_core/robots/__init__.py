@@ -1,1 +1,4 @@
-"""Reads `improv.toml`: robots and their world."""
+"""Reads `improv.toml`: robots, their profiles, and their world.
+
+It may import `syntax.vocabulary`, `score`, `diagnostics`, and `text`. Begin with `schema`, the table of its keys.
+"""

@@ -1,1 +1,5 @@
-"""What is played: movements, motion, profiles, and scores. Standard library only, Python 3.10 and newer."""
+"""What is played: movements, motion, profiles, and scores. Standard library only, Python 3.10 and newer.
+
+It may import only `slices` and `text`; everything else rests on it. Begin with `movement`, then `walk`; a `score` has a
+part for each robot.
+"""

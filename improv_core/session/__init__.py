@@ -1,1 +1,5 @@
-"""The parent's side of stages: finds their Python, starts and watches them, and presents several as one."""
+"""One performance on one or more stages: starts them, and decides what each is sent.
+
+It may import `music`, `ipc`, `safety`, `protocol`, and `score`. Begin with `state`, all that a session knows; then
+`on_request` and `on_stage_message`, which decide; `session` does what they decide.
+"""

@@ -1,1 +1,5 @@
-"""The stage: a process of its own that plays scores on one sink. Standard library only, Python 3.10 and newer."""
+"""The process that moves robots: a `Player`, one output, and the lines to and from the session.
+
+It may import `outputs`, `ipc`, `player`, `safety`, and `protocol`; others only start it. Begin with `__main__`, then
+`loop`. Standard library only, Python 3.10 and newer.
+"""

@@ -1,1 +1,5 @@
-"""What the command line and the language server share."""
+"""Files that nobody loses: programs, saves, and their history.
+
+It may import `program`, what that rests on, and `protocol`. Begin with `program_file`; `compare_and_swap` makes sure
+that a save never overwrites a text that it hasn't seen.
+"""

@@ -1,1 +1,1 @@
-"""Recordings of what robots were told."""
+"""Recordings of the commands that robots were sent, as mcap files. Begin with `recorder`."""

@@ -1,1 +1,4 @@
-"""Finds a Python with rclpy, or installs one, and proves that it works."""
+"""Finds a Python with rclpy, or installs one, and proves that it carries a Twist. Begin with `interpreter`.
+
+Standard library only. Also `hosts` uses it, to set up other machines.
+"""

@@ -38,9 +38,10 @@ def host(tmp_path: Path, ros_env: Mapping[str, str]) -> Iterator[Host]:
 
 
 def set_there(env: Mapping[str, str], **limits: float) -> dict[str, str]:
-    """The variables that these tests set, with these limits."""
+    """The variables that these tests set, with these limits. ROS's Python is one, also if a person has set it here."""
     limited = {**env, **with_limits(**limits)} if limits else env
-    return {name: value for name, value in limited.items() if os.environ.get(name) != value}
+    python = {"IMPROV_ROS_PYTHON": env["IMPROV_ROS_PYTHON"]}
+    return python | {name: value for name, value in limited.items() if os.environ.get(name) != value}
 
 
 class Parent:

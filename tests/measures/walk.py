@@ -1,0 +1,132 @@
+"""The modules of ours that run between a save and the first Twist, and between Stop on the page and the zero.
+
+Starts `improv-ls` from a checkout as an editor does, saves a program, and presses Stop on the page, three times, after
+`sys.setprofile` in every process. Idle ticks of other threads count, too, so the least of three walks is what counts.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from tests.ls.client import QUIET, ProcessClient
+
+TRACING = Path(__file__).parent / "tracing"
+DANCE = "beat 60\nturtle1 $ repeat 3 (forward left)\n"
+LIMIT = 120.0
+"""Seconds to wait for anything: what is traced is slow."""
+LISTENER = (
+    "import rclpy; from geometry_msgs.msg import Twist; rclpy.init(); node = rclpy.create_node('walk_base')\n"
+    "node.create_subscription(Twist, '/turtle1/cmd_vel', lambda message: None, 10); rclpy.spin(node)"
+)
+
+
+class Walk(NamedTuple):
+    """What runs in between, in all processes. `hops` counts changes from one module to another within a thread."""
+
+    milliseconds: float
+    modules: frozenset[str]
+    functions: int
+    hops: int
+    processes: int
+
+
+def run(root: Path, ros: str | None, names: bool) -> None:
+    """Print both walks in a checkout; with ROS's Python `ros`, those to the ROS stage. `names` lists the modules."""
+    with TemporaryDirectory(prefix="walk-") as folder, _listener(ros):
+        saves, stops = _walks(root, Path(folder), ros)
+    for title, walks in (("save -> first Twist", saves), ("Stop on the page -> zero", stops)):
+        least = min(walks, key=lambda walk: len(walk.modules))
+        print(f"{title}: {len(least.modules)} modules, {least.hops} hops, {least.processes} processes")
+        for time_taken, modules, functions, hops, _ in walks:
+            print(f"  {time_taken:7.1f} ms, {len(modules)} modules, {functions} functions, {hops} hops")
+        if names:
+            print(*(f"    {module}" for module in sorted(least.modules)), sep="\n")
+
+
+def _walks(root: Path, folder: Path, ros: str | None) -> tuple[list[Walk], list[Walk]]:
+    trace, project = folder / "trace", folder / "project"
+    trace.mkdir()
+    project.mkdir()
+    file = project / "dance.improv"
+    file.write_text(DANCE, encoding="utf-8")
+    env = dict(os.environ, IMPROV_WALK=str(trace), IMPROV_WALKED=str(root), PYTHONPATH=f"{TRACING}{os.pathsep}{root}")
+    if ros:
+        env["IMPROV_ROS_PYTHON"] = str(Path(ros).absolute())  # its links make it an environment
+    output = "ros" if ros else "simulator"
+    between: list[tuple[int, int]] = []
+    with ProcessClient({**QUIET, "backend": "both" if ros else "sim"}, env=env) as editor:
+        editor.open(file.as_uri(), DANCE)
+        address = _address_of_page(editor, file.as_uri())
+        home = address.partition("/?")[0]
+        with urllib.request.urlopen(address) as page:
+            token = re.search(r'improv-token" content="([^"]*)"', page.read().decode())
+        assert token
+        for number in (1, 2, 3):
+            saved = time.monotonic_ns()
+            editor.save(file.as_uri(), DANCE)
+            moves = _wait_for_sent(trace, "moves", output, saved)
+            pressed = time.monotonic_ns()
+            query = f"token={token[1]}&page=abcdefghijklmnop&number={number}"
+            stop = urllib.request.Request(f"{home}/stop?{query}", b"", {"Origin": home}, method="POST")
+            with urllib.request.urlopen(stop, timeout=LIMIT):
+                between += [(saved, moves), (pressed, _wait_for_sent(trace, "zero", output, pressed))]
+            time.sleep(2)  # what is idle is so again
+    found = [_walk(trace, begin, end, root) for begin, end in between]
+    return found[::2], found[1::2]
+
+
+def _address_of_page(editor: ProcessClient, uri: str) -> str:
+    """The page's URL. The save that starts the stages for it is not followed."""
+    editor.play(uri, DANCE)
+    editor.command("page")
+    return editor.wait_for_line("page: ").removeprefix("page: ")
+
+
+def _wait_for_sent(trace: Path, kind: str, output: str, after: int) -> int:
+    """The time at which the output was handed the first such velocity after some time, in monotonic nanoseconds."""
+    end = time.monotonic() + LIMIT
+    while time.monotonic() < end:
+        for line in (trace / "sent").read_text(encoding="utf-8").splitlines() if (trace / "sent").exists() else ():
+            at, found, name = line.split("\t")
+            if found == kind and int(at) > after and output in name:
+                return int(at)
+        time.sleep(0.02)
+    raise SystemExit("no velocity was sent in time: is the machine very busy?")
+
+
+def _walk(trace: Path, begin: int, end: int, root: Path) -> Walk:
+    modules, functions, hops, processes = set(), set(), 0, 0
+    for file in trace.glob("*.calls"):
+        last: dict[str, str] = {}
+        for line in file.read_text(encoding="utf-8").splitlines():
+            at, thread, module, number = line.split("\t")
+            if begin <= int(at) <= end:
+                modules.add(module)
+                functions.add((module, number))
+                hops += last.get(thread, module) != module
+                last[thread] = module
+        processes += bool(last)
+    return Walk((end - begin) / 1e6, frozenset(modules), len(functions), hops, processes)
+
+
+@contextmanager
+def _listener(ros: str | None) -> Iterator[None]:
+    """A robot that listens, if ROS's Python is given."""
+    if not ros:
+        yield
+        return
+    robot = subprocess.Popen([ros, "-c", LISTENER])
+    try:
+        yield
+    finally:
+        robot.kill()
+        robot.wait()

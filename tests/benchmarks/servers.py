@@ -130,6 +130,7 @@ class Server:
         self.uri = f"{root}/document.{'py' if kind.language is PYTHON else 'improv'}"
         self._language = kind.language.name
         begin = perf_counter()
+        env = {"DISPLAY": ":0", **(os.environ if env is None else env)}  # without a screen, it shows no page
         self._process = subprocess.Popen(
             kind.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=self._folder.name, bufsize=0, env=env
         )

@@ -37,7 +37,7 @@ from improv_ls.page import show_page
 from improv_ls.placing import Placing
 from improv_ls.playing import Playing
 from improv_ls.progress import Progress
-from improv_ls.records import By, Records, file_of
+from improv_ls.records import Records, file_of
 from improv_ls.refusals import refusal, wrong_robots
 from improv_ls.settling import Settling
 
@@ -92,13 +92,14 @@ class Performance:
         with suppress(StageError):
             await self._stages().open()
 
-    async def play(self, document: Document, asked: int, by: By | None = "command", text: str | None = None) -> None:
+    async def play(self, document: Document, asked: int, text: str | None = None, *, keep: bool = True) -> None:
         """Play a program and say so in one line, or say why not; with another `text`, if it was saved with that.
 
-        `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
+        `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin. With
+        `keep`, the history gets it.
         """
         self._before = None
-        await self._play_whole(document, asked, by, text)
+        await self._play_whole(document, asked, text, keep=keep)
 
     async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
         """Play only what a span touches, or a name, and say so in one line, or say why not. `asked` as for `play`."""
@@ -126,9 +127,7 @@ class Performance:
         self._present(document, only=True)
         await self._play(replace(document, analysis=only.analysis), ready, self._when, asked, only=only)
 
-    async def _play_whole(
-        self, document: Document, asked: int, by: By | None = "command", text: str | None = None
-    ) -> None:
+    async def _play_whole(self, document: Document, asked: int, text: str | None = None, *, keep: bool = True) -> None:
         async with self._preparing:
             document = await self._settling.settled(document, text)
             ready = await self._settling.run(lambda: refusal(document) or _ready(document.analysis))
@@ -137,7 +136,7 @@ class Performance:
             self._refuse(ready)
             return
         restarts = self.playing.state == "playing" and self._editor.settings.on_save is None
-        await self._play(document, ready, self._when, asked, by)
+        await self._play(document, ready, self._when, asked, keep=keep)
         if restarts and not self._hinted:
             self._hinted = True
             self._editor.say(HINT)
@@ -158,8 +157,8 @@ class Performance:
         ready: _Ready,
         when: When,
         asked: int,
-        by: By | None = "command",
         only: Selection | None = None,
+        keep: bool = True,
     ) -> None:
         analysis = document.analysis
         self._node = analysis.cast.node
@@ -180,8 +179,8 @@ class Performance:
             return
         self.playing.sent(generation, document, ready.score)
         self._only = only
-        if by:
-            self._records.played(document, by)
+        if keep:
+            self._records.played(document)
         self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.show.status}")
         if only and only.note:
             self._editor.say(only.note)
@@ -290,7 +289,6 @@ class Performance:
             settings.ros_python,
             settings.ros_discovery,
             settings.ros_standby,
-            report_sent=settings.study_log is not None,
             takes_start_poses=True,
             node=self._node,
             osc="network" if settings.osc_network else "here",
@@ -309,8 +307,6 @@ class Performance:
         if message["type"] == "transport":
             if leads and not self.playing.is_old(message):
                 self._follow(message)
-        elif message["type"] == "sent" and leads:
-            self._records.sent(message)
         elif message["type"] == "sensed" and message["generation"] == self.playing.generation:
             self.playing.sensed(message)
             self.live.sensed()
@@ -367,8 +363,6 @@ class Performance:
         self._hinting.follow(message)
         if message["state"] in ("stopped", "ended"):
             self.keys.release()
-        if message["state"] != "playing":
-            self._records.rested()
 
     def _rest(self) -> None:
         """Stop everything that follows what plays."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -29,7 +28,6 @@ class Settings:
     inlay_hints_beats: bool = False
     inlay_hints_playing: bool = False
     hover_pictures: bool = False
-    study_log: str | None = None
 
 
 def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
@@ -54,8 +52,6 @@ def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
 
 
 _ABSENT = object()
-_FULL_LOG = re.compile(r"(/|~/|[A-Za-z]:[/\\]).*\.jsonl")
-"""The settings of an opened project must not make us write any other kind of file."""
 
 
 def _flat(section: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
@@ -74,7 +70,6 @@ def _one_of(*words: str) -> tuple[str, Callable[[Any], bool]]:
 
 _YES_NO = ("true or false", lambda value: isinstance(value, bool))
 _TEXT = ("a string", lambda value: isinstance(value, str))
-_LOG = ("a full path that ends in .jsonl", lambda value: isinstance(value, str) and bool(_FULL_LOG.fullmatch(value)))
 _PORT = ("a port number from 0 to 65535", lambda value: type(value) is int and 0 <= value <= 65535)
 _BEATS = ("a whole number from 1 to 1000", lambda value: type(value) is int and 1 <= value <= 1000)
 
@@ -93,5 +88,4 @@ _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "inlayHints.beats": ("inlay_hints_beats", *_YES_NO),
     "inlayHints.playing": ("inlay_hints_playing", *_YES_NO),
     "hover.pictures": ("hover_pictures", *_YES_NO),
-    "study.log": ("study_log", *_LOG),
 }

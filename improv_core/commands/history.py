@@ -1,4 +1,4 @@
-"""`improv history`: the programs that played, and the table of a study log."""
+"""`improv history`: the programs that played."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from improv_core.commands.terminal import run
 from improv_core.program.analysis import analyze
 from improv_core.program.files import robots_near
 from improv_core.robots.config import Robots
-from improv_core.storage import study
 from improv_core.storage.history import Played, read
 
 WIDTH = 60
@@ -68,26 +67,6 @@ def play_again(number: int, backend: str, port: int, no_browser: bool) -> None:
         sys.exit(PROBLEMS)
     options = parameters.options(path, backend, port)
     sys.exit(run(play(analysis, path, options, browser=not no_browser)))
-
-
-@command.command("report")
-@click.argument("file", type=click.Path(path_type=Path))
-def report(file: Path) -> None:
-    """Print the table of a study log, which an editor writes if its setting study.log names one."""
-    try:
-        with file.open(encoding="utf-8", errors="replace") as lines:
-            found = list(study.read(lines))
-    except OSError as error:
-        raise CommandError(f"{file} can't be read: {(error.strerror or 'no reason').lower()}") from None
-    rows = study.rows(each for each in found if each)
-    table = [study.HEADINGS, *map(study.cells, [*rows, study.total(rows)])]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    for first, *others in table:
-        aligned = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
-        echo("  ".join([first.ljust(widths[0]), *aligned]))
-    if wrong := found.count(None):
-        what = "1 line is not an event and was" if wrong == 1 else f"{wrong} lines are not events and were"
-        echo(f"improv: {file}: {what} left out", err=True)
 
 
 def _program(number: int) -> Played:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from lsprotocol import types
 
 from improv_core.ide.code_lens import scene_ids
-from improv_ls.documents import Document
 from improv_ls.handlers.workspace_files import refresh_robots
 from improv_ls.session import Session
 
@@ -26,10 +25,8 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     refresh_robots(ls)
     # The saved text is what plays, no matter what is typed from here on.
     document = ls.documents.get(uri)
-    if document and ls.editor.settings.study_log:
-        ls.editor.soon(_record(ls, document, params.text))
     if document and ls.editor.settings.on_save != "off":
-        ls.editor.soon(ls.performance.play(document, asked, "save", params.text))
+        ls.editor.soon(ls.performance.play(document, asked, params.text))
 
 
 def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:
@@ -41,7 +38,3 @@ def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:
             ls.scenes_with_lenses[uri] = now
         if now is None or now != before:
             ls.editor.refresh("code_lens")
-
-
-async def _record(ls: Session, document: Document, text: str | None) -> None:
-    ls.records.saved(await ls.settling.settled(document, text))

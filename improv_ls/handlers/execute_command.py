@@ -184,7 +184,7 @@ def _try(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:
         analysis = trial(file.lines.text, path_of(file.uri), rest[0])
         # A URI of its own, and no place in the history: what plays is not in the text of the file.
         ls.editor.soon(
-            ls.performance.play(Document(f"{file.uri}#{rest[0]}", None, analysis), ls.arrival.stops, by=None)
+            ls.performance.play(Document(f"{file.uri}#{rest[0]}", None, analysis), ls.arrival.stops, keep=False)
         )
     else:
         ls.editor.warn("improv.play: expected a robot of this improv.toml")

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
-from typing import get_args
 
 from click.testing import CliRunner, Result
 
 from improv_core.commands.main import improv
 from improv_core.storage.history import keep
-from improv_core.storage.study import Event
 from tests.commands.command_line import SIMULATED, run
 
 ROOT = Path(__file__).parents[2]
@@ -53,18 +50,6 @@ def test_what_is_not_there_is_said_in_one_line(tmp_path: Path, state: Path) -> N
     damaged = history()
     assert (damaged.exit_code, damaged.stdout) == (0, "")
     assert damaged.stderr.startswith("improv: 1 file of the history can't be read and was left out: look at it in ")
-    for arguments in (("1",), ("play", "1"), ("report", tmp_path / "none.jsonl"), ("report", tmp_path)):
+    for arguments in (("1",), ("play", "1")):
         done = history(*arguments)
         assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-
-
-def test_the_table_of_a_study_log_is_as_its_page_says(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
-    ((lines, table),) = re.findall(r"```json\n(.*?)```.*?```\n(.*?)```", page, re.DOTALL)
-    log = tmp_path / "study.jsonl"
-    log.write_text(f"{lines}half a li")
-    done = history("report", log)
-    assert done.stdout == table
-    assert done.stderr == f"improv: {log}: 1 line is not an event and was left out\n"
-    fields = {name for event in get_args(Event) for name in event.__annotations__}
-    assert set(re.findall(r"^\| `(\w+)` \|.+\|.+\|$", page, re.MULTILINE)) == {"time", "session", *fields}

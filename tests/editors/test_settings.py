@@ -20,7 +20,7 @@ def test_an_untrusted_workspace_sets_nothing() -> None:
 
 def test_no_workspace_names_a_program_or_a_file_to_write_or_opens_a_port_to_the_network() -> None:
     machines = {name.removeprefix("improv.") for name, about in OFFERED.items() if about.get("scope") == "machine"}
-    assert machines == {"ros.python", "osc.network", "server.path", "study.log"}
+    assert machines == {"ros.python", "osc.network", "server.path"}
 
 
 def test_settings_are_the_servers() -> None:

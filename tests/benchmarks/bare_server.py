@@ -52,30 +52,8 @@ def did_change(ls: LanguageServer, params: types.DidChangeTextDocumentParams) ->
 
 
 def publish(ls: LanguageServer, document: types.TextDocumentItem | types.VersionedTextDocumentIdentifier) -> None:
-    documents = ls.client_capabilities.text_document
-    if not (documents and documents.diagnostic):
-        params = types.PublishDiagnosticsParams(uri=document.uri, version=document.version, diagnostics=[])
-        ls.text_document_publish_diagnostics(params)
-
-
-@server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC)
-def diagnostic(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
-    return types.RelatedFullDocumentDiagnosticReport([])
-
-
-@server.feature(types.WORKSPACE_DIAGNOSTIC)
-def workspace_diagnostic(params: types.WorkspaceDiagnosticParams) -> types.WorkspaceDiagnosticReport:
-    return types.WorkspaceDiagnosticReport([])
-
-
-@server.feature(types.COMPLETION_ITEM_RESOLVE)
-def resolve(params: types.CompletionItem) -> types.CompletionItem:
-    return params
-
-
-@server.feature(types.CODE_ACTION_RESOLVE)
-def resolve_action(params: types.CodeAction) -> types.CodeAction:
-    return params
+    params = types.PublishDiagnosticsParams(uri=document.uri, version=document.version, diagnostics=[])
+    ls.text_document_publish_diagnostics(params)
 
 
 def nothing(params: Any) -> None:

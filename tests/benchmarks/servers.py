@@ -26,7 +26,7 @@ LIMIT = 60.0
 SETTLES = 1.0
 """Seconds after which a server has no more to publish about a change."""
 
-# No pull diagnostics unless a kind asks for them: ruff then publishes them after every change, as our server does.
+# No pull diagnostics: ruff then publishes them after every change, as our server does.
 _CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
     "textDocument": {
@@ -41,15 +41,13 @@ _CAPABILITIES: Mapping[str, Any] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kind:
-    """A language server: how it is started, with which options, what it reads, and whether it is asked for diagnostics
-    or publishes them."""
+    """A language server: how it is started, with which options, and what it reads."""
 
     name: str
     command: tuple[str, ...]
     language: Language
     options: Mapping[str, Any]
     finds_mistakes: bool = True
-    pulls: bool = False
 
 
 OURS = Kind(
@@ -120,8 +118,6 @@ class Server:
         self._deadline = 0.0  # of what is waited for
         self._seen = Seen(0.0, 0)  # after the latest change
         self._bytes = bytearray()
-        self._pulls = kind.pulls
-        self._begun: set[int] = set()
         self.page: str | None = None
         """The address that the server has asked to show."""
         self._folder = TemporaryDirectory()
@@ -136,8 +132,8 @@ class Server:
         )
         folders = [{"uri": root, "name": "benchmark"}]
         common = {"processId": os.getpid(), "rootUri": root, "workspaceFolders": folders}
-        params = {**common, "capabilities": _capabilities(kind.pulls), "initializationOptions": kind.options}
-        self.capabilities: Message = self.request("initialize", params)[1]["capabilities"]
+        params = {**common, "capabilities": _CAPABILITIES, "initializationOptions": kind.options}
+        self.request("initialize", params)
         self.start_seconds = perf_counter() - begin
         self._notify("initialized", {})
 
@@ -196,17 +192,6 @@ class Server:
         """How many seconds it takes until a request about the document is answered, and the answer."""
         return self.request(f"textDocument/{method}", {"textDocument": {"uri": self.uri}, **params})
 
-    def begin(self, method: str, params: Any) -> int:
-        """Write a request whose answer `is_waiting_for` looks for. Returns its id."""
-        self._next_id += 1
-        self._begun.add(self._next_id)
-        self._write(_framed({"id": self._next_id, "method": method, "params": params}))
-        return self._next_id
-
-    def is_waiting_for(self, number: int) -> bool:
-        """Whether the answer to what was begun is not among the messages that were read so far."""
-        return number in self._begun
-
     def _change(self, change: Message) -> Seen:
         self._version += 1
         document = {"uri": self.uri, "version": self._version}
@@ -216,11 +201,8 @@ class Server:
         message = _framed({"method": method, "params": params})
         self._changed = perf_counter()
         self._write(message)
-        if not self._pulls:
-            self._seen = self._published(self._changed)
-            return self._seen
-        items = self.ask("diagnostic")[1]["items"]
-        return Seen(perf_counter() - self._changed, _mistakes(items))
+        self._seen = self._published(self._changed)
+        return self._seen
 
     def _published(self, begin: float, limit: float = LIMIT) -> Seen:
         """The next diagnostics of the version that the server has now. Raises TimeoutError."""
@@ -262,8 +244,6 @@ class Server:
             elif message["method"] == "window/showDocument":
                 self.page, result = message["params"]["uri"], {"success": True}
             self._write(_framed({"id": message["id"], "result": result}))
-        elif "id" in message:
-            self._begun.discard(message["id"])
         return message
 
     def _write(self, message: bytes) -> None:
@@ -293,17 +273,6 @@ class Server:
         if not more:
             raise RuntimeError("the server has ended")
         return more
-
-
-def _capabilities(pulls: bool) -> Message:
-    if not pulls:
-        return {**_CAPABILITIES}
-    documents = {**_CAPABILITIES["textDocument"], "diagnostic": {}}
-    return {
-        **_CAPABILITIES,
-        "textDocument": documents,
-        "workspace": {**_CAPABILITIES["workspace"], "diagnostics": {"refreshSupport": True}},
-    }
 
 
 def _mistakes(diagnostics: Iterable[Message]) -> int:

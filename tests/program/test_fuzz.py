@@ -1,4 +1,4 @@
-"""Nothing that anybody can write raises an error or hangs. How long it takes: `python -m tests.benchmarks worst`.
+"""Nothing that anybody can write raises an error or hangs.
 
 By hand: IMPROV_FUZZ_SECONDS=600 pytest -s tests/program/test_fuzz.py
 """

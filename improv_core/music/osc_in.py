@@ -68,7 +68,7 @@ def waits(asked: PageRequest) -> bool:
 
 
 def _stop(arguments: Sequence[Argument], known: Situation) -> PageRequest:
-    return {"type": "stop"}
+    return {"type": "stop", "by": "osc"}
 
 
 def _pause(arguments: Sequence[Argument], known: Situation) -> PageRequest | None:
@@ -78,7 +78,7 @@ def _pause(arguments: Sequence[Argument], known: Situation) -> PageRequest | Non
 def _play(arguments: Sequence[Argument], known: Situation) -> PageRequest | None:
     if not _pressed(arguments):
         return None
-    reply = play_again.play(known.heard)
+    reply = play_again.play(known.heard, "osc")
     if not reply.succeeds:
         raise UnclearError(f"/improv/play: {reply.line}")
     return reply.request

@@ -10,10 +10,10 @@ from contextlib import suppress
 from typing import Literal, Protocol, TypeAlias, cast
 
 from improv_core.ipc.child import Child, Policy
-from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.limits import helper
-from improv_core.protocol.messages import Armed, Sensed, State, TransportMessage
+from improv_core.protocol.messages import Armed, Sensed, TransportMessage
 from improv_core.protocol.osc_messages import FromOsc, PeerJson, ToOsc
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.stops import Stops
@@ -28,9 +28,6 @@ MOST_WAITING = 10_000
 """Messages that may wait for the process. One that lets more of them wait hangs, and is killed."""
 READY_LIMIT = 2.0
 """Seconds that a play may wait until the process has started."""
-KEPT = (
-    "/improv/play was ignored: robots were stopped, and not by OSC. Play again on the page, in the editor, or by saving"
-)
 
 
 class OscProcess(Protocol):
@@ -52,8 +49,7 @@ class OscLink:
     """Has a process exchange OSC messages while the score that plays asks for that.
 
     `ask` gets what they ask for and the count of stops when that arrived, and `say` lines for people; both are called
-    on the event loop. Stops are obeyed on the thread that reads, as those of pages are. What somebody else has stopped
-    can't be played again from here: `plays` notes how often everything has been stopped when a score begins.
+    on the event loop. Stops are obeyed on the thread that reads, as those of pages are.
     """
 
     def __init__(
@@ -75,8 +71,6 @@ class OscLink:
         self._osc: Osc | None = None
         self._refused: Osc | None = None  # what people were told to be out of reach
         self._written = RowsWritten()
-        self._state: State | None = None
-        self._began = self._ours = stops.stopped  # when the score began; up to here, all stops since then were OSC's
 
     def expect(self, score: Score) -> None:
         """A score is about to be sent. Start, keep, or end the process, so that it is ready when that plays."""
@@ -98,9 +92,8 @@ class OscLink:
             with suppress(TimeoutError):
                 await wait_for(self._ready.wait(), READY_LIMIT)
 
-    def plays(self, score: Score, generation: int, stopped: int) -> None:
-        """A score has been sent, when everything had been stopped so often."""
-        self._began = self._ours = stopped
+    def plays(self, score: Score, generation: int) -> None:
+        """A score has been sent."""
         self.expect(score)
         if self._process:
             self._written = self._written.renewed()
@@ -108,8 +101,6 @@ class OscLink:
 
     def tell(self, message: TransportMessage | Sensed | Armed) -> None:
         """Pass on what the stage that leads says."""
-        if message["type"] == "transport":
-            self._state = message["state"]
         if self._process:
             self._put(message)
 
@@ -124,7 +115,7 @@ class OscLink:
             loop, number = get_running_loop(), self._number + 1
 
             def hear(message: FromOsc | None) -> None:  # on a thread: a stop is obeyed there
-                asked = self._arrive(message["command"]) if message and message["type"] == "request" else 0
+                asked = self._stops.arrive(message["command"]) if message and message["type"] == "request" else 0
                 with suppress(RuntimeError):  # the loop has been closed
                     loop.call_soon_threadsafe(self._told, number, message, asked)
 
@@ -141,13 +132,6 @@ class OscLink:
         assert self._process
         self._process.put(message)
 
-    def _arrive(self, command: PageRequest | Watched) -> int:
-        before = self._stops.stopped
-        asked = self._stops.arrive(command)
-        if command["type"] == "stop" and self._stops.stopped == before + 1 and self._ours == before:
-            self._ours = before + 1
-        return asked
-
     def _told(self, number: int, message: FromOsc | None, asked: int) -> None:
         if number != self._number or not self._process:
             return
@@ -160,14 +144,8 @@ class OscLink:
             return
         elif message["type"] == "warning":
             self._say(message["message"])
-        elif message["command"]["type"] == "restart" and not self._may_restart():
-            self._say(KEPT)
         elif message["command"]["type"] != "watched":
             self._ask(message["command"], asked)
-
-    def _may_restart(self) -> bool:
-        """Whether what played has ended, or was stopped by OSC messages alone."""
-        return self._stops.stopped == self._ours and (self._state == "ended" or self._ours > self._began)
 
 
 class _Running:

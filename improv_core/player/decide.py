@@ -41,6 +41,7 @@ from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_
 from improv_core.player.stop_rules import Decided, error_line, warning_line
 from improv_core.player.takeover import Before, Swap, edited, entering
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
+from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
 from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
@@ -80,9 +81,12 @@ def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None
 
 def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     score, performed = load.score, run.transport.performed(facts.now)
-    moves = facts.real and bool(score.beats or score.open)
-    if moves and (line := run.stops.refusal(score.safety, load.stops)):
+    moves = bool(score.beats or score.open)
+    if moves and facts.real and (line := run.stops.refusal(score.safety, load.stops)):
         return run, [error_line(line), Report()]
+    if moves and not run.may_start(load.by):
+        return run, [warning_line(STOPPED), Report()]
+    run = run.started(load.by) if moves else run
     goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and load.entry)
     if load.when == "restart" or not goes_on:
         return run, [PrepareAnew(load), Then(events.Restarted(load))]

@@ -10,6 +10,7 @@ from improv_core.player.agenda import Due
 from improv_core.player.return_state import HomeStep
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
+from improv_core.protocol.commands import Automation
 from improv_core.protocol.messages import Takeover, When
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.preflight import Standing
@@ -36,6 +37,7 @@ class Load:
     gate: Gate | None = None
     not_before: float = -math.inf
     late: float = 0.0
+    by: Automation | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,9 @@ class Replaced:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """All robots should stop."""
+    """All robots should stop, `by` the wish of an automation, or of anything else (None)."""
+
+    by: Automation | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +94,12 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """A pause is over, or an armed score should begin. With `anyway`, it doesn't matter where robots stand. Other
-    stages went on `late` seconds ago."""
+    """A pause is over, or an armed score should begin, `by` the wish of an automation, or of a person (None). With
+    `anyway`, it doesn't matter where robots stand. Other stages went on `late` seconds ago."""
 
     anyway: bool = False
     late: float = 0.0
+    by: Automation | None = None
 
 
 @dataclass(frozen=True, slots=True)

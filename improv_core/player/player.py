@@ -14,6 +14,7 @@ from improv_core.player.engine import Machine
 from improv_core.player.run import Mode
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
+from improv_core.protocol.commands import Automation
 from improv_core.protocol.messages import Poses, Takeover, When
 from improv_core.protocol.output import Edge, RawJoints, RawPose, StopButton
 from improv_core.safety.interlocks import EmergencyStops
@@ -80,6 +81,7 @@ class Player(Machine):
         gate: Gate | None = None,
         not_before: float = -math.inf,
         late: float = 0.0,
+        by: Automation | None = None,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
@@ -88,35 +90,38 @@ class Player(Machine):
         stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playback is
         paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
         and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
-        one was pressed since somebody asked for it, with `stops` presses before.
+        one was pressed since somebody asked for it, with `stops` presses before. One that an automation asks for, `by`
+        its name, is refused after a stop that wasn't its own.
         After a restart, a `gate` holds beat 0 back. A score takes over `not_before` this time on the clock. One that
         comes `late` seconds late still takes over when it did in other stages.
         """
         bar = max(beats_per_bar, 1)
-        load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late)
+        load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late, by)
         if entry:
             self._tracks.informed = now
         self._take(load, now)
 
-    def stop(self, now: float) -> None:
+    def stop(self, now: float, by: Automation | None = None) -> None:
         """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
+        Then only a person can have robots move again, or the automation that the stop was `by`.
 
         Does nothing while it waits for listeners only so that it can stop their robots: none of them would hear it yet.
         """
-        self._take(events.Stop(), now)
+        self._take(events.Stop(by), now)
 
     def pause(self, now: float) -> None:
         """Stop every robot at once, to resume from here later."""
         self._catch_up(now)
         self._take(events.Pause(), now)
 
-    def resume(self, now: float, *, anyway: bool = False, late: float = 0.0) -> None:
-        """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for.
+    def resume(self, now: float, *, anyway: bool = False, late: float = 0.0, by: Automation | None = None) -> None:
+        """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for. An automation
+        can't do so after a stop that wasn't its own: `by` is its name.
 
         Robots whose poses are in the world must be in their places, except with `anyway`. If other stages did it `late`
         seconds ago, this one goes on from where they are now. The same holds for `seek` and `set_speed`.
         """
-        self._take(events.Resume(anyway, late), now)
+        self._take(events.Resume(anyway, late, by), now)
 
     def seek(self, beat: float, now: float, late: float = 0.0) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.

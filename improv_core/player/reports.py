@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from improv_core.player.run import Run
+from improv_core.protocol.commands import AUTOMATIONS
 from improv_core.protocol.fields import PoseJson, to_pose_json
 from improv_core.protocol.messages import (
     Armed,
@@ -22,6 +23,7 @@ from improv_core.protocol.messages import (
     RobotsSeen,
     Sensed,
     StageWarning,
+    Startable,
     Trailing,
     TransportMessage,
     Waiting,
@@ -71,6 +73,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
     waiting: Waiting = {"waits_for": waits} if waits else {}
     if run.mode == "paused" and run.too_near:
         waiting["too_near"] = run.too_near
+    startable: Startable = {} if run.startable_by == AUTOMATIONS else {"startable_by": sorted(run.startable_by)}
     begins = {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}
     began: Begins = {"begins": begins} if begins else {}
     if run.score.scene or run.score.since:
@@ -95,6 +98,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         "wall": wall,
         **poses,
         **waiting,
+        **startable,
         **began,
         **bar,
         **pace,

@@ -10,6 +10,7 @@ from fractions import Fraction
 from improv_core.player.outside_clock import Following, within_reach
 from improv_core.player.start_gate import Gate
 from improv_core.player.takeover import Swap, never_ends
+from improv_core.protocol.commands import AUTOMATIONS, Automation
 from improv_core.protocol.messages import State, is_silent
 from improv_core.safety.interlocks import EmergencyStops
 from improv_core.safety.preflight import Standing
@@ -47,6 +48,9 @@ class Run:
     `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and is as soon as
     this is decided again.
 
+    `startable_by` says what may have robots begin or go on without a person. Once anything has stopped everything, that
+    is nothing but what stopped it itself, until a person plays again.
+
     A `clock` from outside is followed by this stage. `pace` is how many times as fast as the score's tempo and the
     speed say a clock has it play, followed by this stage or by the one that leads. It plays so many seconds `behind`
     that one.
@@ -73,6 +77,7 @@ class Run:
     blind: float = -math.inf
     gate: Gate | None = None
     is_due: bool = False
+    startable_by: frozenset[Automation] = AUTOMATIONS
     clock: Following | None = None
     pace: Fraction = ONE
     behind: float = 0.0
@@ -159,6 +164,14 @@ class Run:
     def is_silent(self, robot: str, standing: Collection[str]) -> bool:
         """Whether a robot stands although its part moves it; `standing` are those that wait for the next play."""
         return robot in standing or robot in self.stood or is_silent(robot, self.silenced.muted, self.silenced.soloed)
+
+    def may_start(self, by: Automation | None) -> bool:
+        """Whether whoever asks for it may have robots begin or go on: a person (None) always may."""
+        return by is None or by in self.startable_by
+
+    def started(self, by: Automation | None) -> Run:
+        """As whoever may do so asks for it. What a person plays, automations may play again."""
+        return self if by else replace(self, startable_by=AUTOMATIONS)
 
     def at_scene_of(self, score: Score, beat: Exact) -> Run:
         """With this score, at the scene that plays at a beat if no sense ever holds."""

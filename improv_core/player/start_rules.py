@@ -33,6 +33,7 @@ from improv_core.player.start_gate import Gate
 from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
 from improv_core.player.takeover import joined
 from improv_core.protocol.messages import Takeover, refused_by
+from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
 from improv_core.safety.interlocks import pose_of, waits_for
 from improv_core.score.following import OLDEST
@@ -130,6 +131,9 @@ def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
         return replace(run, gate=_opened(run, run.gate, facts)), [Listen()]
     if run.mode != "paused":
         return run, []
+    if not run.may_start(event.by):
+        return run, [warning_line(STOPPED)]
+    run = run.started(event.by)
     if comes_in(run) and not event.anyway:
         return coming_in(replace(run, continues=True), facts), [Report()]
     places = {} if event.anyway else facts.places

@@ -9,6 +9,7 @@ from improv_core.player import events
 from improv_core.player.acts import Act, Report, Resend, Tell, TellFaults, Zero
 from improv_core.player.events import Facts
 from improv_core.player.run import Mode, Run
+from improv_core.protocol.commands import Automation
 from improv_core.safety.fault_rules import FaultBegan
 from improv_core.safety.fault_texts import may_still_move
 from improv_core.safety.separation import as_line
@@ -19,7 +20,7 @@ Decided = tuple[Run, list[Act]]
 def stop(run: Run, event: events.Stop, facts: Facts) -> Decided:
     if run.mode == "waiting" and not run.moves:
         return run, []  # it waits only so that it can stop robots, and none of them would hear it yet
-    run, acts = leave(run, "stopped", facts)
+    run, acts = leave(run, "stopped", facts, event.by)
     return run, [*acts, *_unreached(run, facts)]
 
 
@@ -87,11 +88,16 @@ def too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
     run, acts = leave(run, "paused", facts)
     robots = tuple(dict.fromkeys(robot for near in event.found for robot in near.robots))
     line = as_line(event.found, keep_apart)
-    return replace(run, too_near=robots), [*acts, Tell({"type": "warning", "message": line, "too_near": robots})]
+    return replace(run, too_near=robots, startable_by=frozenset()), [
+        *acts,
+        Tell({"type": "warning", "message": line, "too_near": robots}),
+    ]
 
 
-def leave(run: Run, mode: Mode, facts: Facts) -> Decided:
-    """Stop all robots here."""
+def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> Decided:
+    """Stop all robots here. After a stop, only a person has them move again, or the automation whose stop it was."""
+    if mode == "stopped":
+        run = replace(run, startable_by=run.startable_by & {by})
     run = run.left_at(run.beat(facts.now, facts.over))
     following = run.next if mode == "paused" else None
     if run.clock:

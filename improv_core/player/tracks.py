@@ -48,7 +48,7 @@ class Tracks:
     def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
         self.sink = sink
         self.tell = tell
-        self.run = Run()
+        self.run = Run(startable_by=frozenset())  # until a person has played something
         """What has been decided. Only the player's loop replaces it."""
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}

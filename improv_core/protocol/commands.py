@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict, TypeGuard
+from typing import Any, Literal, TypedDict, TypeGuard, get_args
 
 from improv_core.protocol.decoding import type_of
 from improv_core.protocol.editing import AskEditor
@@ -22,13 +22,24 @@ class _Timed(TypedDict, total=False):
     at: float
 
 
+Automation = Literal["osc", "ros"]
+"""What asks for something without a person: OSC messages, and services of ROS 2."""
+AUTOMATIONS: frozenset[Automation] = frozenset(get_args(Automation))
+
+
+class _Asked(TypedDict, total=False):
+    """`by` is what asked for this; without it, a person did."""
+
+    by: Automation
+
+
 class Marked(TypedDict, total=False):
     """`mark` is how a page recognizes its stop when that comes back, obeyed by its stage."""
 
     mark: str
 
 
-class Stop(_Timed, Marked):
+class Stop(_Timed, Marked, _Asked):
     type: Literal["stop"]
 
 
@@ -36,7 +47,7 @@ class Pause(_Timed):
     type: Literal["pause"]
 
 
-class Resume(_Timed):
+class Resume(_Timed, _Asked):
     type: Literal["resume"]
 
 
@@ -112,8 +123,12 @@ Conduct = PageConduct | OscSense
 """What may be done to what plays."""
 
 
-class Restart(TypedDict):
+class _Restart(TypedDict):
     type: Literal["restart"]
+
+
+class Restart(_Restart, _Asked):
+    """What was played last should play again from beat 0."""
 
 
 class PlaceRobots(TypedDict):
@@ -207,7 +222,8 @@ _ROWS = (
         at_once=True,
         overtakes=True,
         voids=frozenset({"pause", "resume", "anyway", "seek", "restart", "cue"}),
-        about=lambda stop: stop.get("mark", "").rpartition(" ")[0],  # each page waits until its own is confirmed
+        # Each page waits until its own is confirmed, and a person's stop holds for more than those of automations.
+        about=lambda stop: stop.get("by") or stop.get("mark", "").rpartition(" ")[0],
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
     Command(Resume, CONTROLS),

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal, TypedDict, cast
 
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
-from improv_core.protocol.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
+from improv_core.protocol.commands import Automation, Conduct, PageRequest, Pause, Stop, Watched, _Asked, _Timed
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.fields import Moment, Patience, PoseJson
@@ -171,7 +171,7 @@ class Takeover(Begins, Paced, Trailing):
     monotonic: float
 
 
-class Load(_Load, _Timed, total=False):
+class Load(_Load, _Timed, _Asked, total=False):
     """Play a score, as `score_json.to_json` writes it. `entry` is when it took over on the stage that leads.
 
     With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
@@ -297,13 +297,19 @@ class _TransportMessage(TypedDict):
     wall: float
 
 
+class Startable(TypedDict, total=False):
+    """What may have robots begin or go on without a person; if missing, anything that may ask for it."""
+
+    startable_by: Sequence[Automation]
+
+
 class Bar(TypedDict, total=False):
     """How many beats a bar has, if the program says it."""
 
     bar: int
 
 
-class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar, Paced, Trailing):
+class TransportMessage(_TransportMessage, Poses, Waiting, Startable, Begins, Bar, Paced, Trailing):
     """The playback position at the times `monotonic` and `wall`."""
 
 

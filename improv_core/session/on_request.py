@@ -50,12 +50,17 @@ def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: No
         return show, [PassOn(request, now.stops)]
     if request["type"] == "restart":
         again = show.played and replace(
-            show.played, when="restart", beats_per_bar=BEATS_PER_BAR, stops=now.stops, arming=None
+            show.played,
+            when="restart",
+            beats_per_bar=BEATS_PER_BAR,
+            stops=now.stops,
+            arming=None,
+            by=request.get("by"),
         )
         return _send_score(show, again) if again and show.leader else (show, [])
     if request["type"] == "resume" or request["type"] == "anyway":
-        resume: Resume | Anyway
-        resume = {"type": "resume", "at": now.at} if request["type"] == "resume" else {"type": "anyway", "at": now.at}
+        resume = request.copy()
+        resume["at"] = now.at
         twin = None if show.armed else show.twin  # it begins with the leader
         return show, [Send(name, resume, unless=now.stops) for name in (show.leader, twin) if name]
     if request["type"] == "stop" or request["type"] == "pause":

@@ -12,6 +12,7 @@ from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.messages import Armed, Ready, Takeover, ToStage, TransportMessage
+from improv_core.protocol.play_again import stop_of
 from improv_core.score.score import Part, Score
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, Send, SendScore, StartAgain
 from improv_core.session.on_request import Decided, Now, asked
@@ -90,7 +91,7 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
         resumes = _to(show.twin, {"type": "resume", "at": transport["monotonic"]}) if waited else []
         return show, [*resumes, *_bends(show, transport), *acts]
     if state == "stopped":
-        return show, [*_to(show.twin, {"type": "stop"}), *acts]
+        return show, [*_to(show.twin, stop_of(transport)), *acts]
     if state == "paused" and show.waits_for:
         pauses = _to(show.twin, {"type": "pause", "at": transport["monotonic"]})
         if "pace" in transport and latest and not latest.score.open:  # perhaps back to where a clock stood still

@@ -302,9 +302,10 @@ class Playback:
             load["anyway"] = True
         if play.arming is not None:
             load["arming"] = play.arming
-        stopped = self.stops.stopped
+        if play.by:
+            load["by"] = play.by
         if self.stops.send(load, stage, play.stops):
-            self._osc.plays(play.score, play.generation, stopped)
+            self._osc.plays(play.score, play.generation)
             self._heard(name, {"type": "loaded", "play": play})
         else:
             self._written[name] = RowsWritten()  # it lacks this score

@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from improv_core.protocol.commands import Cue, Force, Held, KeySense, OscSense, Released, Seek, Silence, Speed
+from improv_core.protocol.commands import (
+    Automation,
+    Cue,
+    Force,
+    Held,
+    KeySense,
+    OscSense,
+    Released,
+    Seek,
+    Silence,
+    Speed,
+)
 from improv_core.protocol.editing import ProgramSource
 from improv_core.protocol.messages import Arming, ProgramMessage, Ready, Sensed, TransportMessage, When
 from improv_core.score.score import OutsideClock, Score
@@ -27,6 +38,7 @@ class PlayScore:
     that plays are not touched then. `stops` is the count of stops when somebody asked for it. With `senses`, robots
     sense what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots
     stop. With `anyway`, it doesn't matter where real robots stand. With `arming`, it waits once everything is ready.
+    Unless a person asks for it, `by` is what does.
     """
 
     score: Score
@@ -39,6 +51,7 @@ class PlayScore:
     anyway: bool = False
     arming: Arming | None = None
     generation: int = 0
+    by: Automation | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -290,6 +290,7 @@ class Loop:
             made_of(load.get("arming"), shared=self._is_one_of_many),
             min(not_before, now + MOST_AHEAD),
             min(self.late(load, at), LATEST),
+            load.get("by"),
         )
         self.player.load(score, load["generation"], load["when"], at, *rest)
 
@@ -335,7 +336,7 @@ class Loop:
 
     def obey_stop(self, message: Stop, now: float) -> None:
         """Stop all robots, and let the page know whose stop that was."""
-        self.player.stop(now)
+        self.player.stop(now, message.get("by"))
         if "mark" in message:
             self._opened.present(message)
 
@@ -372,7 +373,7 @@ class Loop:
 OBEYED: Mapping[str, Callable[[Loop, Any, float, float], None]] = {
     "stop": lambda loop, message, at, now: loop.obey_stop(message, now),
     "pause": lambda loop, _, at, now: loop.player.pause(at),
-    "resume": lambda loop, message, at, now: loop.player.resume(at, late=loop.late(message, at)),
+    "resume": lambda loop, message, at, now: loop.player.resume(at, late=loop.late(message, at), by=message.get("by")),
     "anyway": lambda loop, message, at, now: loop.player.resume(at, anyway=True, late=loop.late(message, at)),
     "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at, loop.late(message, at)),
     "speed": lambda loop, message, at, now: loop.player.set_speed(message["factor"], at, loop.late(message, at)),

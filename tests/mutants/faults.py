@@ -197,7 +197,7 @@ PLAYBACK = (
     ),
     Fault(
         "session/on_stage_message.py",
-        '    if state == "stopped":\n        return show, [*_to(show.twin, {"type": "stop"}), *acts]\n',
+        '    if state == "stopped":\n        return show, [*_to(show.twin, stop_of(transport)), *acts]\n',
         "",
         "the simulated robots dance on when the real ones were stopped",
     ),

@@ -9,14 +9,15 @@ from typing import Any
 
 import pytest
 
-from improv_core.music.osc_link import KEPT, Hear, OscLink, Reach
+from improv_core.music.osc_link import Hear, OscLink, Reach
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.osc_messages import ToOsc
 from improv_core.score.osc import Osc, Peer
 from improv_core.score.score import Score
+from improv_core.session.on_request import Now, asked
 from improv_core.session.state import PlayScore
 from tests.playback.fakes import Fake, Fakes, performed
-from tests.playback.story import DANCE
+from tests.playback.story import DANCE, at
 
 HERE, AWAY = Osc((Peer("127.0.0.1", 4560),), Peer("127.0.0.1", 7000)), Osc(listen=Peer("0.0.0.0", 7000))
 
@@ -153,39 +154,31 @@ async def test_a_play_that_came_before_a_stop_does_not_play_after_it(fakes: Fake
     assert leader.kinds == ["load", "stop"]
 
 
-@pytest.mark.parametrize(
-    ("story", "plays"),
-    [
-        ("osc stops", True),
-        ("ends", True),
-        ("osc stops, osc stops", True),
-        ("a person stops", False),
-        ("osc stops, a person stops", False),
-        ("a person stops, osc stops", False),
-        ("a fault stops", False),
-        ("ends, a person stops", False),
-        ("a person stops, a person plays, osc stops", True),
-    ],
-)
 @performed
-async def test_osc_plays_again_what_ended_or_what_it_stopped_but_not_what_a_person_stopped(
-    fakes: Fakes, story: str, plays: bool
-) -> None:
+async def test_the_stages_learn_that_it_was_osc_which_asked(fakes: Fakes) -> None:
+    """They decide whether it may: see tests/stage/test_stays_stopped.py."""
     linked = Linked(fakes)
-    leader = await linked.play()
-    for each in story.split(", "):
-        if each == "a person plays":
-            await linked.play()
-            continue
-        if each == "osc stops":
-            await linked.ask({"type": "stop"})
-        elif each == "a person stops":
-            fakes.stops.stop()
-        leader.tell("ended" if each == "ends" else "stopped")
-    before = leader.kinds.count("load")
-    await linked.ask({"type": "restart"})
-    assert leader.kinds.count("load") - before == plays
-    assert fakes.lines == ([] if plays else [KEPT])
+    leader, twin = await linked.play(), fakes.latest("simulator")
+    await linked.ask({"type": "resume", "by": "osc"})
+    await linked.ask({"type": "stop", "by": "osc"})
+    leader.say(at("stopped", 1, startable_by=["osc"]))
+    assert [message.get("by") for message in leader.sent[1:]] == ["osc", "osc"]
+    assert [(each["type"], each.get("by")) for each in twin.sent[-2:]] == [("stop", "osc"), ("stop", "osc")]
+    await linked.ask({"type": "restart", "by": "osc"})
+    assert leader.loads[-1]["by"] == "osc"
+    await linked.play()
+    fakes.playback._do(asked(fakes.playback.show, {"type": "restart"}, Now(stops=fakes.stops.count)))
+    assert ["by" in load for load in leader.loads] == [False, True, False, False]
+    leader.tell("playing")
+    assert "by" not in twin.loads[-1]  # the leader has decided
+
+
+@performed
+async def test_the_twin_stops_as_if_by_a_person_unless_an_automation_stopped_the_leader(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    leader, twin = await linked.play(), fakes.latest("simulator")
+    leader.say(at("stopped", 1, startable_by=[]))
+    assert twin.sent[-1] == {"type": "stop"}
 
 
 @performed

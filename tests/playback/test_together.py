@@ -11,6 +11,7 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import State
+from improv_core.protocol.play_again import STOPPED
 from improv_core.score.equality import same
 from improv_core.score.score import Host, Score
 from improv_core.score.score_json import RowsWritten, from_json, to_json
@@ -560,3 +561,51 @@ def test_robots_that_nobody_moves_are_named() -> None:
 def test_a_beat_may_be_told_ahead() -> None:
     told = at("playing", 1, 4.0, NOW)
     assert (beat_at(told, NOW - 1), beat_at(told, NOW + 1)) == (2.0, 6.0)
+
+
+def stopped(story: Story, by: list[str]) -> None:
+    """All have stopped, and say what may have robots move without a person."""
+    story.told("stop")
+    for host in story.troupe.alive:
+        story.is_at(host, "stopped", 2.0, startable_by=by)
+
+
+def test_a_person_goes_on_from_where_somebody_has_sought_since_a_stop_and_an_automation_does_not() -> None:
+    story = Story.playing(HERE, PI)
+    stopped(story, [])
+    assert story.told("seek", beat=5.0) == ["here: seek", f"{PI}: seek"]
+    for host in (HERE, PI):
+        story.is_at(host, "paused", 5.0, startable_by=[])
+    assert story.told("resume", by="osc") == [f"say {STOPPED}"]
+    assert story.told("resume") == ["here: resume", f"{PI}: resume"]
+    assert story.troupe.mode == "playing"
+
+
+def test_an_automation_plays_again_only_what_all_stages_let_it_play() -> None:
+    story = Story.playing(HERE, PI)
+    stopped(story, ["osc"])
+    story.is_at(PI, "stopped", 2.0, startable_by=[])
+    assert story.plays(by="osc") == [f"say {STOPPED}"]
+    story.is_at(PI, "stopped", 2.0, startable_by=["osc"])
+    assert story.plays(by="ros") == [f"say {STOPPED}"]
+    assert story.plays(by="osc") == ["here: load", f"{PI}: load"]
+    assert [load["by"] for host in (HERE, PI) for load in story.sent(host)] == ["osc", "osc"]
+    assert story.said(PI, "gone", message="it broke")[1:] == [f"start {PI} again"]
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    assert ["by" in load for load in story.sent(PI)] == [False]  # or a stage that is new would refuse it
+
+
+def test_an_automation_that_goes_on_is_named_to_each_stage() -> None:
+    story = Story.playing(HERE, PI)
+    story.told("pause")
+    for host in (HERE, PI):
+        story.is_at(host, "paused", 2.0)
+    story.told("resume", by="ros")
+    assert [message["by"] for host in (HERE, PI) for message in story.sent(host)] == ["ros", "ros"]
+
+
+@pytest.mark.parametrize(("by", "stop"), [(["ros"], {"by": "ros"}), ([], {}), (None, {})])
+def test_the_others_stop_by_whatever_stopped_one(by: list[str] | None, stop: dict[str, str]) -> None:
+    story = Story.playing(HERE, PI)
+    story.is_at(PI, "stopped", 2.0, **({} if by is None else {"startable_by": by}))
+    assert story.sent(HERE) == [{"type": "stop", **stop}]

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.music.osc_wire import Argument, plain
+from improv_core.protocol.play_again import STOPPED
 from tests.ros.conftest import LIMIT, Listen
 from tests.ros.dance import Server, at_speed, still
 
@@ -85,3 +86,27 @@ def test_real_robots_are_stopped_and_played_by_osc_and_react_to_it(
         desk.send("play")
         robot.wait(at_speed(SPEED / 2))
         editor.complaints()
+
+
+def test_osc_moves_no_real_robot_that_a_person_has_stopped(
+    desk: Desk, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    (tmp_path / "improv.toml").write_text(desk.section)
+    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
+        editor.save(PROGRAM)
+        robot.wait(at_speed(SPEED))
+        desk.hear(plain("/improv/state", ["playing"]))
+        editor.client.request("workspace/executeCommand", {"command": "improv.hush"})
+        robot.wait(still)
+        desk.hear(plain("/improv/state", ["stopped"]))
+        robot.hear_all()
+        before = len(robot.heard)
+        desk.send("tempo", 30)
+        desk.send("seek", 0)
+        desk.hear(plain("/improv/state", ["paused"]))
+        desk.send("play")
+        editor.wait_for_line(f"an OSC message was ignored: /improv/play: {STOPPED}")
+        editor.client.request("workspace/executeCommand", {"command": "improv.resume"})
+        begun = robot.wait(at_speed(SPEED / 2))
+        assert all(map(still, robot.heard[before : robot.heard.index(begun)]))

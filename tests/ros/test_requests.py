@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from improv_core.protocol.play_again import STOPPED
 from tests.ros.conftest import LIMIT, Listen, Sink
 from tests.ros.dance import Server, at_speed, still
 
@@ -132,3 +133,23 @@ def test_arguments_that_ros_refuses(ros_env: Mapping[str, str], tmp_path: Path) 
         assert playing.returncode != 0
         assert "what" in err
         assert len(err.splitlines()) == 1
+
+
+def test_a_dance_that_a_person_has_stopped_is_played_by_a_person(
+    ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    (tmp_path / "improv.toml").write_text('[ros]\nnode = "assistant"\n')
+    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
+        editor.save(PROGRAM)
+        robot.wait(at_speed(SPEED))
+        editor.client.request("workspace/executeCommand", {"command": "improv.hush"})
+        stopped = robot.wait(still)
+        until(ask, "call /assistant/play", [False, STOPPED])
+        assert ask("call /assistant/stop") == [True, "all robots are being stopped"]
+        editor.client.request("workspace/executeCommand", {"command": "improv.seek", "arguments": [4]})
+        assert ask("call /assistant/play") == [False, STOPPED]
+        robot.hear_all()
+        assert all(map(still, robot.heard[robot.heard.index(stopped) :]))
+        editor.client.request("workspace/executeCommand", {"command": "improv.resume"})
+        robot.wait(at_speed(SPEED))

@@ -11,7 +11,7 @@ import pytest
 from improv_core.music import osc_wire
 from improv_core.music.osc_in import Situation, UnclearError, request
 from improv_core.protocol.messages import State
-from improv_core.protocol.play_again import Heard
+from improv_core.protocol.play_again import STOPPED, Heard
 from tests.playback.story import at
 
 PLAYS = Situation().after({**at("playing", 1), "tempo": 180.0, "speed": 1.5})
@@ -31,8 +31,8 @@ def check(
 
 
 def test_each_address_asks_for_something() -> None:
-    check("stop", [], {"type": "stop"})
-    check("stop", [0.0, "please"], {"type": "stop"})
+    check("stop", [], {"type": "stop", "by": "osc"})
+    check("stop", [0.0, "please"], {"type": "stop", "by": "osc"})
     check("pause", [], {"type": "pause"})
     check("cue", [], {"type": "cue"})
     check("seek", [8.5], {"type": "seek", "beat": 8.5})
@@ -71,9 +71,9 @@ def test_what_can_not_be_done_is_said() -> None:
         (None, "/improv/play: nothing has been played yet: save or play a program first"),
         ("playing", None),
         ("waiting", None),
-        ("paused", {"type": "resume"}),
-        ("ended", {"type": "restart"}),
-        ("stopped", {"type": "restart"}),
+        ("paused", {"type": "resume", "by": "osc"}),
+        ("ended", {"type": "restart", "by": "osc"}),
+        ("stopped", {"type": "restart", "by": "osc"}),
     ],
 )
 def test_play_resumes_what_is_paused_and_restarts_what_is_over(
@@ -83,9 +83,17 @@ def test_play_resumes_what_is_paused_and_restarts_what_is_over(
 
 
 def test_play_begins_what_is_armed_and_says_what_robots_wait_for() -> None:
-    check("play", [], {"type": "resume"}, Situation(Heard("waiting", armed=True)))
+    check("play", [], {"type": "resume", "by": "osc"}, Situation(Heard("waiting", armed=True)))
     waiting = Situation().after(at("paused", 1, waits_for=["button 4 on /joy", "anna"]))
     check("play", [], "/improv/play: robots wait for button 4 on /joy and anna", waiting)
+
+
+@pytest.mark.parametrize("state", ["stopped", "paused", "ended"])
+@pytest.mark.parametrize(("startable_by", "plays"), [(["osc"], True), (["ros"], False), ([], False)])
+def test_play_asks_for_nothing_that_only_a_person_may_do(state: State, startable_by: list[str], plays: bool) -> None:
+    known = Situation().after(at(state, 1, startable_by=startable_by))
+    asks: Any = {"type": "resume" if state == "paused" else "restart", "by": "osc"}
+    check("play", [], asks if plays else f"/improv/play: {STOPPED}", known)
 
 
 def test_a_pause_while_nothing_plays_asks_for_nothing() -> None:

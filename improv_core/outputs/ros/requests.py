@@ -75,7 +75,7 @@ class Requests:
         return SetParametersResult(successful=True)
 
     def _stop(self) -> tuple[bool, str]:
-        self._ask(Stop(type="stop"))
+        self._ask(Stop(type="stop", by="ros"))
         return True, "all robots are being stopped"
 
     def _pause(self) -> tuple[bool, str]:
@@ -85,7 +85,7 @@ class Requests:
         return True, "pausing"
 
     def _play(self) -> tuple[bool, str]:
-        reply = play(self._heard)
+        reply = play(self._heard, "ros")
         if reply.request:
             self._ask(reply.request)
         return reply.succeeds, reply.line

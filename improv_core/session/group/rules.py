@@ -12,8 +12,9 @@ from typing import Any, cast
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import COMMANDS, Pause, Stop
+from improv_core.protocol.commands import COMMANDS, Anyway, Pause, Resume
 from improv_core.protocol.messages import Armed, FromStage, Load, Pressed, ToStage, TransportMessage
+from improv_core.protocol.play_again import STOPPED, stop_of
 from improv_core.session.group import clock, shared_poses
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, StartHost, Times, warning
 from improv_core.session.group.state import HERE, Troupe, beat_at
@@ -45,7 +46,7 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
             troupe = replace(troupe, mode="stopped", joining=frozenset())
         return troupe, []
     if message["type"] == "resume" or message["type"] == "anyway":
-        return _resume(troupe, message["type"] == "anyway", now)
+        return _resume(troupe, message, now)
     if message["type"] == "pressed":
         return troupe, [SendTo(host, _presses_of(troupe, host, message)) for host in troupe.alive]
     if message["type"] == "anchor" and troupe.clock:
@@ -148,6 +149,8 @@ def due(troupe: Troupe, now: Times) -> float:
 
 
 def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
+    if not troupe.may_start(load.get("by")):
+        return troupe, [warning(STOPPED)]
     goes_on = load["when"] != "restart" and troupe.mode in ("playing", "paused")
     troupe, load, told = clock.taken(troupe, load)
     troupe = troupe.loading(load)
@@ -200,7 +203,10 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
     return troupe, [SendTo(host, {**troupe.load_for(host, load), "stops": presses[host]}) for host in hosts]
 
 
-def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
+def _resume(troupe: Troupe, resume: Resume | Anyway, now: Times) -> Decided:
+    anyway, position = resume["type"] == "anyway", troupe.position
+    if resume["type"] == "resume" and not troupe.may_start(resume.get("by")):
+        return troupe, [warning(STOPPED)]
     if troupe.mode == "gathering":
         return troupe, [warning(NOT_READY)]
     if troupe.mode in ("armed", "paused") and troupe.clock and troupe.clock.stands:
@@ -209,13 +215,13 @@ def _resume(troupe: Troupe, anyway: bool, now: Times) -> Decided:
         return clock.enter(troupe, 0.0, now) if troupe.is_led else begin(troupe, now.at + troupe.ahead)
     if troupe.mode == "unplaced":
         return _gather(replace(troupe, anyway=anyway), troupe.load) if troupe.load else (troupe, [])
-    if troupe.mode != "paused":
-        return troupe, []
-    if (position := troupe.position) is None:
+    if troupe.mode == "stopped" and position and position["state"] == "paused":
+        troupe = replace(troupe, mode="paused")  # somebody has sought since the stop: they go on from there
+    if position is None or troupe.mode != "paused":
         return troupe, []
     if troupe.is_led and not anyway:
         return clock.enter(troupe, position["beat"], now)
-    return go(troupe, troupe.alive, position["beat"], now.at + troupe.ahead, anyway=anyway)
+    return go(troupe, troupe.alive, position["beat"], now.at + troupe.ahead, resume)
 
 
 def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
@@ -254,8 +260,7 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         others = troupe.others(host)
         troupe = replace(troupe, mode="stopped", joining=frozenset(), paused_by=frozenset())
         troupe = replace(troupe.with_all(others, may_move=True), unconfirmed_at=now.at + CONFIRM_LIMIT)
-        stop: Stop = {"type": "stop"}
-        return troupe, [*(SendTo(each, stop) for each in others), Say(transport)]
+        return troupe, [*(SendTo(each, stop_of(transport)) for each in others), Say(transport)]
     if state == "paused" and troupe.mode in ("gathering", "armed"):
         return replace(troupe, mode="unplaced"), [Say(transport)]
     was_paused = before is not None and before["state"] == "paused"

@@ -10,7 +10,7 @@ from typing import Any, Literal, cast
 
 from improv_core.player.outside_clock import Following
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import Speed
+from improv_core.protocol.commands import AUTOMATIONS, Automation, Speed
 from improv_core.protocol.limits import MOST_AHEAD, SILENCE_LIMIT
 from improv_core.protocol.messages import (
     Arming,
@@ -171,6 +171,11 @@ class Troupe:
         """Whether something plays, or is about to."""
         return self.mode != "stopped"
 
+    def may_start(self, by: Automation | None) -> bool:
+        """Whether whoever asks for it may have robots begin or go on, as far as all stages have said."""
+        said = [self.members[host].transport for host in self.alive]
+        return by is None or all(by in each.get("startable_by", AUTOMATIONS) for each in said if each)
+
     def repeats(self, host: str) -> bool:
         """Whether a stage has paused because of robots that another one had found too near to each other before."""
         first = self.members.get(self.paused_first or HERE)
@@ -218,6 +223,7 @@ class Troupe:
         parts = {robot: part or before["parts"].get(robot) for robot, part in score["parts"].items()}
         movements = [*(before["movements"] if score["known"] else ()), *score["movements"]]
         whole: Load = {**load, "score": {**score, "known": 0, "movements": movements, "parts": parts}}
+        whole.pop("by", None)  # a stage that joins later was stopped by nobody
         return replace(self, load=whole, robots={robot: _owner(part or {}) for robot, part in parts.items()})
 
     def load_for(self, host: str, load: Load) -> Load:

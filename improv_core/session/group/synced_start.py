@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from improv_core.protocol.messages import ToStage
+from improv_core.protocol.commands import Anyway, Resume
 from improv_core.session.group.acts import Act, Decided, SendTo, Times
 from improv_core.session.group.state import SPARE, Troupe, beat_at
 
@@ -16,22 +16,23 @@ EDGE = 0.01
 """Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
 DRIFT_PERIOD = 10.0
 """Seconds after which all are told again where the one that leads is: two clocks may drift by 0.1 ms in each."""
+GO_ON: Resume = {"type": "resume"}
 EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on it is told to all."""
 
 
-def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, *, anyway: bool = False) -> Decided:
+def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = GO_ON) -> Decided:
     """Have stages that are paused go on from one beat, all at the same time."""
     troupe = replace(troupe.without_entry(), mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
-    resume: ToStage = {"type": "anyway", "at": at} if anyway else {"type": "resume", "at": at}
-    acts: list[Act] = []
+    acts, timed = list[Act](), resume.copy()
+    timed["at"] = at
     for host in hosts:
         if host in troupe.joining:
             continue
         transport = troupe.members[host].transport
         if transport and transport["beat"] != beat:
             acts.append(SendTo(host, {"type": "seek", "beat": beat, "at": at}))
-        acts.append(SendTo(host, resume))
+        acts.append(SendTo(host, timed))
     return troupe, acts
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
 
-from improv_core import __version__
+from improv_core import STARTED, __version__
 from improv_core.safety.stop_socket import IDLE, StopSocket, listening
 from improv_ls.editor import Editor, Shown
 from improv_ls.framing import StdioServer
@@ -150,7 +150,7 @@ class Session(StdioServer):
 
     def listen(self) -> None:
         """Have `improv stop` reach this session from now on, so that it finds what is about to play too."""
-        self._reached = listening(self._stop, self.stops)
+        self._reached = listening(self._stop, self.stops, STARTED)
         if self.stops.unreachable:
             self.editor.warn(f"`improv stop` won't work: {self.stops.unreachable}")
 

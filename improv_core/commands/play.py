@@ -151,7 +151,13 @@ async def play(
     Raises StageError; OSError and ValueError if unrecorded.
     """
     async with performance(
-        options, browser=browser, quiet=report, recorder=recorder, scenes=wanted, count_in=count_in or CountIn()
+        options,
+        browser=browser,
+        quiet=report,
+        recorder=recorder,
+        scenes=wanted,
+        count_in=count_in or CountIn(),
+        begins_with=path.name,
     ) as performing:
         await performing.play(analysis, path, senses=senses, anyway=anyway, arming=arming)
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())

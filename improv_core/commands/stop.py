@@ -24,6 +24,6 @@ def command() -> None:
     except StopSocketError as problem:
         raise CommandError(f"`improv stop` does not work here: {problem}") from None
     if not stopped:
-        echo("nothing is playing")
+        echo("nothing is playing, and no command that is still starting will play")
     if not all_answered:
         sys.exit(PROBLEMS)

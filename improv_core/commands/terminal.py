@@ -13,6 +13,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from improv_core import STARTED
 from improv_core.commands.begin_time import in_words
 from improv_core.commands.count_in import CountIn
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
@@ -99,9 +100,13 @@ async def performance(
     edit: Edit | None = None,
     scenes: WantedScenes | None = None,
     count_in: CountIn = NO_COUNT,
+    begins_with: str = "",
 ) -> AsyncIterator[TerminalSession]:
-    """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = TerminalSession(options, quiet, recorder, edit, scenes, count_in)
+    """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does.
+
+    `begins_with` is the name of what is to be played first: `improv stop` reports it while stages start.
+    """
+    performing = TerminalSession(options, quiet, recorder, edit, scenes, count_in, begins_with)
     reached = performing.listen()
     loop, ours = asyncio.get_running_loop(), threading.get_ident()
     interrupts: list[int] = []
@@ -151,11 +156,13 @@ class TerminalSession:
         edit: Edit | None,
         scenes: WantedScenes | None = None,
         count_in: CountIn = NO_COUNT,
+        begins_with: str = "",
     ) -> None:
         self._scenes = scenes or WantedScenes()
         self._count_in = count_in
         self.stops = Stops()
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
+        self.playback.begins_with = begins_with
         self.rehearses = False
         """Whether what was played last doesn't begin at the starts of its program."""
         self._recorder = recorder
@@ -198,7 +205,7 @@ class TerminalSession:
 
     def listen(self) -> StopSocket | None:
         """Have `improv stop` reach this performance from now on."""
-        reached = listening(self.playback.stop, self.stops)
+        reached = listening(self.playback.stop, self.stops, STARTED)
         if self.stops.unreachable:
             self.screen.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
         return reached
@@ -295,6 +302,7 @@ class TerminalSession:
 
     def refuse(self, path: Path, mistakes: Iterable[Mistake]) -> None:
         """Say that what was saved can't be played, and have the page show why."""
+        self.playback.begins_with = ""
         self.present(path, mistakes)
         if self.is_playing:
             self.screen.say("✗ the previous dance keeps playing")

@@ -74,7 +74,10 @@ async def watch(
     A save takes effect as `when` says. A program that does not exist yet is waited for, if its folder exists.
     """
     saved = saved_or_awaited(path)
-    async with performance(options, browser=browser, scenes=wanted, count_in=count_in) as performing:
+    begins_with = "" if saved.text is None else path.name
+    async with performance(
+        options, browser=browser, scenes=wanted, count_in=count_in, begins_with=begins_with
+    ) as performing:
         await first(_follow(performing, path, saved, when, anyway), performing.interrupted.wait())
     return INTERRUPTED
 

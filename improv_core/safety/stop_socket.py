@@ -3,6 +3,9 @@
 The sockets are files in folders that only this user can enter. Nothing is reachable over a network. A terminal, an
 editor, cron, and ssh may each name another runtime folder, or none. So each process also listens in a folder that no
 environment variable names, and `improv stop` looks into all of them.
+
+A process that is still starting has no socket yet. So `improv stop` first leaves a note there, which such a process
+reads as soon as it listens.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ import socket
 import stat
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -29,6 +33,10 @@ IDLE = "nothing was playing"
 """The answer of a process that had nothing to stop."""
 LIMIT = 2.0
 """Seconds to wait for a process that does not answer."""
+NOTE = "stopped"
+"""The file that has the latest `improv stop`: the machine's run, and the monotonic time."""
+BOOT = Path("/proc/sys/kernel/random/boot_id")
+"""Where Linux says which run of the machine this is: after the next start, its monotonic times mean nothing."""
 AGAIN = 0.05
 """Seconds until the next try if the system had no file handle for a new connection."""
 
@@ -50,7 +58,7 @@ class StopSocket:
         name = f"{os.getpid()}-{secrets.token_hex(4)}.sock"
         folders = [fixed_folder()]  # without it, one that has another environment would not find us
         with suppress(StopSocketError):
-            folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each))]
+            folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each, os.getuid()))]
         try:
             for folder in dict.fromkeys(folders):
                 self._listen(folder / name)
@@ -104,15 +112,33 @@ class StopSocket:
                 asking.sendall(self._stop().encode())
 
 
-def listening(stop: Callable[[], str], stops: Stops) -> StopSocket | None:
-    """A socket, for as long as a process runs. If it can't be made, `stops` keep the reason."""
+def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSocket | None:
+    """A socket, for as long as a process runs. If it can't be made, `stops` keep the reason.
+
+    An `improv stop` since the process `started`, in monotonic seconds, counts as one that comes now.
+    """
     if not SUPPORTED:
         return None
     try:
-        return StopSocket(stop)
+        made = StopSocket(stop)
     except StopSocketError as error:
         stops.unreachable = f"its socket can't be made: {error}"
         return None
+    if stopped_since(started):  # only now: from here on, the socket is found
+        stops.stop()
+    return made
+
+
+def stopped_since(started: float) -> bool:
+    """Whether somebody has run `improv stop` since a monotonic time."""
+    user = os.getuid()
+    for folder in (SHARED / f"improv-{user}", *_random_folders(user)):
+        if _is_private(folder, user):
+            with suppress(OSError, ValueError):
+                boot, at = (folder / NOTE).read_text().split()
+                if boot == _boot() and started < float(at) <= time.monotonic():
+                    return True
+    return False
 
 
 def stop_all() -> Iterator[str]:
@@ -127,6 +153,7 @@ def stop_all() -> Iterator[str]:
         asked: dict[str, tuple[Path, socket.socket | None]] = {}
         for user in _users():
             with _acting_as(user):
+                _leave_note(user)  # first: a process that listens from now on reads it, and the others are found
                 for path in _sockets(user):
                     if asked.get(path.name, (path, None))[1] is None:
                         connection = stack.enter_context(socket.socket(socket.AF_UNIX))
@@ -156,8 +183,11 @@ def fixed_folder() -> Path:
     """
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")
-    user = os.getuid()
-    if (usual := _made(SHARED / f"improv-{user}")) is not None:
+    return _fixed_folder(os.getuid())
+
+
+def _fixed_folder(user: int) -> Path:
+    if (usual := _made(SHARED / f"improv-{user}", user)) is not None:
         return usual
     for folder in _random_folders(user):
         return folder
@@ -165,6 +195,21 @@ def fixed_folder() -> Path:
         return Path(tempfile.mkdtemp(prefix=f"improv-{user}-", dir=SHARED))  # only we can enter it
     except OSError as error:
         raise StopSocketError(f"{SHARED}: {error.strerror or error}") from None
+
+
+def _leave_note(user: int) -> None:
+    with suppress(OSError, StopSocketError):
+        note = _fixed_folder(user) / NOTE
+        draft = note.with_suffix(f".{os.getpid()}")
+        draft.write_text(f"{_boot()} {time.monotonic()}")
+        draft.replace(note)
+
+
+def _boot() -> str:
+    """The run of the machine, in one word."""
+    with suppress(OSError):
+        return BOOT.read_text().strip()
+    return "unknown"
 
 
 def _runtime_folders(user: int) -> Iterator[Path]:
@@ -185,11 +230,11 @@ def _sockets(user: int) -> Iterator[Path]:
                 yield from sorted(folder.glob("*.sock"))
 
 
-def _made(folder: Path) -> Path | None:
-    """A folder, made if it is missing; None unless it is ours alone."""
+def _made(folder: Path, user: int) -> Path | None:
+    """A folder, made if it is missing; None unless it is the user's alone."""
     with suppress(OSError):
         folder.mkdir(0o700, exist_ok=True)
-    return folder if _is_private(folder, os.getuid()) else None
+    return folder if _is_private(folder, user) else None
 
 
 def _is_private(folder: Path, user: int) -> bool:

@@ -89,6 +89,8 @@ class Playback:
         self.stops = stops
         self.show = Show()
         """All that is known; only to be read."""
+        self.begins_with = ""
+        """The program that is to be played once all has started, until somebody plays one; empty if there is none."""
         self._listen = listen
         self._edit = edit
         self._start = start
@@ -157,7 +159,7 @@ class Playback:
 
         Raises StageError, also if it is to be simulated and there is no simulator.
         """
-        ends = self._ends
+        ends, self.begins_with = self._ends, ""
         self._beginning.append(play.name)
         self._osc.expect(play.score)
         try:
@@ -203,7 +205,7 @@ class Playback:
 
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
-        show, names = self.show, self._beginning[-1:]
+        show, names = self.show, [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop()
         if show.is_on and show.played:
             names = [show.played.name]
@@ -213,7 +215,7 @@ class Playback:
             with suppress(RuntimeError):  # the loop has been closed
                 line: News = {"type": "warning", "message": "stopped by `improv stop`"}
                 self._loop.call_soon_threadsafe(self._listen, line, True)
-        return f"stopped {names[0]} on {show.status}" if show.leader else f"stopped {names[0]} before it began"
+        return f"stopped {names[0]} on {show.status}" if show.is_on else f"stopped {names[0]} before it began"
 
     def _now(self, stops: int) -> Now:
         return Now(time.monotonic(), stops, self.stops.pressed)

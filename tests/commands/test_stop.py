@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
+import subprocess
+import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -25,6 +28,7 @@ from tests.stage_on_thread import Hear, StageOnThread
 
 URI = "file:///editor.improv"
 LINE = "improv: stopped by `improv stop`\n"
+NOTHING = "nothing is playing, and no command that is still starting will play"
 
 
 @pytest.fixture(autouse=True)
@@ -65,7 +69,7 @@ def test_a_terminal_a_watched_file_and_an_editor(program: Path, watch: Running) 
         client.wait_for_line("stopped by `improv stop`")
         assert play.communicate(timeout=LIMIT)[1] == LINE
         assert play.returncode == 130
-        check("nothing is playing")
+        check(NOTHING)
         client.save(URI)
         client.wait_for_line("▶")
     watch.wait(LINE)
@@ -115,8 +119,61 @@ class Stopped(StageOnThread):
 
 def test_a_dance_that_has_not_begun(program: Path) -> None:
     code, said = Running("play", program, *SIMULATED, stage=Stopped).end()
-    assert (code, said[1:]) == (130, ["■ dance.improv was stopped before it began\n"])
+    assert (code, said[2:]) == (130, ["■ dance.improv was stopped before it began\n"])
+    assert Stopped.answers == ["stopped dance.improv before it began"]
+
+
+def test_a_program_with_errors_is_not_about_to_begin(program: Path) -> None:
+    program.write_text("r $ forwrd\n")
+    watch = Running("watch", program, *SIMULATED)
+    watch.wait("✗")
+    assert list(stop_all()) == [IDLE]
+    watch.close()
+
+
+def test_a_page_on_which_nothing_is_to_play_yet(program: Path) -> None:
+    edit = Running("edit", program, *SIMULATED, stage=Stopped)
+    edit.wait("editing dance.improv")
     assert Stopped.answers == [IDLE]
+    edit.close()
+
+
+@pytest.mark.slow("starts a process")
+@pytest.mark.parametrize(("command", "code"), [("play", 130), ("watch", None)])
+def test_a_command_that_has_only_just_been_started(
+    command: str, code: int | None, program: Path, runtime: Path
+) -> None:
+    """Before it listens, `improv stop` can't know of it."""
+    slow = f"""
+import improv_core
+print("starts", flush=True)
+input()
+from pathlib import Path
+from improv_core.__main__ import main
+from improv_core.safety import stop_socket
+stop_socket.RUNTIME = stop_socket.SHARED = Path({str(runtime.parent)!r})
+main()"""
+    arguments = [sys.executable, "-c", slow, command, str(program), *SIMULATED]
+    with subprocess.Popen(arguments, stdin=-1, stdout=-1, text=True, bufsize=1) as starting:
+        assert starting.stdin
+        assert starting.stdout
+        assert starting.stdout.readline() == "starts\n"
+        check(NOTHING)
+        print(file=starting.stdin)
+        assert "■ dance.improv was stopped before it began\n" in iter(starting.stdout.readline, "")
+        if code is None:
+            program.write_text("r $ repeat left\n")
+            assert any(line.startswith("▶ r") for line in iter(starting.stdout.readline, ""))
+            starting.terminate()
+        assert starting.wait(LIMIT) == (130 if code is None else code)
+
+
+def test_a_command_that_is_started_after_a_stop_plays(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check(NOTHING)
+    monkeypatch.setattr("improv_core.commands.terminal.STARTED", time.monotonic())
+    play = Running("play", program, *SIMULATED)
+    play.wait("▶ r")
+    play.close()
 
 
 def test_a_server_is_reached_before_it_plays_anything(runtime: Path) -> None:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import pytest
 
 from improv_core.safety import stop_socket
 from improv_core.safety.stop_socket import StopSocket, StopSocketError, fixed_folder, stop_all
+from improv_core.safety.stops import Stops
 
 ROOT = Path(__file__).parents[2]
 
@@ -142,6 +144,36 @@ def test_the_socket_of_a_process_that_was_killed_is_removed(runtime: Path) -> No
         killed.bind(str(runtime / "1-a.sock"))
     assert list(stop_all()) == []
     assert list(runtime.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("note", "counts"),
+    [
+        ("{boot} {after}", True),
+        ("{boot} {before}", False),
+        ("{boot} {future}", False),
+        ("other {after}", False),
+        ("", False),
+        ("{boot}", False),
+        ("{boot} soon", False),
+    ],
+)
+def test_a_stop_counts_for_what_was_started_before_it(note: str, counts: bool) -> None:
+    now = time.monotonic()
+    times = {"before": now - 2, "after": now - 1, "future": now + 1000}
+    (fixed_folder() / stop_socket.NOTE).write_text(note.format(boot=stop_socket._boot(), **times))
+    assert stop_socket.stopped_since(now - 1.5) == counts
+
+
+def test_what_listens_reads_the_note_only_then() -> None:
+    """Or a stop between the two would be lost."""
+    stops, started = Stops(), time.monotonic()
+    assert list(stop_all()) == []
+    made = stop_socket.listening(lambda: "stopped", stops, started)
+    assert made
+    assert stops.count == 1
+    assert list(stop_all()) == ["stopped"]
+    made.close()
 
 
 def test_any_other_request_stops_nothing(runtime: Path, made: StopSocket) -> None:

@@ -81,6 +81,7 @@ class Performance:
         self._hinting = Hinting(editor, lambda beat: settling.run(partial(self.playing.hints_at, beat)))
         self._progress = Progress(editor)
         self._hinted = False
+        self._wanted: object = None  # the latest program that somebody asked to play
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
         self._offered = False  # whether the person has been offered to begin, wherever robots stand
@@ -160,6 +161,7 @@ class Performance:
         only: Selection | None = None,
         keep: bool = True,
     ) -> None:
+        self._wanted = wanted = object()
         analysis = document.analysis
         self._node = analysis.cast.node
         playback = self._stages()
@@ -171,6 +173,10 @@ class Performance:
             self._say_why(error)
             return
         if generation is None:
+            if self._playback not in (None, playback):  # others replaced the stages that it waited for
+                if wanted is self._wanted:
+                    await self._play(document, ready, when, asked, only, keep)
+                return
             stops = playback.stops
             # One line, however many saves one stop was newer than; that an emergency stop is on has been said.
             if not stops.pressed["topics"] and self._refused != stops.count:

@@ -302,6 +302,36 @@ def test_a_save_plays_even_if_an_earlier_start_of_the_stages_fails(monkeypatch: 
         client.wait_for_line("▶")
 
 
+def test_a_save_plays_on_the_stages_that_replace_those_it_waits_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody changes a setting of the stages, and then asks for the page. An older save never plays after a newer."""
+    gate, start = threading.Event(), StageOnThread.start
+
+    async def start_late(*arguments: Any) -> StageOnThread | Stage:
+        await asyncio.to_thread(gate.wait, LIMIT)
+        return await start(*arguments)
+
+    monkeypatch.setattr(StageOnThread, "start", start_late)
+    with Client(QUIET) as client:
+        client.open(URI, "r $ left\n")
+        client.save(URI)
+        client.change(URI, 2, {"text": "r q $ right\n"})
+        client.save(URI)
+        for _ in range(TURNS):  # until both wait for the stages
+            _hover(client)
+        client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {**QUIET, "osc": {"network": True}}}})
+        page = client.begin("workspace/executeCommand", {"command": "improv.page", "arguments": []})
+        for _ in range(TURNS):  # until others have replaced these
+            _hover(client)
+        gate.set()
+        client.answer(page)
+        client.wait_for_line("▶")
+        for _ in range(TURNS):
+            _hover(client)
+    shown = [each.message["params"] for each in client.log if each.message.get("method") == "window/showMessage"]
+    lines = [each["message"] for each in shown if each["message"].startswith(("▶", "■"))]
+    assert lines == ["▶ r 1 beat · q 1 beat, 1.0 s at beat 60, simulator"]
+
+
 def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
     with Client({"improv": {**QUIET, "onSave": "sometimes"}}, configuration={"switchAt": 7}) as client:
         assert client.wait_for_line("improv.onSave") == (

@@ -16,8 +16,8 @@ from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.player.apply import REST
 from improv_core.program.compiler import score_of
+from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.routines.place_plan import Plan, Traveler, next_ways, too_near
 from improv_core.routines.place_score import LEG, driving, looking, undrivable
 from improv_core.safety.interlocks import pose_of
@@ -151,7 +151,7 @@ class _Placing:
             return INTERRUPTED
         if not performing.finished.is_set() or performing.broken.is_set() or not performing.has_ended:
             return FAILED
-        await asyncio.sleep(REST)
+        await asyncio.sleep(MEASURED_AT_REST)
         if unseen := self._score.parts.keys() - performing.measured.keys():
             raise CommandError(f"no pose of {_names(sorted(unseen))} came: start what publishes them")
         return None

@@ -24,11 +24,11 @@ from improv_core.ide.selection import UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.page.browser import has_browser
-from improv_core.player.apply import REST
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import Mistake, as_lines, mistakes, outcome, summary
+from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import (
     Armed,
     Arming,
@@ -316,7 +316,7 @@ class TerminalSession:
     async def settle(self) -> None:
         """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
         if self._errors.robots:
-            await asyncio.sleep(REST)
+            await asyncio.sleep(MEASURED_AT_REST)
             for line in self._errors.lines():
                 self.screen.say(line)
 

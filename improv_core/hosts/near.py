@@ -24,11 +24,10 @@ from improv_core.hosts.time_translation import Border, to_here, to_there
 from improv_core.ipc.child import Child
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.json_lines import own_output
-from improv_core.protocol.limits import END_LIMIT, SILENCE_LIMIT, STOP_PIPE
+from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import read_first, read_from_stage, read_to_stage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.suspend import asleep
-from improv_core.stage.stdio import LONGEST
 
 BEYOND = 1.0
 """Seconds more than the stage itself waits, until a silent link is given up while robots may move."""
@@ -117,10 +116,10 @@ class NearEnd:
 
     def _read_input(self) -> None:
         with suppress(OSError), open(0, "rb", closefd=False) as stream:
-            while (line := stream.readline(LONGEST)).endswith(b"\n"):
+            while (line := stream.readline(LONGEST_LINE)).endswith(b"\n"):
                 self._pass_down(line[:-1])
-            if len(line) == LONGEST:
-                self._fail(texts.too_long(LONGEST))
+            if len(line) == LONGEST_LINE:
+                self._fail(texts.too_long(LONGEST_LINE))
         self._end()
 
     def _pass_down(self, line: bytes) -> None:

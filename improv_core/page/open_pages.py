@@ -7,17 +7,12 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from improv_core.page.measured_trails import MeasuredTrail, measured_place
 from improv_core.page.outbox import PageOutbox, bumps_message
+from improv_core.protocol.drawn import Bump, Lengthening, Snapshot
 from improv_core.protocol.messages import SIMULATED, Measured
 from improv_core.protocol.page_messages import DrawnPoses, DrawnRobot, DrawnRobots, ServerTime
-
-if TYPE_CHECKING:
-    from improv_core.outputs.simulator.collisions import Bump
-    from improv_core.outputs.simulator.simulator import Snapshot
-    from improv_core.outputs.simulator.trails import Trail
 
 FRAME = 1 / 60
 
@@ -33,7 +28,7 @@ class Pages:
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._bumps: tuple[Bump, ...] = ()
-        self._trails: dict[str, tuple[Trail, int]] = {}  # with their lengths
+        self._trails: dict[str, tuple[Lengthening, int]] = {}  # with their lengths
         self._placed = 0
         self._measured: dict[str, MeasuredTrail] = {}
         self._problem = ""

@@ -5,24 +5,15 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import Any, Literal, Protocol
 
+from improv_core.protocol.drawn import Bump, Lengthening
 from improv_core.protocol.page_messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
-
-if TYPE_CHECKING:
-    from improv_core.outputs.simulator.collisions import Bump
 
 MOST_BUMPS = 200
 TrailKind = Literal["trails", "measured"]
-
-
-class Lengthening(Protocol):
-    """A trail, which only ever becomes longer, at its end."""
-
-    @property
-    def places(self) -> Sequence[Sequence[float]]: ...
 
 
 class PageSocket(Protocol):

@@ -20,7 +20,7 @@ from improv_core.page.routes import HOST, Application
 from improv_core.protocol.commands import PageRequest, Watched
 
 if TYPE_CHECKING:
-    from improv_core.outputs.simulator.simulator import Snapshot
+    from improv_core.protocol.drawn import Snapshot
 
 
 class Viewer:

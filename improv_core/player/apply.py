@@ -12,10 +12,8 @@ from improv_core.player.acts import Act
 from improv_core.player.events import Event, Listened
 from improv_core.player.start_rules import may_be_brought
 from improv_core.player.tracks import Tracks
+from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.score.path import pose_at
-
-REST = 1.0
-"""Seconds for which robots are still measured after they were told to stop: most have come to rest by then."""
 
 
 def do(act: Act, tracks: Tracks, now: float) -> Event | None:
@@ -43,7 +41,7 @@ def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
 def _zero(act: acts.Zero, tracks: Tracks, now: float) -> None:
     performed = tracks.run.transport.performed(now)
     problems = tracks.queue.stop(tracks.run.score.parts, performed)
-    tracks.reached, tracks.rested = now, now + REST
+    tracks.reached, tracks.rested = now, now + MEASURED_AT_REST
     if problems:
         raise problems[0]
     tracks.advance_sink(performed)
@@ -142,7 +140,7 @@ def _resend(act: acts.Resend, tracks: Tracks, now: float) -> None:
 
 
 def _rest(act: acts.Rest, tracks: Tracks, now: float) -> None:
-    tracks.rested = now + REST
+    tracks.rested = now + MEASURED_AT_REST
 
 
 def _look(act: acts.Look, tracks: Tracks, now: float) -> None:

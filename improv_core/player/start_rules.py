@@ -27,7 +27,6 @@ from improv_core.player.acts import (
     Tell,
 )
 from improv_core.player.events import Facts
-from improv_core.player.outside_clock import followed
 from improv_core.player.run import ONE, Run
 from improv_core.player.start_gate import Gate
 from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
@@ -38,6 +37,7 @@ from improv_core.safety import preflight
 from improv_core.safety.interlocks import pose_of, waits_for
 from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
+from improv_core.score.outside_clock import followed
 from improv_core.score.score import Score
 from improv_core.score.transport import Transport
 

@@ -14,13 +14,13 @@ from improv_core.player import events
 from improv_core.player.acts import Act, Dismiss
 from improv_core.player.agenda import Due
 from improv_core.player.events import Facts
-from improv_core.player.outside_clock import Following
 from improv_core.player.run import Run
 from improv_core.player.start_rules import OPENS, changed, coming_in, go_on, waits
 from improv_core.player.stop_rules import Decided, warning_line
 from improv_core.protocol.fields import FASTEST, SLOWEST
 from improv_core.score.ceiling import ceiling
 from improv_core.score.movement import near
+from improv_core.score.outside_clock import Following
 from improv_core.score.peer_clock import bent
 
 LOOK = 0.25

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Annotated, Literal, TypedDict
 
 from improv_core.score.fits import Between, Long
@@ -38,6 +39,11 @@ Name = Annotated[str, Long(1, 1_000)]
 Names = Annotated[Sequence[Name], Long(0, 10_000)]
 Text = Annotated[str, Long(0, LONGEST_TEXT), _Savable()]
 """What people may ask for: numbers, names, and texts within their limits."""
+
+
+def within_reach(pace: float) -> Fraction:
+    """A pace within the limits of the speed factor, exact."""
+    return Fraction(round(min(max(pace, SLOWEST), FASTEST) * 1_000_000), 1_000_000)
 
 
 class PoseJson(TypedDict):

@@ -23,6 +23,10 @@ DEADMAN_LIMIT = 0.3
 """Seconds without a sign of a deadman button after which it counts as released."""
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
+LONGEST_LINE = 64_000_000
+"""The most bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
+MEASURED_AT_REST = 1.0
+"""Seconds for which robots are still measured after they were told to stop: most have come to rest by then."""
 STOP_PIPE = "IMPROV_STOP_PIPE"
 """The environment variable that tells a stage which file descriptor is its channel of stops."""
 

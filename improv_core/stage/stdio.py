@@ -11,14 +11,13 @@ from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
 from improv_core.player.setpoints import setpoints
 from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.limits import LONGEST_LINE
 from improv_core.protocol.messages import FromStage, after, read_first, read_to_stage
 from improv_core.protocol.sliced_json import LONG
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.score_json import LackingError, RowsRead, from_json
 
-LONGEST = 64_000_000
-"""The most bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
-TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST // 1_000_000} MB", is_score=True)
+TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST_LINE // 1_000_000} MB", is_score=True)
 
 
 def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
@@ -29,9 +28,9 @@ def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
     try:
         # Not sys.stdin: when Python ends, it waits for the lock of that file, which a reading thread never releases.
         with open(0, "rb", closefd=False) as stream:
-            while (line := stream.readline(LONGEST)).endswith(b"\n") or len(line) == LONGEST:
+            while (line := stream.readline(LONGEST_LINE)).endswith(b"\n") or len(line) == LONGEST_LINE:
                 if not line.endswith(b"\n"):
-                    while (rest := stream.readline(LONGEST)) and not rest.endswith(b"\n"):
+                    while (rest := stream.readline(LONGEST_LINE)) and not rest.endswith(b"\n"):
                         pass
                     inbox.put(TOO_LONG)
                     continue

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from improv_core.outputs.simulator.collisions import Bump, Disc, Pushed
+from improv_core.outputs.simulator.collisions import Disc, Pushed
+from improv_core.protocol.drawn import Bump
 from improv_core.score.motion import Pose
 from improv_core.score.world import World
 

@@ -9,9 +9,9 @@ from itertools import pairwise
 
 import pytest
 
-from improv_core.player.outside_clock import LOST
 from improv_core.player.player import Player
 from improv_core.score.ceiling import ceiling
+from improv_core.score.outside_clock import LOST
 from improv_core.score.peer_clock import MOST_BENT, Anchor, Estimate
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Follow, OutsideClock

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 
 from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.player.apply import REST
 from improv_core.player.player import Player
 from improv_core.player.reports import Told
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors, error
+from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import When
 from improv_core.protocol.output import Noticed, RawJoints, RawPose
 from improv_core.robots.config import read_robots
@@ -146,7 +146,7 @@ def test_it_is_measured_until_it_has_come_to_rest() -> None:
     robot.run(3)
     assert robot.stage.states[-1] == "ended"
     assert robot.off(Pose(2, 2.1, 0, math.pi / 2)) == (0.1, 0)
-    robot.run(REST)
+    robot.run(MEASURED_AT_REST)
     assert robot.pose(Pose(9)) is None
 
 
@@ -657,5 +657,5 @@ def test_where_joints_were_is_reported_while_robots_play_and_for_a_moment_after(
     assert (found["beat"], found["performed"]) == (pytest.approx(0.4), pytest.approx(0.4))
     stage.run(1.0)
     assert measured(stage.now)
-    stage.run(REST)
+    stage.run(MEASURED_AT_REST)
     assert not measured(stage.now)

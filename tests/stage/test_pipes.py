@@ -45,7 +45,7 @@ def test_an_answer_wakes_anything_waiting_for_a_message() -> None:
 
 def read(monkeypatch: pytest.MonkeyPatch, text: bytes) -> list[Arrival]:
     """What arrives if standard input has this text, of which no line may have more than 40 bytes."""
-    monkeypatch.setattr(stdio, "LONGEST", 40)
+    monkeypatch.setattr(stdio, "LONGEST_LINE", 40)
     monkeypatch.setattr(stdio, "open", lambda *_, **__: io.BytesIO(text), raising=False)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     read_arrivals(inbox, Parent())

@@ -19,8 +19,8 @@ import pytest
 from improv_core import stage
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.limits import LONGEST_LINE
 from improv_core.score.score_json import to_json
-from improv_core.stage.stdio import LONGEST
 
 LIMIT = 30
 COMMAND = [sys.executable, str(Path(stage.__file__).parent), "--sink", "simulator"]
@@ -142,7 +142,7 @@ def test_a_stage_refuses_hostile_lines_and_still_obeys(process: Process) -> None
         process.write(b'{"type": "ping", "number": %d}\n' % number)  # only now: answers to pings overtake errors
         assert process.wait("pong")["number"] == number
     piece = b"x" * 1_000_000
-    for _ in range(LONGEST // len(piece) + 36):
+    for _ in range(LONGEST_LINE // len(piece) + 36):
         process.write(piece)
     process.write(b"\n")
     assert process.wait("error")["message"] == "this program can't be played: it is longer than 64 MB"

@@ -15,7 +15,6 @@ from improv_core.player import events
 from improv_core.player.acts import Begin, Guide, Listen, Prepare, PrepareAnew, Resend
 from improv_core.player.decide import decide
 from improv_core.player.events import Event, Facts
-from improv_core.player.outside_clock import Following
 from improv_core.player.run import Run
 from improv_core.protocol import play_again
 from improv_core.protocol.commands import AUTOMATIONS, COMMANDS, PageRequest
@@ -26,6 +25,7 @@ from improv_core.safety.fault_rules import FaultBegan, Worst
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.separation import Near
 from improv_core.score.faults import FaultRules
+from improv_core.score.outside_clock import Following
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Deadman, Follow, OutsideClock, Safety
 from improv_core.score.world import World

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from improv_core.protocol.drawn import Bump
 from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.motion import Pose
 from improv_core.score.world import EMPTY, World
@@ -31,15 +32,6 @@ class Disc(NamedTuple):
 
     radius: float
     grips: bool
-
-
-class Bump(NamedTuple):
-    """A collision of two robots, or of one with an obstacle: when (seconds), where (meters), and who."""
-
-    at: float
-    x: float
-    y: float
-    robots: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)

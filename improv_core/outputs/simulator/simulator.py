@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
 from itertools import pairwise
 from threading import Lock
 
-from improv_core.outputs.simulator.collisions import Bump, Colliding, Collisions, Disc, Pushed
+from improv_core.outputs.simulator.collisions import Colliding, Collisions, Disc, Pushed
 from improv_core.outputs.simulator.joints import SimulatedJoints
 from improv_core.outputs.simulator.robot import SimulatedRobot
 from improv_core.outputs.simulator.senses import SimulatedSenses
 from improv_core.outputs.simulator.trails import Trail
+from improv_core.protocol.drawn import Bump, Snapshot
 from improv_core.protocol.output import Edge, Noticed
 from improv_core.score.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
 from improv_core.score.joints import JointMotion
@@ -30,23 +30,6 @@ MARGIN = 0.05
 MOST_PARTS = 16
 """The most parts of a step. Steps are divided so even fast or small discs move at most half their radius at once."""
 BUMPS_KEPT = 200
-
-
-@dataclass(frozen=True, slots=True)
-class Snapshot:
-    """What the page draws: poses at performance time `at` (seconds), radii in meters, trails, and the latest bumps.
-
-    `placed` counts how often robots were moved by hand or by a seek: between two snapshots in which it differs, robots
-    jumped. `joints` has the positions of the joints of robots with a body, in radians or meters.
-    """
-
-    at: float = 0.0
-    placed: int = 0
-    poses: Mapping[str, Pose] = field(default_factory=dict)
-    radii: Mapping[str, float] = field(default_factory=dict)
-    trails: Mapping[str, Trail] = field(default_factory=dict)
-    bumps: tuple[Bump, ...] = ()
-    joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 class Simulator:

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from improv_core.player.outside_clock import LOST, Following, within_reach
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Pause
+from improv_core.protocol.fields import within_reach
 from improv_core.protocol.messages import Load
+from improv_core.score.outside_clock import LOST, Following
 from improv_core.score.peer_clock import Anchor, bent
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, Times, warning
 from improv_core.session.group.state import HERE, Troupe, beat_at

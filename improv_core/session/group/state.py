@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal, cast
 
-from improv_core.player.outside_clock import Following
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import AUTOMATIONS, Automation, Speed
 from improv_core.protocol.limits import MOST_AHEAD, SILENCE_LIMIT
@@ -23,6 +22,7 @@ from improv_core.protocol.messages import (
     ToStage,
     TransportMessage,
 )
+from improv_core.score.outside_clock import Following
 from improv_core.score.transport import BEATS_PER_BAR
 
 HERE = ""

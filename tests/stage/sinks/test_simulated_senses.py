@@ -9,10 +9,10 @@ from fractions import Fraction
 
 import pytest
 
-from improv_core.outputs.simulator.collisions import Bump
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.drawn import Bump
 from improv_core.protocol.output import Edge
 from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.motion import STILL, Pose, Twist

@@ -29,11 +29,18 @@ def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 
     for step in range(1, int(seconds * FREQUENCY)):
         player.advance(step / FREQUENCY)
         poses[step / FREQUENCY] = simulator.poses()["ada"]
-    places = simulator.snapshot().trails["ada"].places
+    places = places_of(simulator)
     for at, pose in poses.items():
         if at <= places[-1].at:
             assert math.dist((pose.x, pose.y), on(places, at)) <= slack, at
     return places
+
+
+def places_of(simulator: Simulator) -> list[TimedPose]:
+    """The places of ada's trail."""
+    trail = simulator.snapshot().trails["ada"]
+    assert isinstance(trail, Trail)
+    return trail.places
 
 
 def on(places: list[TimedPose], at: float) -> tuple[float, float]:
@@ -80,7 +87,7 @@ def test_a_seek_begins_another_trail() -> None:
     player.load(score_of(analyze("ada $ forward left forward\n")), 1, "restart", 0.0)
     player.advance(1.5)
     player.seek(2.0, 1.5)
-    (place,) = simulator.snapshot().trails["ada"].places
+    (place,) = places_of(simulator)
     assert (place.x, place.heading) == pytest.approx((2.0, math.pi / 2))
 
 

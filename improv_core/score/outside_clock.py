@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from improv_core.protocol.fields import FASTEST, SLOWEST
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Follow, OutsideClock
 
@@ -110,8 +109,3 @@ def followed(before: Following | None, wanted: OutsideClock | None, real: bool) 
     if not wanted or (wanted.follow == "ros" and not real):
         return None
     return before if before and before.follow == wanted.follow else Following(wanted.follow)
-
-
-def within_reach(pace: float) -> Fraction:
-    """A pace that can be played, exact."""
-    return Fraction(round(min(max(pace, SLOWEST), FASTEST) * 1_000_000), 1_000_000)

@@ -116,7 +116,7 @@ def drive(robots: Robots, dance: Score, answer: str = "y", *, yes: bool = False)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("improv_core.commands.answers.TypedAnswers.to", answers)
-        for limit in ("REST", "PATIENCE", "LOOK_PERIOD"):
+        for limit in ("MEASURED_AT_REST", "PATIENCE", "LOOK_PERIOD"):
             patch.setattr(place, limit, 0.0001)
         return asyncio.run(hold())
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import signal
 import sys
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -24,9 +27,16 @@ from improv_core.score.svg import plot
 
 MODULE = "improv_core.classroom.checker"
 LIMIT = 10.0
-"""Seconds that an answer may take. Then the process is ended, and another one answers the next question."""
+"""Seconds of a processor's time that an answer may take, however busy the machine is. Then the process ends, and
+another one answers the next question."""
+QUICK = 1.0
+"""Seconds of that time in which almost every dance is read."""
+PATIENCE = 8
+"""How many times longer than that it may take until the process is killed: other processes want to run, too."""
 MOST_MEMORY = 2_000_000_000
 """Bytes of address space that the process may have, where that can be limited."""
+NICENESS = 10
+"""The machine plays first, and reads dances in the time that is left."""
 LARGEST_PICTURE = 200_000
 _MOST_MOMENTS = 2_000
 _SIZE = 320.0
@@ -37,11 +47,13 @@ HEAVY = "this dance takes too long to read: make it shorter"
 
 
 class Impression(TypedDict):
-    """What a dance is: whether it can be played, a line about it, and the picture of its paths as SVG, or ""."""
+    """What a dance is: whether it can be played, a line about it, and the picture of its paths as SVG, or "". `spent`
+    are the seconds of a processor's time that this took."""
 
     ok: bool
     line: str
     picture: str
+    spent: float
 
 
 class Prepared(TypedDict):
@@ -55,18 +67,20 @@ class Prepared(TypedDict):
 
 def look(text: str) -> Impression:
     """What a dance is."""
+    began = time.process_time()
+    ok, line, picture = _looked(text)
+    return {"ok": ok, "line": line, "picture": picture, "spent": time.process_time() - began}
+
+
+def _looked(text: str) -> tuple[bool, str, str]:
     analysis = analyze(text)
     if not analysis.ok:
         found = mistakes(Path("dance"), analysis)
-        return {
-            "ok": False,
-            "line": f"line {found[0].line}: {found[0].message}" if found else "it has errors",
-            "picture": "",
-        }
+        return False, f"line {found[0].line}: {found[0].message}" if found else "it has errors", ""
     if not analysis.all_robots:
-        return {"ok": False, "line": "no robot plays anything yet", "picture": ""}
+        return False, "no robot plays anything yet", ""
     picture = plot(score_of(analysis), most_moments=_MOST_MOMENTS, size=_SIZE)
-    return {"ok": True, "line": summary(analysis), "picture": picture if len(picture) <= LARGEST_PICTURE else ""}
+    return True, summary(analysis), picture if len(picture) <= LARGEST_PICTURE else ""
 
 
 def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
@@ -111,10 +125,10 @@ class DanceReader:
         self._child: Child | None = None
         self._one = threading.Lock()  # who gives up waiting for an answer doesn't end the question
 
-    async def look(self, text: str) -> Impression:
-        """What a dance is."""
+    async def look(self, text: str) -> Impression | None:
+        """What a dance is; None if that takes too long."""
         found: Impression | None = await self._ask({"look": text})
-        return found or {"ok": False, "line": HEAVY, "picture": ""}
+        return found
 
     async def prepare(self, dances: Sequence[tuple[str, str]]) -> Prepared:
         """The score of one dance, or of several together."""
@@ -139,8 +153,8 @@ class DanceReader:
     def _answer(self, question: Mapping[str, object]) -> Any:
         """The answer; None if it took too long or the process has ended."""
         with self._one:
-            child = self._child = self._child or Child([sys.executable, "-m", MODULE], _POLICY)
-            patience = threading.Timer(self._limit, child.kill)
+            child = self._child = self._child or Child([sys.executable, "-m", MODULE, str(self._limit)], _POLICY)
+            patience = threading.Timer(PATIENCE * self._limit, child.kill)
             patience.daemon = True
             patience.start()
             try:
@@ -156,16 +170,28 @@ class DanceReader:
                 patience.cancel()
 
 
-def _serve() -> None:
-    """Answer what is asked on standard input, until it is closed."""
+def _serve(limit: float) -> None:
+    """Answer what is asked on standard input, until it is closed. Ends if an answer takes more than `limit` seconds of
+    a processor's time."""
     say = own_output()
+    with suppress(AttributeError, OSError):  # not on Windows
+        os.nice(NICENESS)
     with suppress(ImportError, OSError, ValueError):
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     for line in sys.stdin.buffer:
-        question = json.loads(line)
-        say(_answer(question))
+        _end_after(limit)
+        answer = _answer(json.loads(line))
+        _end_after(0.0)
+        say(answer)
+
+
+def _end_after(limit: float) -> None:
+    """Have this process end after so many seconds of a processor's time; never, for 0. A signal without a handler does
+    that even in the middle of a regular expression. On Windows, only the parent's patience has an end."""
+    if sys.platform != "win32":
+        signal.setitimer(signal.ITIMER_PROF, limit)
 
 
 def _answer(question: Mapping[str, Any]) -> Impression | Prepared:
@@ -175,4 +201,4 @@ def _answer(question: Mapping[str, Any]) -> Impression | Prepared:
 
 
 if __name__ == "__main__":
-    _serve()
+    _serve(float(sys.argv[1]))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from improv_core.classroom.checker import DanceReader, Prepared
-from improv_core.classroom.messages import Command, FromDesk, Perform
-from improv_core.classroom.roster import Member
+from improv_core.classroom.messages import Command, FromChildren, FromDesk, Perform
 from improv_core.ipc.stage_process import StageError
-from improv_core.plain import message, printable
+from improv_core.plain import message
 from improv_core.robots.config import Robots
 from improv_core.score.score_json import from_json
 from improv_core.session.session import Playback
@@ -18,7 +17,7 @@ from improv_core.session.state import PlayScore
 
 
 @dataclass(frozen=True, slots=True)
-class Handed:
+class Latest:
     """The latest dance of a child, how many it has sent, and what is known about it: nothing until it was looked at."""
 
     name: str
@@ -30,9 +29,9 @@ class Handed:
 
 
 class Desk:
-    """Has the dances looked at, and plays them. Use it from one event loop only.
+    """Keeps the dances, and plays them. Use it from one event loop only.
 
-    `publish` gets what the teacher's pages show. `remove` sends a child out. One of the real `robots` moves only when
+    `publish` gets what the teacher's pages show. `remove` sends children out. One of the real `robots` moves only when
     the teacher has it perform a dance that is in front.
     """
 
@@ -40,34 +39,34 @@ class Desk:
         self,
         playback: Playback,
         publish: Callable[[FromDesk], None],
-        remove: Callable[[int], None],
+        remove: Callable[[Collection[int]], None],
         robots: Robots | None = None,
     ) -> None:
         self._playback, self._publish, self._remove = playback, publish, remove
         self._robots = robots or Robots()
-        self._sent: dict[int, Handed] = {}
-        self._waiting: dict[int, None] = {}
-        self._wake = asyncio.Event()
-        self._looking = DanceReader()
-        self._preparing = DanceReader()  # a heavy dance that is looked at delays no other one that is to play
+        self._sent: dict[int, Latest] = {}
+        self._preparing = DanceReader()
         self._plays: asyncio.Task[None] | None = None
         self._line = ""
 
-    def joined(self, member: Member) -> None:
-        """A child has come."""
-        self._change(member.number, Handed(member.name))
+    def hear(self, news: FromChildren) -> None:
+        """A child has come, gone, or sent a dance, or its dance was looked at."""
+        number = news["number"]
+        if news["type"] == "joined":
+            self._change(number, Latest(news["name"]))
+        elif news["type"] == "left":
+            self._drop([number])
+        elif known := self._sent.get(number):  # it wasn't just sent out
+            if news["type"] == "handed":
+                self._change(number, Latest(known.name, news["text"], news["count"], line="is being read"))
+            elif known.count == news["count"]:
+                line = message(news["line"])
+                self._change(number, replace(known, ok=news["ok"], line=line, picture=news["picture"]))
 
-    def handed(self, member: Member, text: str) -> None:
-        """A child has sent a dance."""
-        before = self._sent.get(member.number)
-        if before is None:
-            return  # it was just sent out
-        self._change(
-            member.number,
-            replace(before, text=text, count=before.count + 1, ok=False, line="is being read", picture=""),
-        )
-        self._waiting[member.number] = None
-        self._wake.set()
+    def text(self, number: int, count: int) -> str | None:
+        """The dance that a child has sent as its `count`-th, unaltered; None if it has sent another one since."""
+        sent = self._sent.get(number)
+        return sent.text if sent and sent.count == count else None
 
     def messages(self) -> Sequence[FromDesk]:
         """All that a page has to know that was just opened."""
@@ -77,29 +76,11 @@ class Desk:
             {"type": "playing", "line": self._line},
         ]
 
-    async def serve(self) -> None:
-        """Impression at what children send, the latest of each, forever."""
-        while True:
-            while not self._waiting:
-                self._wake.clear()
-                await self._wake.wait()
-            number = next(iter(self._waiting))
-            del self._waiting[number]
-            if not (sent := self._sent.get(number)):
-                continue
-            found = await self._looking.look(sent.text)
-            now = self._sent.get(number)
-            if now and now.count == sent.count:
-                self._change(
-                    number, replace(now, ok=found["ok"], line=message(found["line"]), picture=found["picture"])
-                )
-
     def take(self, command: Command) -> None:
         """Do what the teacher asks for."""
         if command["type"] == "remove":
-            self._remove(command["number"])
-            if self._sent.pop(command["number"], None):
-                self._publish({"type": "gone", "number": command["number"]})
+            self._remove(command["numbers"])
+            self._drop(command["numbers"])
             return
         asked = self._playback.stops.count
         if self._plays:
@@ -115,11 +96,10 @@ class Desk:
         self._say("Stopped")
 
     def close(self) -> None:
-        """End the processes that look at dances."""
-        self._looking.close()
+        """End the process that prepares dances."""
         self._preparing.close()
 
-    async def _play(self, chosen: Mapping[int, Handed], asked: int) -> None:
+    async def _play(self, chosen: Mapping[int, Latest], asked: int) -> None:
         """Play dances in the simulator, unless a stop has come since the count of stops was `asked`."""
         if not chosen:
             return
@@ -146,7 +126,7 @@ class Desk:
             self._say(message(ready["problem"]))
             return
         try:
-            score = from_json(ready["score"])
+            score = await asyncio.to_thread(from_json, ready["score"])  # a long one must not hold up the loop
             self._playback.present(names, "")
             begun = await self._playback.play(PlayScore(score, names, asked, simulated=simulated))
         except (StageError, ValueError) as problem:
@@ -159,13 +139,17 @@ class Desk:
         self._line = line
         self._publish({"type": "playing", "line": line})
 
-    def _change(self, number: int, sent: Handed) -> None:
+    def _drop(self, numbers: Collection[int]) -> None:
+        for number in numbers:
+            if self._sent.pop(number, None):
+                self._publish({"type": "gone", "number": number})
+
+    def _change(self, number: int, sent: Latest) -> None:
         self._sent[number] = sent
         self._publish(_shown(number, sent))
 
 
-def _shown(number: int, sent: Handed) -> FromDesk:
-    text = "\n".join(map(printable, sent.text.replace("\t", " ").splitlines()))
+def _shown(number: int, sent: Latest) -> FromDesk:
     return {
         "type": "child",
         "number": number,
@@ -174,5 +158,4 @@ def _shown(number: int, sent: Handed) -> FromDesk:
         "ok": sent.ok,
         "line": sent.line,
         "picture": sent.picture,
-        "text": text,
     }

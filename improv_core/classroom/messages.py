@@ -1,4 +1,4 @@
-"""What the teacher's page and its server tell each other."""
+"""The messages between the children's process, the desk, and the teacher's page."""
 
 from __future__ import annotations
 
@@ -9,8 +9,57 @@ from typing import Literal, TypedDict
 from improv_core.classroom.roster import MOST_CHILDREN
 
 
+class Joined(TypedDict):
+    """A child has come."""
+
+    type: Literal["joined"]
+    number: int
+    name: str
+
+
+class Left(TypedDict):
+    """A child has gone: its browser has joined again."""
+
+    type: Literal["left"]
+    number: int
+
+
+class Handed(TypedDict):
+    """A child has sent its `count`-th dance."""
+
+    type: Literal["handed"]
+    number: int
+    count: int
+    text: str
+
+
+class Looked(TypedDict):
+    """A dance was looked at: whether it can be played, a line about it, and the picture of its paths as SVG, or ""."""
+
+    type: Literal["looked"]
+    number: int
+    count: int
+    ok: bool
+    line: str
+    picture: str
+
+
+class Serving(TypedDict):
+    """The children's process serves its website at this address, or can't because of a `problem`, in one line."""
+
+    type: Literal["serving"]
+    address: str
+    problem: str
+
+
+class SendOut(TypedDict):
+    """From now on, these children can't send anything."""
+
+    numbers: list[int]
+
+
 class ChildShown(TypedDict):
-    """A child, the latest dance that it sent, how many it has sent (0: none yet), and what is known about it."""
+    """A child, how many dances it has sent (0: none yet), and what is known about the latest."""
 
     type: Literal["child"]
     number: int
@@ -19,7 +68,6 @@ class ChildShown(TypedDict):
     ok: bool
     line: str
     picture: str
-    text: str
 
 
 class SentOut(TypedDict):
@@ -51,10 +99,10 @@ class PlayThese(TypedDict):
 
 
 class Remove(TypedDict):
-    """Send a child out."""
+    """Send children out."""
 
     type: Literal["remove"]
-    number: int
+    numbers: list[int]
 
 
 class Perform(TypedDict):
@@ -66,6 +114,7 @@ class Perform(TypedDict):
     robot: str
 
 
+FromChildren = Joined | Left | Handed | Looked
 FromDesk = ChildShown | SentOut | NowPlaying | RealRobots
 Command = PlayThese | Remove | Perform
 
@@ -79,10 +128,14 @@ def read(text: str) -> Command | None:
     if not isinstance(found, dict):
         return None
     match found:
-        case {"type": "remove", "number": int(number)}:
-            return {"type": "remove", "number": number}
+        case {"type": "remove", "numbers": [*numbers]} if _are_of_children(numbers):
+            return {"type": "remove", "numbers": numbers}
         case {"type": "perform", "number": int(number), "count": int(count), "robot": str(robot)}:
             return {"type": "perform", "number": number, "count": count, "robot": robot}
-        case {"type": "play", "numbers": [*numbers]} if 0 < len(numbers) <= MOST_CHILDREN:
-            return {"type": "play", "numbers": numbers} if all(isinstance(each, int) for each in numbers) else None
+        case {"type": "play", "numbers": [*numbers]} if _are_of_children(numbers):
+            return {"type": "play", "numbers": numbers}
     return None
+
+
+def _are_of_children(numbers: Sequence[object]) -> bool:
+    return 0 < len(numbers) <= MOST_CHILDREN and all(isinstance(each, int) for each in numbers)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hmac
+import re
 import secrets
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from improv_core.program.compiler import LONGEST_TEXT
@@ -16,10 +17,22 @@ LONGEST_DANCE = LONGEST_TEXT // 2
 """Characters of a dance: as many as the page's editor takes."""
 PERIOD = 1.0
 """Seconds that a child waits until it can send again."""
+MINUTE = 60.0
 MOST_GUESSES = 60
-"""Wrong codes in a minute, of all pages together. Beyond that, nobody can join until the minute is over."""
+"""Wrong codes from one address in a minute. Beyond that, nobody there can join until the minute is over."""
+MOST_JOINS = MOST_CHILDREN
+"""Right codes from one address in a minute: a whole class may share an address."""
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
-"""What a room's code is made of: nothing that looks like something else."""
+"""The characters of a room's code: none looks like another one."""
+JOINERS = re.compile("[\u200c\u200d\u180b-\u180d\u180f\ufe00-\ufe0f\U000e0020-\U000e007f\U000e0100-\U000e01ef]")
+"""Invisible characters that names need: Persian words, emoji of several parts, and variants of characters."""
+INVISIBLE = re.compile(
+    "[\u00ad\u034f\u061c\u115f\u1160\u17b4\u17b5\u180b-\u180f\u200b-\u200f\u202a-\u202e\u2060-\u206f\u3164"
+    "\ufe00-\ufe0f\ufeff\uffa0\ufff0-\ufff8\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"
+)
+"""Unicode's default-ignorable characters."""
+BLANK = re.compile("[\\s\u2800\U0001d159]+")
+"""Characters without ink, but with a width."""
 
 
 class ForbiddenError(Exception):
@@ -32,23 +45,33 @@ class ForbiddenError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A child's page. `sent` is when it sent a dance last, in seconds."""
+    """A child's page, and the browser that has it. `sent` is when it sent a dance last, in seconds."""
 
     number: int
     name: str
+    browser: str
+    count: int = 0
+    """How many dances it has sent."""
     sent: float = -PERIOD
 
 
 @dataclass(frozen=True, slots=True)
+class Tries:
+    """The codes that came from an address in the minute since `minute`, in seconds."""
+
+    minute: float
+    wrong: int = 0
+    right: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Room:
-    """A class: its code, its members by their secrets, how many have ever joined, and how many wrong codes came in the
-    minute since `minute`, in seconds."""
+    """A class: its code, its members by their secrets, how many have ever joined, and the tries of each address."""
 
     code: str
     members: Mapping[str, Member] = field(default_factory=dict)
     joined: int = 0
-    guesses: int = 0
-    minute: float = 0.0
+    tries: Mapping[str, Tries] = field(default_factory=dict)
 
 
 def new_code() -> str:
@@ -56,55 +79,65 @@ def new_code() -> str:
     return "".join(secrets.choice(LETTERS) for _ in range(6))
 
 
-def guess(room: Room, code: str, now: float) -> tuple[Room, bool]:
-    """The room after somebody has typed a code, and whether that is right. Raises ForbiddenError after too many."""
-    if now - room.minute >= 60:
-        room = replace(room, guesses=0, minute=now)
-    if room.guesses >= MOST_GUESSES:
+def guess(room: Room, address: str, code: str, now: float) -> tuple[Room, bool]:
+    """The room after a code has come from an address, and whether it is right. Raises ForbiddenError after too many."""
+    recent = {each: tries for each, tries in room.tries.items() if now - tries.minute < MINUTE}
+    tries = recent.get(address, Tries(now))
+    if tries.wrong >= MOST_GUESSES:
         raise ForbiddenError(429, "too many wrong codes: wait a minute")
-    if hmac.compare_digest(code.strip().upper().encode(), room.code.encode()):
-        return room, True
-    return replace(room, guesses=room.guesses + 1), False
+    if tries.right >= MOST_JOINS:
+        raise ForbiddenError(429, "too many have joined just now: wait a minute")
+    is_right = hmac.compare_digest(code.strip().upper().encode(), room.code.encode())
+    tries = replace(tries, wrong=tries.wrong + (not is_right), right=tries.right + is_right)
+    return replace(room, tries={**recent, address: tries}), is_right
 
 
-def join(room: Room, name: str, secret: str) -> tuple[Room, Member]:
-    """The room with another child, which has this secret, and that child. Raises ForbiddenError if it can't come in."""
-    if len(room.members) >= MOST_CHILDREN:
+def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member]:
+    """The room with another child, which has this secret, and that child. It takes the place that its browser had.
+    Raises ForbiddenError if it can't come in."""
+    others = {key: each for key, each in room.members.items() if each.browser != browser}
+    if len(others) >= MOST_CHILDREN:
         raise ForbiddenError(409, f"this class is full ({MOST_CHILDREN}): ask your teacher")
     shown = shown_name(name)
     if not shown:
         raise ForbiddenError(400, "write your name with letters")
-    taken = {each.name for each in room.members.values()}
+    taken = {compared(each.name) for each in others.values()}
     own, number = shown, 2
-    while own in taken:
+    while compared(own) in taken:
         own, number = f"{shown} {number}", number + 1
-    member = Member(room.joined + 1, own)
-    return replace(room, members={**room.members, secret: member}, joined=member.number), member
+    member = Member(room.joined + 1, own, browser)
+    return replace(room, members={**others, secret: member}, joined=member.number), member
 
 
-def send(room: Room, secret: str, text: str, now: float) -> tuple[Room, Member]:
-    """The room after a child has sent a dance, and that child. Raises ForbiddenError if it may not, or not yet."""
+def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
+    """The room after a child has begun to send a dance, and that child. Raises ForbiddenError if it may not, or not
+    yet."""
     member = room.members.get(secret)
     if member is None:
         raise ForbiddenError(403, "join the class first")
     if now - member.sent < PERIOD:
         raise ForbiddenError(429, "you have just sent one: wait a second")
-    if len(text) > LONGEST_DANCE:
-        raise ForbiddenError(413, f"this dance is longer than {LONGEST_DANCE:,} characters")
-    member = replace(member, sent=now)
+    member = replace(member, sent=now, count=member.count + 1)
     return replace(room, members={**room.members, secret: member}), member
 
 
-def without(room: Room, number: int) -> Room:
-    """The room without a child: its page has to join again."""
-    return replace(room, members={key: each for key, each in room.members.items() if each.number != number})
+def without(room: Room, numbers: Collection[int]) -> Room:
+    """The room without these children: their pages have to join again."""
+    return replace(room, members={key: each for key, each in room.members.items() if each.number not in numbers})
 
 
 def shown_name(name: str) -> str:
-    """A name that was typed, short and on one line, without control characters and characters that don't show."""
+    """A name that was typed, short and on one line, without characters that hide or turn text; "" if nothing of it is
+    visible."""
     plain = "".join(
-        " " if char.isspace() else char
-        for char in unicodedata.normalize("NFC", name[:1_000])
-        if char.isspace() or unicodedata.category(char)[0] != "C"
+        char
+        for char in BLANK.sub(" ", unicodedata.normalize("NFC", name[:1_000]))
+        if JOINERS.match(char) or not (INVISIBLE.match(char) or unicodedata.category(char)[0] == "C")
     )
-    return " ".join(plain.split())[:LONGEST_NAME].strip()
+    shown = " ".join(plain.split())[:LONGEST_NAME].strip()
+    return shown if any(unicodedata.category(char)[0] != "M" for char in compared(shown)) else ""
+
+
+def compared(name: str) -> str:
+    """A name without its invisible characters: two names that look the same are the same."""
+    return " ".join(unicodedata.normalize("NFC", INVISIBLE.sub("", name)).split())

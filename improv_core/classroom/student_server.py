@@ -1,11 +1,15 @@
-"""What children's browsers load and send, over HTTP (aiohttp, imported lazily), on a thread of its own."""
+"""The children's website and what they send, over HTTP (aiohttp, imported lazily), in a process of its own: whatever
+children send, and however fast, the teacher's process hears little of it. `children.py` is its parent's side."""
 
 from __future__ import annotations
 
 import asyncio
 import gzip
 import json
+import os
 import secrets
+import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -13,21 +17,34 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from improv_core.classroom.roster import ForbiddenError, Member, Room, guess, join, send, without
-from improv_core.page.connection_limit import SILENT_LIMIT, Connections
+from improv_core.classroom.connections import Connections
+from improv_core.classroom.messages import FromChildren, SendOut, Serving
+from improv_core.classroom.roster import LONGEST_DANCE, ForbiddenError, Room, guess, join, send, without
+from improv_core.classroom.turns import Dance, Turns
+from improv_core.page.connection_limit import SILENT_LIMIT
 from improv_core.page.song_file import CONTENT_TYPES
+from improv_core.protocol.json_lines import own_output
 from improv_core.website.build import HEAD, MARK
 
 if TYPE_CHECKING:
-    import socket
-
     from aiohttp import web
     from aiohttp.typedefs import Handler, Middleware
 
-MOST_BYTES = 700_000
-"""Of a request: enough for the longest dance, however JSON writes it."""
-BODY_LIMIT = 20.0
-"""Seconds in which a request has to arrive as a whole."""
+MODULE = "improv_core.classroom.student_server"
+CODE = "IMPROV_CLASS_CODE"
+"""The environment variable with the room's code."""
+MOST_BYTES = 4 * LONGEST_DANCE
+"""Of a dance, as UTF-8."""
+MOST_JOINING = 2_000
+"""Bytes of a request to join: a code and a name."""
+SLICE = 32_768
+"""Bytes of a file that are sent before the browser has to read some of them."""
+LINGER = 1.0
+"""Seconds in which the rest of a refused request is read, so that its browser sees the answer."""
+COOKIE = "improv-class"
+"""What tells browsers apart: each has one place."""
+NICENESS = 5
+"""The machine plays first, and serves children in the time that is left."""
 CLASS = '<meta name="improv-class" content="">'
 """What tells the page that it can send its dance to a teacher."""
 TYPES = {
@@ -58,11 +75,14 @@ class File(NamedTuple):
     content_type: str
 
 
-def files_of(site: Path) -> Mapping[str, File]:
-    """The files of a built website by path. All are read at once: no path ever comes from a URL. Raises
-    SiteFolderError and OSError."""
+def check_site(site: Path) -> None:
+    """Raise SiteFolderError unless a folder is a website that this version has built."""
     if not (site / MARK).is_file() or not (site / "website" / "class.js").is_file():
         raise SiteFolderError(f"{site} is no website of this version: run `improv site {site}` first")
+
+
+def files_of(site: Path) -> Mapping[str, File]:
+    """The files of a built website by path. All are read at once: no path ever comes from a URL. Raises OSError."""
     found = {}
     for path in sorted(site.rglob("*")):
         name = path.relative_to(site).as_posix()
@@ -76,71 +96,54 @@ def files_of(site: Path) -> Mapping[str, File]:
     return {**found, "/": found["/index.html"]}
 
 
-class Children:
-    """The children's server. `joined` and `handed` are called on its thread: a child has come, or has sent a dance."""
+class StudentServer:
+    """The children's server on a socket. `tell` gets what the teacher has to know."""
 
     def __init__(
         self,
         listening: socket.socket,
         files: Mapping[str, File],
         code: str,
-        joined: Callable[[Member], None],
-        handed: Callable[[Member, str], None],
+        tell: Callable[[FromChildren], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._socket, self._files = listening, files
         host, port = listening.getsockname()[:2]
         self._host = f"{host}:{port}"
         self._room = Room(code)
-        self._joined, self._handed, self._clock = joined, handed, clock
-        self._loop = asyncio.new_event_loop()
-        self._stop = asyncio.Event()
-        self._thread = threading.Thread(target=self._run, name="improv-children", daemon=True)
-        self._thread.start()
+        self._tell, self._clock = tell, clock
+        self._turns = Turns(tell)
+        self._sending: set[int] = set()
 
     @property
     def address(self) -> str:
         return f"http://{self._host}/"
 
-    def remove(self, number: int) -> None:
-        """From now on, this child can't send anything."""
-        self._soon(self._remove, number)
+    def remove(self, numbers: list[int]) -> None:
+        """From now on, these children can't send anything."""
+        self._room = without(self._room, numbers)
+        self._turns.forget(numbers)
 
-    def close(self) -> None:
-        """End all connections and the thread."""
-        self._soon(self._stop.set)
-        self._thread.join()
-
-    def _soon(self, what: Callable[..., None], *values: object) -> None:
-        with suppress(RuntimeError):  # already closed
-            self._loop.call_soon_threadsafe(what, *values)
-
-    def _remove(self, number: int) -> None:
-        self._room = without(self._room, number)
-
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        try:
-            self._loop.run_until_complete(self._serve())
-        finally:
-            self._loop.close()
-
-    async def _serve(self) -> None:
+    async def serve(self) -> None:
+        """Serve children forever."""
         from aiohttp import web
 
         application = web.Application(middlewares=[self._guard()], client_max_size=MOST_BYTES)
         application.router.add_post("/class/join", self._join)
         application.router.add_post("/class/send", self._send)
         for path in self._files:
-            application.router.add_get(path, self._show)
-        runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0, keepalive_timeout=SILENT_LIMIT)
+            application.router.add_get(path, self._show, allow_head=False)
+        runner = web.AppRunner(
+            application,
+            access_log=None,
+            keepalive_timeout=SILENT_LIMIT,
+            lingering_time=LINGER,
+            auto_decompress=False,  # no page of ours compresses anything
+        )
         await runner.setup()
         assert runner.server is not None
         self._connections = Connections(runner.server)
-        server = await self._loop.create_server(self._connections.connect, sock=self._socket)
-        await self._stop.wait()
-        server.close()
-        await runner.cleanup()
+        await asyncio.gather(self._connections.serve(self._socket), self._turns.serve())
 
     def _guard(self) -> Middleware:
         from aiohttp import web
@@ -152,51 +155,95 @@ class Children:
                 raise web.HTTPForbidden
             if request.method == "POST" and request.headers.get("Origin") != f"http://{self._host}":
                 raise web.HTTPForbidden
-            with self._connections.busy(request):
-                return await handler(request)
+            self._connections.progressed(request.protocol)
+            return await handler(request)
 
         return guard
 
-    async def _show(self, request: web.Request) -> web.Response:
+    async def _show(self, request: web.Request) -> web.StreamResponse:
         from aiohttp import web
 
         file = self._files[request.path]
-        headers = {**HEADERS, "Content-Type": file.content_type}
+        response = web.StreamResponse(headers={**HEADERS, "Content-Type": file.content_type})
+        data = file.data
         if file.smaller and "gzip" in request.headers.get("Accept-Encoding", ""):
-            return web.Response(body=file.smaller, headers={**headers, "Content-Encoding": "gzip"})
-        return web.Response(body=file.data, headers=headers)
+            data = file.smaller
+            response.headers["Content-Encoding"] = "gzip"
+        response.content_length = len(data)
+        await response.prepare(request)
+        whole = memoryview(data)  # a response would copy what its browser doesn't read
+        for start in range(0, len(data), SLICE):
+            await response.write(whole[start : start + SLICE])
+            self._connections.progressed(request.protocol)
+        await response.write_eof()
+        return response
 
     async def _join(self, request: web.Request) -> web.Response:
-        code, name = await _texts(request, "code", "name")
-        secret = secrets.token_urlsafe()
+        code, name = _texts(await _body(request, MOST_JOINING), "code", "name")
+        secret, fresh = secrets.token_urlsafe(), secrets.token_urlsafe()
+        before = {each.browser: each.number for each in self._room.members.values()}
+        given = request.cookies.get(COOKIE, "")
+        browser = given if given in before else fresh
         try:
-            self._room, is_right = guess(self._room, code, self._clock())
+            self._room, is_right = guess(self._room, request.remote or "", code, self._clock())
             if not is_right:
                 raise ForbiddenError(403, "this is not the code of the room: look at it again")
-            self._room, member = join(self._room, name, secret)
+            self._room, member = join(self._room, name, secret, browser)
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
-        self._joined(member)
-        return _answer(200, {"secret": secret, "name": member.name})
+        if browser in before:
+            self._turns.forget([before[browser]])
+            self._tell({"type": "left", "number": before[browser]})
+        self._tell({"type": "joined", "number": member.number, "name": member.name})
+        answer = _answer(200, {"secret": secret, "name": member.name})
+        answer.set_cookie(COOKIE, browser, path="/class", httponly=True, samesite="Strict")
+        return answer
 
     async def _send(self, request: web.Request) -> web.Response:
-        secret, text = await _texts(request, "secret", "text")
+        """Take a dance. Only a child's own request is read at all, and only one at a time."""
+        secret = request.headers.get("Authorization", "").removeprefix("Bearer ")
         try:
-            self._room, member = send(self._room, secret, text, self._clock())
+            self._room, member = send(self._room, secret, self._clock())
+            if member.number in self._sending:
+                raise ForbiddenError(429, "your last one is still on its way: wait a second")
+            self._sending.add(member.number)
+            try:
+                text = await _body(request, MOST_BYTES)
+            finally:
+                self._sending.discard(member.number)
+            if len(text) > LONGEST_DANCE:
+                raise ForbiddenError(413, f"this dance is longer than {LONGEST_DANCE:,} characters")
+            if secret not in self._room.members:
+                raise ForbiddenError(403, "join the class first")  # it was sent out meanwhile
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
-        self._handed(member, text)
+        self._tell({"type": "handed", "number": member.number, "count": member.count, "text": text})
+        self._turns.put(member.number, Dance(member.count, text))
         return _answer(200, {"name": member.name})
 
 
-async def _texts(request: web.Request, *names: str) -> list[str]:
+async def _body(request: web.Request, most: int) -> str:
+    """The text that a request has, which says how long it is: at most so many bytes."""
+    from aiohttp import web
+
+    if "Content-Encoding" in request.headers:
+        raise web.HTTPUnsupportedMediaType
+    if request.content_length is None:
+        raise web.HTTPLengthRequired
+    if request.content_length > most:
+        raise web.HTTPRequestEntityTooLarge(most, request.content_length)
+    try:
+        return (await request.read()).decode()
+    except UnicodeDecodeError:
+        raise web.HTTPBadRequest from None
+
+
+def _texts(body: str, *names: str) -> list[str]:
     """The values of a JSON object that has exactly these, all of them texts."""
     from aiohttp import web
 
     try:
-        found = json.loads(await asyncio.wait_for(request.read(), BODY_LIMIT))
-    except asyncio.TimeoutError:
-        raise web.HTTPRequestTimeout from None
+        found = json.loads(body)
     except (ValueError, RecursionError):
         raise web.HTTPBadRequest from None
     if not isinstance(found, dict) or found.keys() != set(names):
@@ -222,3 +269,33 @@ def _answer(status: int, value: Mapping[str, str]) -> web.Response:
     from aiohttp import web
 
     return web.json_response(value, status=status, headers=HEADERS)
+
+
+async def _serve(site: Path, address: str, port: int, code: str) -> None:
+    """Serve until standard input, which says who is sent out, is closed."""
+    say = own_output()
+    with suppress(AttributeError, OSError):  # not on Windows
+        os.nice(NICENESS)
+    try:
+        listening = socket.create_server((address, port))
+    except OSError as error:
+        problem = f"port {port} of {address} can't be used: {error.strerror}"
+        say(Serving(type="serving", address="", problem=problem))
+        return
+    server = StudentServer(listening, files_of(site), code, say)
+    say(Serving(type="serving", address=server.address, problem=""))
+    loop, serving = asyncio.get_running_loop(), asyncio.ensure_future(server.serve())
+
+    def listen() -> None:
+        for line in sys.stdin.buffer:
+            message: SendOut = json.loads(line)
+            loop.call_soon_threadsafe(server.remove, message["numbers"])
+        loop.call_soon_threadsafe(serving.cancel)
+
+    threading.Thread(target=listen, daemon=True).start()
+    with suppress(asyncio.CancelledError):
+        await serving
+
+
+if __name__ == "__main__":
+    asyncio.run(_serve(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), os.environ[CODE]))

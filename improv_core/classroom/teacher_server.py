@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parent / "static"
 MOST_MESSAGE = 10_000
 MOST_PAGES = 8
+END_LIMIT = 0.05
+"""Seconds that requests may take when the class ends. A page that is still open never finishes its own."""
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
     "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
@@ -37,7 +39,8 @@ HEADERS = {
 
 class TeacherPage:
     """Serves the page on a socket. `take` gets each command, and `stop` stops everything at once. `stage` makes a new
-    address of the simulator's page, and `messages` what a page shows first."""
+    address of the simulator's page, `messages` what a page shows first, and `text` gives a child's dance by its numbers
+    and how many the child had sent."""
 
     def __init__(
         self,
@@ -46,9 +49,11 @@ class TeacherPage:
         stop: Callable[[], None],
         stage: Callable[[], str | None],
         messages: Callable[[], Sequence[FromDesk]],
+        text: Callable[[int, int], str | None],
     ) -> None:
         self._socket = listening
         self._take, self._stop, self._stage, self._messages = take, stop, stage, messages
+        self._text = text
         self._token = secrets.token_urlsafe()
         self._tickets = Tickets(self._token)
         self._seats: list[_Seat] = []
@@ -76,11 +81,18 @@ class TeacherPage:
         application.router.add_get("/", self._show)
         application.router.add_get("/live", self._live)
         application.router.add_get("/stage", self._open_stage)
+        application.router.add_get(r"/dance/{number:\d{1,9}}/{count:\d{1,9}}", self._show_dance)
         application.router.add_post("/stop", self._stop_all)
         self._files = {f"/{path.name}": path for path in FOLDER.iterdir() if path.suffix in CONTENT_TYPES}
         for path in self._files:
             application.router.add_get(path, self._show_file)
-        runner = web.AppRunner(application, access_log=None, shutdown_timeout=0.5, keepalive_timeout=SILENT_LIMIT)
+        runner = web.AppRunner(
+            application,
+            access_log=None,
+            shutdown_timeout=END_LIMIT,
+            keepalive_timeout=SILENT_LIMIT,
+            auto_decompress=False,  # no page of ours compresses anything
+        )
         await runner.setup()
         assert runner.server is not None
         self._connections = Connections(runner.server)
@@ -125,6 +137,15 @@ class TeacherPage:
             raise web.HTTPNotFound
         raise web.HTTPSeeOther(link)
 
+    async def _show_dance(self, request: web.Request) -> web.Response:
+        from aiohttp import web
+
+        self._check(request, needs_origin=False)
+        text = self._text(int(request.match_info["number"]), int(request.match_info["count"]))
+        if text is None:
+            raise web.HTTPNotFound
+        return web.Response(text=text, content_type="text/plain", charset="utf-8")
+
     async def _stop_all(self, request: web.Request) -> web.Response:
         from aiohttp import web
 
@@ -138,7 +159,7 @@ class TeacherPage:
         self._check(request)
         if len(self._seats) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable
-        page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE)
+        page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE, compress=False)
         await page.prepare(request)
         seat, flood = _Seat(), Flood()
         for each in self._messages():

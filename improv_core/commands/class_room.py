@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import ipaddress
 import socket
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import click
 
+from improv_core.classroom.children import Children, ChildrenError
 from improv_core.classroom.desk import Desk
-from improv_core.classroom.messages import FromDesk
-from improv_core.classroom.roster import Member, new_code
-from improv_core.classroom.student_server import Children, File, SiteFolderError, files_of
+from improv_core.classroom.messages import FromChildren, FromDesk
+from improv_core.classroom.roster import new_code
+from improv_core.classroom.student_server import SiteFolderError, check_site
 from improv_core.classroom.teacher_server import TeacherPage
 from improv_core.commands import parameters
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
@@ -54,15 +58,17 @@ def command(site: Path, address: str | None, port: int, file: Path | None) -> No
     of it is kept.
     """
     robots = _robots(file) if file else None
-    try:
-        files = files_of(site)
-        listening = socket.create_server((_confirmed(address, port), port))
-    except SiteFolderError as problem:
-        raise CommandError(str(problem)) from None
-    except OSError as error:
-        raise CommandError(f"port {port} of {address or 'that address'} can't be used: {error.strerror}") from None
     options = parameters.options(file, "both", 0) if file else Options(backend="sim")
-    sys.exit(run(teach(listening, files, options, robots)))
+    try:
+        check_site(site)
+        children = Children(site, _confirmed(address, port), port, new_code())
+    except (SiteFolderError, ChildrenError) as problem:
+        raise CommandError(str(problem)) from None
+    try:
+        sys.exit(run(teach(children, options, robots)))
+    finally:
+        children.close()
+        gc.freeze()  # otherwise Python looks through all objects as it ends: up to half a second
 
 
 def _robots(file: Path) -> Robots:
@@ -106,62 +112,57 @@ def _own_address() -> str | None:
         return str(probe.getsockname()[0])
 
 
-async def teach(
-    listening: socket.socket, files: Mapping[str, File], options: Options, robots: Robots | None = None
-) -> int:
-    """Have a class until interrupted; the exit code. Raises StageError."""
+async def teach(children: Children, options: Options, robots: Robots | None = None) -> int:
+    """Have a class until interrupted; the exit code. Raises StageError, and CommandError if the children's server
+    ends."""
     async with performance(options, browser=False, hears_keys=False) as performing:
-        await Class(performing, listening, files, robots).teach()
+        await Class(performing, children, robots).teach()
     return INTERRUPTED
 
 
 class Class:
-    """A class with its two servers."""
+    """A class: its children, and the desk and the page of its teacher."""
 
-    def __init__(
-        self,
-        performing: TerminalSession,
-        listening: socket.socket,
-        files: Mapping[str, File],
-        robots: Robots | None = None,
-    ) -> None:
+    def __init__(self, performing: TerminalSession, children: Children, robots: Robots | None = None) -> None:
         self._loop = asyncio.get_running_loop()
-        self._performing = performing
-        self.code = new_code()
-        self.desk = Desk(performing.playback, self._publish, lambda number: self.children.remove(number), robots)
+        self._performing, self.children = performing, children
+        self._ended: asyncio.Future[str] = self._loop.create_future()
+        self.desk = Desk(performing.playback, self._publish, children.remove, robots)
         own = socket.create_server((HOST, 0))
-        self.teacher = TeacherPage(own, self.desk.take, self._stop, performing.playback.link, self.desk.messages)
-        self.children = Children(
-            listening,
-            files,
-            self.code,
-            self._joined,
-            self._handed,
+        self.teacher = TeacherPage(
+            own, self.desk.take, self._stop, performing.playback.link, self.desk.messages, self.desk.text
         )
 
     async def teach(self) -> None:
-        """Serve children and teacher until interrupted."""
-        performing = self._performing
-        performing.screen.say(f"children: {self.children.address}, code {self.code}")
+        """Serve children and teacher until interrupted. Raises CommandError if the children's server ends."""
+        performing, children = self._performing, self.children
+        performing.screen.say(f"children: {children.address}, code {children.code}")
         performing.screen.say(f"teacher: {self.teacher.link()} (opens once)")
+        children.listen(
+            lambda news: self._soon(self.desk.hear, news),
+            lambda why: self._soon(self._end, why),
+        )
         try:
             await first(
-                self.teacher.serve(self.children.address, self.code),
-                self.desk.serve(),
+                self.teacher.serve(children.address, children.code),
+                asyncio.shield(self._ended),
                 performing.interrupted.wait(),
                 performing.broken.wait(),
             )
         finally:
-            self.children.close()
+            children.close()
             self.desk.close()
+        if self._ended.done():
+            raise CommandError(self._ended.result())
 
-    def _joined(self, member: Member) -> None:
-        """A child has come: on the thread of the children's server."""
-        self._loop.call_soon_threadsafe(self.desk.joined, member)
+    def _soon(self, what: Callable[[Any], None], value: FromChildren | str) -> None:
+        """Have the event loop do something, from the thread that hears the children."""
+        with suppress(RuntimeError):  # it has been closed
+            self._loop.call_soon_threadsafe(what, value)
 
-    def _handed(self, member: Member, text: str) -> None:
-        """A child has sent a dance: on the thread of the children's server."""
-        self._loop.call_soon_threadsafe(self.desk.handed, member, text)
+    def _end(self, why: str) -> None:
+        if not self._ended.done():
+            self._ended.set_result(why)
 
     def _publish(self, message: FromDesk) -> None:
         self.teacher.publish(message)

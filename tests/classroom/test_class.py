@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import re
 import socket
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import asynccontextmanager
+import threading
+from collections.abc import AsyncIterator, Callable, Collection, Coroutine
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +17,10 @@ import aiohttp
 import pytest
 
 from improv_core.classroom.checker import HEAVY, DanceReader, embody, look, prepare
-from improv_core.classroom.messages import read
-from improv_core.classroom.student_server import File, SiteFolderError, files_of
+from improv_core.classroom.messages import FromChildren, Looked, read
+from improv_core.classroom.roster import LONGEST_DANCE, new_code
+from improv_core.classroom.student_server import File, SiteFolderError, StudentServer, check_site, files_of
+from improv_core.classroom.turns import Dance, Turns, next_child
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
 from improv_core.session.start import Options
@@ -26,6 +30,35 @@ from tests.stage_on_thread import USED, StageOnThread
 
 LIMIT = 60.0
 FILES = {"/": File(b"<html>", None, "text/html")}
+
+
+class ChildrenOnThread:
+    """The children's server on a thread, where starting it costs nothing. test_flood.py has its process."""
+
+    def __init__(self) -> None:
+        self.code = new_code()
+        self._loop = asyncio.new_event_loop()
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self.address = "http://{}:{}/".format(*self._listening.getsockname())
+
+    def listen(self, hear: Callable[[FromChildren], None], ended: Callable[[str], None]) -> None:
+        self._server = StudentServer(self._listening, FILES, self.code, hear)
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def remove(self, numbers: Collection[int]) -> None:
+        self._loop.call_soon_threadsafe(self._server.remove, [*numbers])
+
+    def close(self) -> None:
+        self._loop.call_soon_threadsafe(lambda: self._serving.cancel())
+        self._thread.join()
+        self._listening.close()
+
+    def _run(self) -> None:
+        with suppress(asyncio.CancelledError):
+            self._serving = self._loop.create_task(self._server.serve())
+            self._loop.run_until_complete(self._serving)
+        self._loop.close()
 
 
 class Pages:
@@ -38,15 +71,24 @@ class Pages:
         self.token = ""
         self.address = held.children.address
 
-    async def post(self, what: str, body: Any, **headers: str) -> tuple[int, dict[str, str]]:
+    async def post(self, what: str, body: str | bytes, **headers: str) -> tuple[int, dict[str, str]]:
         headers = {"Origin": self.address.rstrip("/"), **headers}
-        async with self._http.post(f"{self.address}class/{what}", data=json.dumps(body), headers=headers) as answer:
+        async with self._http.post(f"{self.address}class/{what}", data=body, headers=headers) as answer:
             return answer.status, json.loads(await answer.text()) if answer.content_type == "application/json" else {}
 
-    async def join(self, name: str) -> str:
-        status, answer = await self.post("join", {"code": self.held.code, "name": name})
+    async def join(self, name: str, **headers: str) -> str:
+        status, answer = await self.post("join", json.dumps({"code": self.held.children.code, "name": name}), **headers)
         assert status == 200, answer
         return answer["secret"]
+
+    async def send(self, secret: str, text: str | bytes, **headers: str) -> tuple[int, dict[str, str]]:
+        return await self.post("send", text, Authorization=f"Bearer {secret}", **headers)
+
+    async def dance(self, number: int, count: int) -> tuple[int, bytes]:
+        """What the teacher's page gets as a child's dance."""
+        about = {"token": self.token}
+        async with self._http.get(f"{self._base}/dance/{number}/{count}", params=about) as answer:
+            return answer.status, await answer.read()
 
     async def hear(self, is_it: Callable[[Any], bool]) -> Any:
         """The next message of this kind to the teacher's page."""
@@ -81,7 +123,7 @@ def check(scene: Callable[[Pages], Coroutine[Any, Any, None]]) -> None:
 @asynccontextmanager
 async def a_class() -> AsyncIterator[Pages]:
     async with performance(Options(backend="sim"), browser=False, quiet=True, hears_keys=False) as performing:
-        held = Class(performing, socket.create_server(("127.0.0.1", 0)), FILES)
+        held = Class(performing, ChildrenOnThread())  # type: ignore[arg-type]
         teaching = asyncio.create_task(held.teach())
         try:
             async with aiohttp.ClientSession() as http:
@@ -113,7 +155,7 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
         secret = await pages.join("Ada <b>")
         shown = await pages.hear(lambda message: message["type"] == "child")
         assert (shown["name"], shown["count"]) == ("Ada <b>", 0)
-        assert (await pages.post("send", {"secret": secret, "text": "r $ repeat (forward left)\n"}))[0] == 200
+        assert (await pages.send(secret, "r $ repeat (forward left)\n"))[0] == 200
         shown = await pages.hear(lambda message: message["type"] == "child" and message["ok"])
         assert shown["picture"].startswith("<svg")
         await pages.live.send_json({"type": "play", "numbers": [shown["number"]]})
@@ -134,7 +176,7 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
 def test_several_play_together_and_a_wrong_one_is_shown() -> None:
     async def scene(pages: Pages) -> None:
         for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
-            await pages.post("send", {"secret": await pages.join(name), "text": text})
+            await pages.send(await pages.join(name), text)
         done: dict[str, Any] = {}
         while len(done) < 3:
             shown = await pages.hear(
@@ -148,8 +190,10 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         played = pages.held.desk._playback.show.played
         assert played
         assert [*played.score.parts] == ["Ada", "Bo"]
-        await pages.live.send_json({"type": "remove", "number": done["Cy"]["number"]})
-        await pages.hear(lambda message: message == {"type": "gone", "number": done["Cy"]["number"]})
+        await pages.live.send_json({"type": "remove", "numbers": [done["Cy"]["number"], done["Bo"]["number"]]})
+        for name in ("Cy", "Bo"):
+            gone = {"type": "gone", "number": done[name]["number"]}
+            await pages.hear(lambda message, gone=gone: message == gone)
 
     check(scene)
 
@@ -161,17 +205,83 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         ("join", {"code": "WRONG1"}, {}, 400),
         ("join", ["WRONG1"], {}, 400),
         ("join", {"code": "\ud800", "name": "Eve"}, {}, 400),
-        ("send", {"secret": "guessed", "text": "r $ left"}, {}, 403),
-        ("send", {"secret": "guessed", "text": 1}, {}, 400),
-        ("send", {"secret": "guessed", "text": "x" * 800_000}, {}, 413),
-        ("send", {"secret": "guessed", "text": ""}, {"Origin": "http://evil.example"}, 403),
-        ("send", {"secret": "guessed", "text": ""}, {"Host": "evil.example"}, 403),
+        ("join", {"code": "x" * 2_000, "name": "Eve"}, {}, 413),
+        ("join", {"code": "WRONG1", "name": "Eve"}, {"Content-Encoding": "gzip"}, 415),
+        ("send", "r $ left", {"Authorization": "Bearer guessed"}, 403),
+        ("send", "", {"Origin": "http://evil.example"}, 403),
+        ("send", "", {"Host": "evil.example"}, 403),
         ("stop", {}, {}, 404),
     ],
 )
-def test_what_children_may_not_do_is_refused(what: str, body: Any, headers: dict[str, str], status: int) -> None:
+def test_what_children_may_not_do_is_refused(
+    what: str, body: Any, headers: dict[str, str], status: int, caplog: pytest.LogCaptureFixture
+) -> None:
     async def scene(pages: Pages) -> None:
-        assert (await pages.post(what, body, **headers))[0] == status
+        assert (await pages.post(what, body if what == "send" else json.dumps(body), **headers))[0] == status
+        assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
+
+    check(scene)
+
+
+@pytest.mark.parametrize(
+    ("text", "headers", "status"),
+    [
+        ("x" * 800_000, {}, 413),
+        ("x" * (LONGEST_DANCE + 1), {}, 413),
+        (b"\xff", {}, 400),
+        ("r $ left", {"Content-Encoding": "deflate"}, 415),
+    ],
+)
+def test_a_dance_that_is_no_text_or_too_long_is_refused(
+    text: str | bytes, headers: dict[str, str], status: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def scene(pages: Pages) -> None:
+        assert (await pages.send(await pages.join("Ada"), text, **headers))[0] == status
+        assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
+
+    check(scene)
+
+
+def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
+    async def scene(pages: Pages) -> None:
+        host = pages.address.removeprefix("http://").rstrip("/")
+        reader, writer = await asyncio.open_connection(*host.split(":"))
+        asked = f"POST /class/send HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: 400000\r\n\r\n"
+        writer.write(asked.encode())
+        async with asyncio.timeout(LIMIT):
+            assert await reader.readline() == b"HTTP/1.1 403 Forbidden\r\n"
+        writer.close()
+
+    check(scene)
+
+
+def test_a_browser_that_joins_again_keeps_one_place() -> None:
+    async def scene(pages: Pages) -> None:
+        body = json.dumps({"code": pages.held.children.code, "name": "Ada"})
+        own = {"Origin": pages.address.rstrip("/")}
+        async with pages._http.post(f"{pages.address}class/join", data=body, headers=own) as answer:
+            first, cookie = (await answer.json())["secret"], answer.cookies["improv-class"]
+        assert (cookie["httponly"], cookie["samesite"], cookie["path"]) == (True, "Strict", "/class")
+        second = await pages.join("Bo", Cookie=f"improv-class={cookie.value}")
+        assert await pages.hear(lambda message: message["type"] == "gone") == {"type": "gone", "number": 1}
+        assert (await pages.hear(lambda message: message["type"] == "child"))["name"] == "Bo"
+        assert (await pages.send(first, "r $ left"))[0] == 403
+        assert (await pages.send(second, "r $ left"))[0] == 200
+
+    check(scene)
+
+
+def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> None:
+    text = "# \x1b\u202e\u200d\r\n" + "x" * 20_000 + "\n\tr $ left"
+
+    async def scene(pages: Pages) -> None:
+        assert (await pages.send(await pages.join("Ada"), text))[0] == 200
+        shown = await pages.hear(lambda message: message["type"] == "child" and message["count"] == 1)
+        assert {*shown} == {"type", "number", "name", "count", "ok", "line", "picture"}
+        assert await pages.dance(1, 1) == (200, text.encode())
+        assert (await pages.dance(1, 2))[0] == (await pages.dance(2, 1))[0] == 404
+        pages.token = "wrong"
+        assert (await pages.dance(1, 1))[0] == 403
 
     check(scene)
 
@@ -182,7 +292,7 @@ def test_what_children_may_not_do_is_refused(what: str, body: Any, headers: dict
         "{}", "[]", "x", '{"type": "stop"}', '{"type": "play", "numbers": []}', '{"type": "play", "numbers": ["1"]}',
         json.dumps({"type": "play", "numbers": [1] * 41}), '{"type": "perform", "number": 1, "robot": "a"}',
         '{"type": "perform", "number": 1, "count": "1", "robot": "a"}',
-        '{"type": "remove", "number": 1e300}', "[" * 9_000,
+        '{"type": "remove", "numbers": [1e300]}', "[" * 9_000,
     ],
 )  # fmt: skip
 def test_what_is_no_command_of_the_teacher_is_dropped(text: str) -> None:
@@ -191,13 +301,43 @@ def test_what_is_no_command_of_the_teacher_is_dropped(text: str) -> None:
 
 def test_a_dance_that_takes_too_long_is_given_up_and_the_next_one_is_read() -> None:
     async def scenario() -> None:
-        checker = DanceReader(limit=0.0)
-        assert (await checker.look("r $ forward"))["line"] == HEAVY
+        checker = DanceReader(limit=0.001)
+        assert await checker.look("r $ forward\n" * 1_000) is None
         checker._limit = LIMIT
-        assert (await checker.look("r $ forward"))["ok"]
+        found = await checker.look("r $ forward")
         checker.close()
+        assert found
+        assert found["ok"]
 
     asyncio.run(scenario())
+
+
+@pytest.mark.parametrize(("limit", "line"), [(LIMIT, "r 1 beat"), (0.001, HEAVY)])
+def test_a_dance_that_takes_long_moves_to_a_process_in_which_only_such_dances_wait(limit: float, line: str) -> None:
+    async def scenario() -> None:
+        found: asyncio.Queue[Looked] = asyncio.Queue()
+        turns = Turns(found.put_nowait, quick=0.001, limit=limit)
+        turns.put(1, Dance(1, "# \n" * 9_000 + "r $ forward"))
+        serving = asyncio.create_task(turns.serve())
+        async with asyncio.timeout(LIMIT):
+            assert (await found.get())["line"].startswith(line)
+        serving.cancel()
+
+    asyncio.run(scenario())
+
+
+@pytest.mark.parametrize(
+    ("waiting", "spent", "number"),
+    [
+        ([3, 1, 2], {}, 3),  # in turn
+        ([3, 1, 2], {3: 9.0, 1: 0.2, 2: 0.1}, 2),  # whose dances are heavy waits until others have had as much
+        ([3, 1], {3: 9.0}, 1),
+    ],
+)
+def test_the_child_whose_dances_took_least_time_is_next(
+    waiting: list[int], spent: dict[int, float], number: int
+) -> None:
+    assert next_child(waiting, spent) == number
 
 
 def test_dances_are_read_with_the_name_of_who_is_wrong() -> None:
@@ -243,7 +383,7 @@ def test_what_a_real_robot_can_not_perform_is_said(text: str, robot: str, proble
 def test_without_real_robots_none_is_told_anything() -> None:
     async def scene(pages: Pages) -> None:
         assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
-        await pages.post("send", {"secret": await pages.join("Ada"), "text": "r $ forward"})
+        await pages.send(await pages.join("Ada"), "r $ forward")
         await pages.hear(lambda message: message["type"] == "child" and message["ok"])
         await pages.live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
         await pages.live.send_json({"type": "play", "numbers": [1]})
@@ -270,8 +410,9 @@ def test_the_file_of_real_robots_has_to_be_right(tmp_path: Path) -> None:
 
 def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worker(tmp_path: Path) -> None:
     with pytest.raises(SiteFolderError, match="is no website of this version: run `improv site"):
-        files_of(tmp_path)
+        check_site(tmp_path)
     make_site(tmp_path, "service-worker.js")
+    check_site(tmp_path)
     files = files_of(tmp_path)
     assert {*files} == {"/", "/website/class.js", "/index.html"}
     assert b'name="improv-class"' in files["/"].data

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.classroom.connections import MOST, MOST_OF_ONE, STALL_LIMIT, Progress, stalled, to_close
 from improv_core.classroom.roster import (
-    LONGEST_DANCE,
     MOST_CHILDREN,
     MOST_GUESSES,
     ForbiddenError,
     Room,
+    compared,
     guess,
     join,
     new_code,
@@ -24,7 +25,7 @@ ROOM = Room("ABC234")
 def joined(*names: str) -> Room:
     room = ROOM
     for number, name in enumerate(names):
-        room, _ = join(room, name, f"secret {number}")
+        room, _ = join(room, name, f"secret {number}", f"browser {number}")
     return room
 
 
@@ -41,6 +42,15 @@ def status_of(problem: pytest.ExceptionInfo[ForbiddenError]) -> int:
         ("a\u202eb\u200b\x00c\x1b[31m", "abc[31m"),  # what steers or hides text
         ("x" * 99, "x" * 24),
         ("\u202e\x07 ", ""),
+        ("\u2800", ""),  # nothing of these is visible
+        ("\u3164\u115f\uffa0", ""),
+        ("\u0301", ""),
+        ("A\u034fda\u3164\u17b4\u2800", "Ada"),
+        ("❤️", "❤️"),
+        ("👩‍🚀", "👩‍🚀"),
+        ("🏴󠁧󠁢󠁥󠁮󠁧󠁿", "🏴󠁧󠁢󠁥󠁮󠁧󠁿"),
+        ("می‌خواهم", "می‌خواهم"),
+        ("葛󠄀城", "葛󠄀城"),
     ],
 )
 def test_names_are_those_typed_without_what_does_not_show(typed: str, shown: str) -> None:
@@ -51,62 +61,112 @@ def test_two_children_with_one_name_are_told_apart() -> None:
     assert [each.name for each in joined("Ada", "Ada", "Ada").members.values()] == ["Ada", "Ada 2", "Ada 3"]
 
 
+@pytest.mark.parametrize("hidden", ["\u034f", "\u3164", "\ufe0f", "\u17b4", "\u200d", "\u200c", "\u2800", "\U000e0100"])
+def test_a_name_with_hidden_characters_is_the_same_name(hidden: str) -> None:
+    for name in (f"Ada{hidden}", f"{hidden}Ada"):
+        assert compared([*joined("Ada", name).members.values()][1].name) == "Ada 2"
+
+
 @pytest.mark.parametrize(("code", "right"), [("ABC234", True), (" abc234 ", True), ("ABC23", False), ("é", False)])
 def test_only_who_knows_the_code_comes_in(code: str, right: bool) -> None:
-    assert guess(ROOM, code, 0.0)[1] == right
+    assert guess(ROOM, "10.0.0.1", code, 0.0)[1] == right
 
 
-def test_nobody_can_guess_for_long() -> None:
+def test_nobody_can_guess_for_long_and_only_that_address_waits() -> None:
     room = ROOM
     for _ in range(MOST_GUESSES):
-        room, right = guess(room, "?", 5.0)
+        room, right = guess(room, "10.0.0.1", "?", 5.0)
         assert not right
     with pytest.raises(ForbiddenError, match="too many wrong codes: wait a minute") as problem:
-        guess(room, room.code, 6.0)
+        guess(room, "10.0.0.1", room.code, 6.0)
     assert status_of(problem) == 429
-    assert guess(room, room.code, 66.0)[1]
+    assert guess(room, "10.0.0.2", room.code, 6.0)[1]
+    room, right = guess(room, "10.0.0.1", room.code, 66.0)
+    assert right
+    assert len(room.tries) == 1  # nothing is kept of earlier minutes
+
+
+def test_a_whole_class_can_join_from_one_address_but_not_again_and_again() -> None:
+    room = ROOM
+    for number in range(MOST_CHILDREN):
+        room, _ = guess(room, "10.0.0.1", room.code, 5.0)
+        room, _ = join(room, "Ada", f"secret {number}", f"browser {number}")
+    with pytest.raises(ForbiddenError, match="wait a minute") as problem:
+        guess(without(room, range(99)), "10.0.0.1", room.code, 6.0)
+    assert status_of(problem) == 429
+
+
+def test_a_browser_has_one_place() -> None:
+    room, before = join(joined("Ada"), "Ada", "own", "browser")
+    room, after = join(room, "Bo", "other", "browser")
+    assert [each.name for each in room.members.values()] == ["Ada", "Bo"]
+    assert after.number > before.number
+    with pytest.raises(ForbiddenError, match="join the class first"):
+        send(room, "own", 0.0)
+    full = joined(*("x" for _ in range(MOST_CHILDREN)))
+    assert len(join(full, "Ada", "own", "browser 3")[0].members) == MOST_CHILDREN
 
 
 def test_a_full_class_and_an_empty_name_are_refused() -> None:
     full = joined(*("x" for _ in range(MOST_CHILDREN)))
     with pytest.raises(ForbiddenError, match="this class is full") as problem:
-        join(full, "one more", "secret")
+        join(full, "one more", "secret", "browser")
     assert status_of(problem) == 409
     with pytest.raises(ForbiddenError, match="write your name with letters"):
-        join(ROOM, "\u200b", "secret")
+        join(ROOM, "\u200b", "secret", "browser")
 
 
 def test_a_secret_sends_for_its_own_child_only() -> None:
     room = joined("Ada", "Bo")
-    _, member = send(room, "secret 1", "r $ forward", 0.0)
-    assert member.name == "Bo"
+    _, member = send(room, "secret 1", 0.0)
+    assert (member.name, member.count) == ("Bo", 1)
     for secret in ("", "secret 2", "Ada"):
         with pytest.raises(ForbiddenError, match="join the class first") as problem:
-            send(room, secret, "r $ forward", 0.0)
+            send(room, secret, 0.0)
         assert status_of(problem) == 403
 
 
 def test_a_child_sends_once_in_a_second_and_nobody_waits_for_another() -> None:
-    room, _ = send(joined("Ada", "Bo"), "secret 0", "", 10.0)
+    room, _ = send(joined("Ada", "Bo"), "secret 0", 10.0)
     with pytest.raises(ForbiddenError, match="wait a second") as problem:
-        send(room, "secret 0", "", 10.9)
+        send(room, "secret 0", 10.9)
     assert status_of(problem) == 429
-    send(room, "secret 1", "", 10.9)
-    send(room, "secret 0", "", 11.0)
-
-
-def test_a_dance_has_a_longest_length() -> None:
-    room = joined("Ada")
-    send(room, "secret 0", "x" * LONGEST_DANCE, 0.0)
-    with pytest.raises(ForbiddenError, match="longer than 100,000 characters") as problem:
-        send(room, "secret 0", "x" * (LONGEST_DANCE + 1), 0.0)
-    assert status_of(problem) == 413
+    send(room, "secret 1", 10.9)
+    send(room, "secret 0", 11.0)
 
 
 def test_who_was_sent_out_can_send_nothing() -> None:
+    room = without(joined("Ada", "Bo", "Cy"), [1, 3])
     with pytest.raises(ForbiddenError, match="join the class first"):
-        send(without(joined("Ada"), 1), "secret 0", "", 0.0)
+        send(room, "secret 0", 0.0)
+    assert send(room, "secret 1", 0.0)[1].name == "Bo"
 
 
 def test_codes_have_no_letters_that_look_alike() -> None:
     assert {*"".join(new_code() for _ in range(200))}.isdisjoint("IO01")
+
+
+def crowd(*counts: int) -> dict[int, Progress]:
+    """Connections from several addresses, so many from each; the one with the least number has rested longest."""
+    addresses = [f"10.0.0.{number}" for number, count in enumerate(counts) for _ in range(count)]
+    return {key: Progress(address, float(key)) for key, address in enumerate(addresses)}
+
+
+@pytest.mark.parametrize(
+    ("open_now", "address", "closed"),
+    [
+        (crowd(240), "10.0.0.0", None),  # 40 browsers behind one address
+        (crowd(MOST_OF_ONE, 1), "10.0.0.0", 0),  # one of its own
+        (crowd(MOST_OF_ONE, 1), "10.0.0.1", None),
+        (crowd(6, MOST_OF_ONE, MOST - MOST_OF_ONE - 6), "10.0.0.3", 6),  # one of the address that has most
+        (crowd(6, 6), "10.0.0.0", None),
+    ],
+)
+def test_the_connection_that_has_rested_longest_gives_way_to_a_new_one(
+    open_now: dict[int, Progress], address: str, closed: int | None
+) -> None:
+    assert to_close(open_now, address) == closed
+
+
+def test_a_connection_on_which_nothing_progresses_is_closed() -> None:
+    assert stalled({"old": Progress("a", 0.0), "new": Progress("a", 1.0)}, STALL_LIMIT) == ["old"]

@@ -1,12 +1,13 @@
 // @ts-check
 // The teacher's page: the dances of a class, small; one in front; several together; and a stop for everything.
 
-/** @typedef {{ type: "child", number: number, name: string, count: number, ok: boolean, line: string, picture: string, text: string }} Child */
+/** @typedef {{ type: "child", number: number, name: string, count: number, ok: boolean, line: string, picture: string }} Child */
 /** @typedef {Child | { type: "gone", number: number } | { type: "robots", names: string[] } | { type: "playing", line: string }} Message */
 
 const KEY = "improv.class.token"
 const AGAIN = 100 // milliseconds until a stop that did not arrive is sent again
 const TRIES = 50
+const HIDDEN = /[^\P{C}\n\t]|[^\P{Z} ]/gu // what shows nothing, or turns text
 const given = document.querySelector("#token")?.getAttribute("content") ?? ""
 if (given) sessionStorage.setItem(KEY, given)
 const token = given || (sessionStorage.getItem(KEY) ?? "")
@@ -18,12 +19,16 @@ const children = new Map()
 const chosen = new Set()
 /** @type {Child | undefined} */
 let front // as it was looked at: another dance that the child sends meanwhile doesn't take its place
+/** @type {string | null} */
+let frontText = null // as the child has sent it, once it has arrived
 /** @type {WebSocket} */
 let socket
 
 const dialog = /** @type {HTMLDialogElement} */ (find("front"))
 const list = find("children")
 const play = /** @type {HTMLButtonElement} */ (find("play"))
+const remove = /** @type {HTMLButtonElement} */ (find("remove"))
+const save = /** @type {HTMLButtonElement} */ (find("front-save"))
 
 /** @param {string} id */
 function find(id) {
@@ -66,14 +71,13 @@ function take(message) {
     if (front?.number === message.number) dialog.close()
   } else {
     children.set(message.number, message)
-    if (!message.ok) chosen.delete(message.number)
     draw(message)
     if (front?.number === message.number && dialog.open) {
-      if (front.count === message.count) show(message)
+      if (front.count === message.count) describe(message)
       else find("front-line").textContent = `${message.name} has sent another dance. Close this one to look at it.`
     }
   }
-  play.disabled = chosen.size === 0
+  showChosen()
   const count = children.size
   find("count").textContent = count === 0 ? "Nobody is here yet." : `${count} ${count === 1 ? "child is" : "children are"} here.`
 }
@@ -90,19 +94,27 @@ function draw(child) {
   look.append(line("name", child.name), line("line", child.line))
   look.addEventListener("click", () => show(child))
   const label = document.createElement("label")
-  const box = Object.assign(document.createElement("input"), { type: "checkbox", disabled: !child.ok, checked: chosen.has(child.number) })
+  const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: chosen.has(child.number) })
   box.addEventListener("change", () => {
     if (box.checked) chosen.add(child.number)
     else chosen.delete(child.number)
     item.classList.toggle("chosen", box.checked)
-    play.disabled = chosen.size === 0
+    showChosen()
   })
-  label.append(box, "Play")
-  box.setAttribute("aria-label", `Play ${child.name}`)
+  label.append(box, "Choose")
+  box.setAttribute("aria-label", `Choose ${child.name}`)
   item.replaceChildren(look, label)
   item.classList.toggle("chosen", chosen.has(child.number))
   if (hadFocus === "BUTTON") look.focus()
   else if (hadFocus) box.focus()
+}
+
+/** The chosen children whose dances can be played. */
+const playable = () => [...chosen].filter((number) => children.get(number)?.ok)
+
+function showChosen() {
+  play.disabled = playable().length === 0
+  remove.disabled = chosen.size === 0
 }
 
 /** @param {string} kind @param {string} text */
@@ -119,16 +131,34 @@ function picture(image, child, alt) {
 }
 
 /** Brings a child's dance to the front. @param {Child} child */
-function show(child) {
-  front = child
+async function show(child) {
   find("front-name").textContent = child.name
+  find("front-text").textContent = ""
+  frontText = null
+  save.disabled = true
+  describe(child)
+  if (!dialog.open) dialog.showModal()
+  const answer = await fetch(withToken(`dance/${child.number}/${child.count}`)).catch(() => null)
+  const text = answer?.ok ? await answer.text().catch(() => null) : null
+  if (text === null || front?.number !== child.number || front.count !== child.count) return
+  frontText = text
+  find("front-text").textContent = visible(text)
+  save.disabled = false
+}
+
+/** Shows what is known about the dance in front. @param {Child} child */
+function describe(child) {
+  front = child
   find("front-line").textContent = child.line
-  find("front-text").textContent = child.text
   picture(/** @type {HTMLImageElement} */ (find("front-picture")), child, "The paths of the robots")
   const own = /** @type {HTMLButtonElement} */ (find("front-play"))
   own.disabled = !child.ok
   find("front-perform").toggleAttribute("disabled", !child.ok)
-  if (!dialog.open) dialog.showModal()
+}
+
+/** A text with escapes for its hidden characters. @param {string} text */
+function visible(text) {
+  return text.replace(/\r\n?/g, "\n").replace(HIDDEN, (char) => `\\u{${char.codePointAt(0)?.toString(16)}}`)
 }
 
 /** @param {string[]} names of real robots */
@@ -155,7 +185,8 @@ async function stop() {
 
 for (const id of ["stop", "front-stop"]) find(id).addEventListener("click", stop) // a dance in front covers the other one
 addEventListener("keydown", (event) => event.key === "Escape" && stop())
-play.addEventListener("click", () => send({ type: "play", numbers: [...chosen] }))
+play.addEventListener("click", () => send({ type: "play", numbers: playable() }))
+remove.addEventListener("click", () => send({ type: "remove", numbers: [...chosen] }))
 find("open-stage").addEventListener("click", () => open(withToken("stage"), "_blank", "noopener"))
 find("front-close").addEventListener("click", () => dialog.close())
 find("front-play").addEventListener("click", () => {
@@ -167,13 +198,12 @@ find("front-perform").addEventListener("click", () => {
   send({ type: "perform", number: front?.number, count: front?.count, robot })
   dialog.close()
 })
-find("front-remove").addEventListener("click", () => send({ type: "remove", number: front?.number }))
-find("front-save").addEventListener("click", () => {
-  const child = front
-  if (!child) return
+find("front-remove").addEventListener("click", () => send({ type: "remove", numbers: [front?.number] }))
+save.addEventListener("click", () => {
+  if (!front || frontText === null) return
   const link = document.createElement("a")
-  link.href = URL.createObjectURL(new Blob([child.text], { type: "text/plain;charset=utf-8" }))
-  link.download = `${child.name.replace(/[^\p{L}\p{N}]+/gu, "_") || "dance"}.improv`
+  link.href = URL.createObjectURL(new Blob([frontText], { type: "text/plain;charset=utf-8" }))
+  link.download = `${front.name.replace(/[^\p{L}\p{N}]+/gu, "_") || "dance"}.improv`
   link.click()
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
 })

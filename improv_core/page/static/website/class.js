@@ -35,7 +35,7 @@ export class Class {
   }
 
   async #join() {
-    const answer = await post("join", { code: this.#code.value, name: this.#name.value })
+    const answer = await post("join", JSON.stringify({ code: this.#code.value, name: this.#name.value }))
     if (!answer.secret) {
       find("class-line").textContent = answer.problem ?? ""
       return
@@ -47,10 +47,10 @@ export class Class {
   }
 
   async #send() {
-    let answer = await post("send", { secret: this.#secret, text: this.#saving.text })
+    let answer = await post("send", this.#saving.text, this.#secret)
     if (answer.status === 429) {
       await new Promise((done) => setTimeout(done, AGAIN))
-      answer = await post("send", { secret: this.#secret, text: this.#saving.text })
+      answer = await post("send", this.#saving.text, this.#secret)
     }
     say(answer.problem ?? `Sent at ${new Date().toLocaleTimeString()}.`)
     if (answer.status !== 403) return
@@ -67,12 +67,13 @@ function say(line) {
 
 /**
  * @param {string} what
- * @param {Record<string, string>} values
+ * @param {string} body
+ * @param {string} secret of the child, once it has joined
  * @returns {Promise<{ status: number, secret?: string, name?: string, problem?: string }>}
  */
-async function post(what, values) {
+async function post(what, body, secret = "") {
   try {
-    const answer = await fetch(`class/${what}`, { method: "POST", body: JSON.stringify(values) })
+    const answer = await fetch(`class/${what}`, { method: "POST", headers: { Authorization: `Bearer ${secret}` }, body })
     return { status: answer.status, ...(await answer.json().catch(() => ({ problem: "this can't be sent: ask your teacher" }))) }
   } catch {
     return { status: 0, problem: "the class can't be reached: ask your teacher" }

@@ -1,0 +1,120 @@
+"""The connections of the children's server: how many there may be, and which ones give way."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NoReturn, TypeVar
+
+if TYPE_CHECKING:
+    from aiohttp.web import Server
+    from aiohttp.web_protocol import RequestHandler
+
+MOST_OF_ONE = 256
+"""Connections from one address: six for each of 40 browsers that share it, and a few more."""
+MOST = 2 * MOST_OF_ONE
+"""Connections from all addresses: far fewer than the usual limit of 1024 open files."""
+STALL_LIMIT = 20.0
+"""Seconds after which a connection is closed on which nothing progresses: no request comes, a request doesn't arrive as
+a whole, or the browser doesn't read what it has asked for."""
+LOOK_PERIOD = 1.0
+"""Seconds from one look for stalled connections to the next."""
+SEND_BUFFER = 128_000
+"""Bytes that the system may keep of each connection until the browser reads them."""
+AGAIN = 0.1
+"""Seconds until the next try if no connection can be accepted."""
+
+Key = TypeVar("Key")
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """The address that a connection comes from, and when something last progressed on it, in seconds."""
+
+    address: str
+    moved: float
+
+
+def to_close(connections: Mapping[Key, Progress], address: str) -> Key | None:
+    """The connection that gives way to a new one from this address; None if there is room.
+
+    It is one of the same address if that has too many, and else one of the address that has the most: the one on which
+    nothing has progressed for longest.
+    """
+    counts: dict[str, int] = {}
+    for each in connections.values():
+        counts[each.address] = counts.get(each.address, 0) + 1
+    if counts.get(address, 0) >= MOST_OF_ONE:
+        crowd = address
+    elif len(connections) >= MOST:
+        crowd = max(counts, key=lambda each: counts[each])
+    else:
+        return None
+    return min(
+        (key for key in connections if connections[key].address == crowd), key=lambda key: connections[key].moved
+    )
+
+
+def stalled(connections: Mapping[Key, Progress], now: float) -> list[Key]:
+    """The connections on which nothing progresses."""
+    return [key for key, each in connections.items() if now - each.moved >= STALL_LIMIT]
+
+
+class Connections:
+    """The connections of a server. Its requests say when they progress."""
+
+    def __init__(self, server: Server) -> None:
+        self._server = server
+        self._open: dict[RequestHandler, Progress] = {}
+        self._loop = asyncio.get_running_loop()
+
+    async def serve(self, listening: socket.socket) -> NoReturn:
+        """Accept connections forever."""
+        listening.setblocking(False)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        looking = asyncio.create_task(self._close_stalled())
+        try:
+            while True:
+                await self._accept(listening)
+        finally:
+            looking.cancel()
+
+    def progressed(self, connection: RequestHandler) -> None:
+        """Note that a request has come on a connection, or that its browser has read something."""
+        if known := self._open.get(connection):
+            self._open[connection] = Progress(known.address, self._loop.time())
+
+    async def _accept(self, listening: socket.socket) -> None:
+        try:
+            accepted, (address, *_) = await self._loop.sock_accept(listening)
+        except OSError:  # the system is out of file handles or memory for now
+            await asyncio.sleep(AGAIN)
+            return
+        self._forget_closed()
+        if replaced := to_close(self._open, address):
+            _abort(replaced)
+        with suppress(OSError):  # it is gone already
+            _, connection = await self._loop.connect_accepted_socket(self._server, accepted)
+            self._open[connection] = Progress(address, self._loop.time())
+
+    async def _close_stalled(self) -> None:
+        while True:
+            await asyncio.sleep(LOOK_PERIOD)
+            self._forget_closed()
+            for each in stalled(self._open, self._loop.time()):
+                _abort(each)
+
+    def _forget_closed(self) -> None:
+        self._open = {
+            each: progress
+            for each, progress in self._open.items()
+            if each.transport is not None and not each.transport.is_closing()
+        }
+
+
+def _abort(connection: RequestHandler) -> None:
+    if isinstance(connection.transport, asyncio.Transport):
+        connection.transport.abort()

@@ -1,0 +1,94 @@
+"""Has children's dances read in turns: the latest of each child, and a light one before a heavy one."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import defaultdict
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+
+from improv_core.classroom.checker import HEAVY, LIMIT, QUICK, DanceReader
+from improv_core.classroom.messages import Looked
+
+
+@dataclass(frozen=True, slots=True)
+class Dance:
+    """The `count`-th dance of a child."""
+
+    count: int
+    text: str
+
+
+def next_child(waiting: Collection[int], spent: Mapping[int, float]) -> int:
+    """The child whose turn it is: the one whose dances have taken the least time, in seconds, and of several the one
+    that waits longest, which comes first."""
+    return min(waiting, key=lambda number: spent.get(number, 0.0))
+
+
+class Turns:
+    """Two processes read: a dance that takes long in the first one moves to the second, where only such dances wait.
+    `tell` gets what is found."""
+
+    def __init__(self, tell: Callable[[Looked], None], quick: float = QUICK, limit: float = LIMIT) -> None:
+        self._tell = tell
+        self._quick, self._slow = _Lane(quick), _Lane(limit)
+        self._spent: dict[int, float] = defaultdict(float)
+        self._latest: dict[int, int] = {}
+
+    def put(self, number: int, dance: Dance) -> None:
+        """A child has sent a dance."""
+        self._latest[number] = dance.count
+        self._slow.drop(number)
+        self._quick.put(number, dance)
+
+    def forget(self, numbers: Collection[int]) -> None:
+        """These children have gone."""
+        for number in numbers:
+            self._latest.pop(number, None)
+            self._spent.pop(number, None)
+            self._quick.drop(number)
+            self._slow.drop(number)
+
+    async def serve(self) -> None:
+        """Have dances read forever."""
+        try:
+            await asyncio.gather(self._serve(self._quick), self._serve(self._slow))
+        finally:
+            self._quick.reader.close()
+            self._slow.reader.close()
+
+    async def _serve(self, lane: _Lane) -> None:
+        while True:
+            number, dance = await lane.take(self._spent)
+            found = await lane.reader.look(dance.text)
+            if self._latest.get(number) != dance.count:
+                continue
+            self._spent[number] += found["spent"] if found else lane.limit
+            if not found and lane is self._quick:
+                self._slow.put(number, dance)
+                continue
+            ok, line, picture = (found["ok"], found["line"], found["picture"]) if found else (False, HEAVY, "")
+            self._tell(Looked(type="looked", number=number, count=dance.count, ok=ok, line=line, picture=picture))
+
+
+class _Lane:
+    """Dances that wait for a process that reads each of them for `limit` seconds at most."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit, self.reader = limit, DanceReader(limit)
+        self._waiting: dict[int, Dance] = {}
+        self._some = asyncio.Event()
+
+    def put(self, number: int, dance: Dance) -> None:
+        self._waiting[number] = dance
+        self._some.set()
+
+    def drop(self, number: int) -> None:
+        self._waiting.pop(number, None)
+
+    async def take(self, spent: Mapping[int, float]) -> tuple[int, Dance]:
+        while not self._waiting:
+            self._some.clear()
+            await self._some.wait()
+        number = next_child(self._waiting, spent)
+        return number, self._waiting.pop(number)

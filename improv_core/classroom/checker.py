@@ -123,7 +123,7 @@ class DanceReader:
     def __init__(self, limit: float = LIMIT) -> None:
         self._limit = limit
         self._child: Child | None = None
-        self._one = threading.Lock()  # who gives up waiting for an answer doesn't end the question
+        self._one = asyncio.Lock()
 
     async def look(self, text: str) -> Impression | None:
         """What a dance is; None if that takes too long."""
@@ -148,26 +148,38 @@ class DanceReader:
             child.close_input()
 
     async def _ask(self, question: Mapping[str, object]) -> Any:
-        return await asyncio.to_thread(self._answer, question)
-
-    def _answer(self, question: Mapping[str, object]) -> Any:
-        """The answer; None if it took too long or the process has ended."""
-        with self._one:
-            child = self._child = self._child or Child([sys.executable, "-m", MODULE, str(self._limit)], _POLICY)
-            patience = threading.Timer(PATIENCE * self._limit, child.kill)
-            patience.daemon = True
-            patience.start()
+        """The answer; None if it took too long or the process has ended. If this is cancelled, the process ends: the
+        next question must not wait for an answer that nobody wants."""
+        async with self._one:
+            given_up = threading.Event()
+            answering = asyncio.ensure_future(asyncio.to_thread(self._answer, question, given_up))
             try:
-                child.write(json.dumps(question).encode() + b"\n")
-                return json.loads(child.read()[0])
-            except (OSError, EOFError):
-                self._child = None
-                child.kill()
-                child.close_input()
-                child.wait()
-                return None
-            finally:
-                patience.cancel()
+                return await asyncio.shield(answering)
+            except asyncio.CancelledError:
+                given_up.set()
+                if self._child:
+                    self._child.kill()
+                await asyncio.wait([answering])
+                raise
+
+    def _answer(self, question: Mapping[str, object], given_up: threading.Event) -> Any:
+        child = self._child = self._child or Child([sys.executable, "-m", MODULE, str(self._limit)], _POLICY)
+        patience = threading.Timer(PATIENCE * self._limit, child.kill)
+        patience.daemon = True
+        patience.start()
+        try:
+            if given_up.is_set():
+                raise EOFError
+            child.write(json.dumps(question).encode() + b"\n")
+            return json.loads(child.read()[0])
+        except (OSError, EOFError):
+            self._child = None
+            child.kill()
+            child.close_input()
+            child.wait()
+            return None
+        finally:
+            patience.cancel()
 
 
 def _serve(limit: float) -> None:

@@ -97,6 +97,8 @@ class Desk:
 
     def close(self) -> None:
         """End the process that prepares dances."""
+        if self._plays:
+            self._plays.cancel()
         self._preparing.close()
 
     async def _play(self, chosen: Mapping[int, Latest], asked: int) -> None:

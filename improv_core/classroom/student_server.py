@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from improv_core.classroom.connections import Connections
+from improv_core.classroom.connections import Connections, log
 from improv_core.classroom.messages import FromChildren, SendOut, Serving
 from improv_core.classroom.roster import LONGEST_DANCE, ForbiddenError, Room, guess, join, send, without
 from improv_core.classroom.turns import Dance, Turns
@@ -136,6 +136,7 @@ class StudentServer:
         runner = web.AppRunner(
             application,
             access_log=None,
+            logger=log(),
             keepalive_timeout=SILENT_LIMIT,
             lingering_time=LINGER,
             auto_decompress=False,  # no page of ours compresses anything
@@ -156,7 +157,10 @@ class StudentServer:
             if request.method == "POST" and request.headers.get("Origin") != f"http://{self._host}":
                 raise web.HTTPForbidden
             self._connections.progressed(request.protocol)
-            return await handler(request)
+            try:
+                return await handler(request)
+            except ConnectionError:  # the browser is gone, which is no error of the server
+                return web.Response()
 
         return guard
 

@@ -11,6 +11,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from improv_core.classroom.connections import log
 from improv_core.classroom.messages import Command, FromDesk, read
 from improv_core.ipc.rate_limit import Flood
 from improv_core.page.connection_limit import SILENT_LIMIT, Connections
@@ -89,6 +90,7 @@ class TeacherPage:
         runner = web.AppRunner(
             application,
             access_log=None,
+            logger=log(),
             shutdown_timeout=END_LIMIT,
             keepalive_timeout=SILENT_LIMIT,
             auto_decompress=False,  # no page of ours compresses anything

@@ -146,8 +146,7 @@ class Class:
             await first(
                 self.teacher.serve(children.address, children.code),
                 asyncio.shield(self._ended),
-                performing.interrupted.wait(),
-                performing.broken.wait(),
+                performing.interrupted.wait(),  # and not until a stage ends: another one takes its place
             )
         finally:
             children.close()

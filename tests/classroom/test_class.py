@@ -29,36 +29,42 @@ from tests.commands.command_line import run
 from tests.stage_on_thread import USED, StageOnThread
 
 LIMIT = 60.0
-FILES = {"/": File(b"<html>", None, "text/html")}
+WORST = "\x01\n" * 49_999
+FILES = {"/": File(b"<html>", None, "text/html"), "/large": File(bytes(8_000_000), None, "application/zip")}
 
 
 class ChildrenOnThread:
-    """The children's server on a thread, where starting it costs nothing. test_flood.py has its process."""
+    """The children's server on a thread, where starting it costs nothing. test_processes.py has its process."""
 
     def __init__(self) -> None:
         self.code = new_code()
-        self._loop = asyncio.new_event_loop()
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.address = "http://{}:{}/".format(*self._listening.getsockname())
+        self._serves = threading.Event()
+        self._thread = threading.Thread(target=self._run)
 
     def listen(self, hear: Callable[[FromChildren], None], ended: Callable[[str], None]) -> None:
         self._server = StudentServer(self._listening, FILES, self.code, hear)
-        self._thread = threading.Thread(target=self._run)
         self._thread.start()
+        assert self._serves.wait(LIMIT)
 
     def remove(self, numbers: Collection[int]) -> None:
         self._loop.call_soon_threadsafe(self._server.remove, [*numbers])
 
     def close(self) -> None:
-        self._loop.call_soon_threadsafe(lambda: self._serving.cancel())
+        self._loop.call_soon_threadsafe(self._serving.cancel)
         self._thread.join()
         self._listening.close()
 
     def _run(self) -> None:
         with suppress(asyncio.CancelledError):
-            self._serving = self._loop.create_task(self._server.serve())
-            self._loop.run_until_complete(self._serving)
-        self._loop.close()
+            asyncio.run(self._serve())
+
+    async def _serve(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._serving = asyncio.ensure_future(self._server.serve())
+        self._serves.set()
+        await self._serving
 
 
 class Pages:
@@ -255,6 +261,50 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
     check(scene)
 
 
+@pytest.mark.parametrize("address", ["children", "teacher"])
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "GET / HTTP/1.1\r\nA: " + "x" * 20_000,
+        "POST /stop HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz",
+        "POST /stop HTTP/1.1\r\nContent-Length: 1x",
+        "POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnone",
+    ],
+)
+def test_a_malformed_request_leaves_no_traceback_in_the_terminal(
+    lines: str, address: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def scene(pages: Pages) -> None:
+        base = pages.address if address == "children" else pages._base
+        reader, writer = await asyncio.open_connection(*base.removeprefix("http://").rstrip("/").split(":"))
+        writer.write(f"{lines}\r\n\r\n".encode())
+        async with asyncio.timeout(LIMIT):
+            assert b" 40" in await reader.readline()
+        writer.close()
+
+    check(scene)
+    assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
+
+
+@pytest.mark.parametrize(
+    "lines", ["GET /large HTTP/1.1", "POST /class/join HTTP/1.1\r\nOrigin: http://HOST\r\nContent-Length: 9\r\n\r\n{"]
+)
+def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str, caplog: pytest.LogCaptureFixture) -> None:
+    async def scene(pages: Pages) -> None:
+        host = pages.address.removeprefix("http://").rstrip("/")
+        for _ in range(5):
+            _, writer = await asyncio.open_connection(*host.split(":"))
+            first, _, rest = lines.replace("HOST", host).partition("\r\n")
+            writer.write(f"{first}\r\nHost: {host}\r\n{rest}\r\n".encode())
+            await writer.drain()
+            await pages.join("Ada")  # it has arrived
+            writer.transport.abort()
+            await pages.join("Ada")
+
+    check(scene)
+    assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
+
+
 def test_a_browser_that_joins_again_keeps_one_place() -> None:
     async def scene(pages: Pages) -> None:
         body = json.dumps({"code": pages.held.children.code, "name": "Ada"})
@@ -310,6 +360,22 @@ def test_a_dance_that_takes_too_long_is_given_up_and_the_next_one_is_read() -> N
         assert found["ok"]
 
     asyncio.run(scenario())
+
+
+def test_an_answer_that_nobody_wants_any_more_delays_no_other_one() -> None:
+    async def scenario() -> None:
+        checker = DanceReader()
+        given_up = [asyncio.ensure_future(checker.look(WORST)) for _ in range(50)]
+        await asyncio.sleep(0)
+        for each in given_up:
+            each.cancel()
+        found = await checker.look("r $ forward")
+        checker.close()
+        assert found
+        assert found["ok"]
+        assert all(each.cancelled() for each in given_up)
+
+    asyncio.run(asyncio.wait_for(scenario(), LIMIT))
 
 
 @pytest.mark.parametrize(("limit", "line"), [(LIMIT, "r 1 beat"), (0.001, HEAVY)])

@@ -1,0 +1,156 @@
+"""A class in its processes: floods of children and strangers, and processes that end."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import aiohttp
+import pytest
+
+from improv_core.classroom.children import Children, ChildrenError
+from improv_core.classroom.connections import MOST_OF_ONE
+from improv_core.ipc.stage_process import Stage
+from improv_core.website.build import build
+from tests.classroom.test_class import WORST, a_class, make_site
+from tests.commands.command_line import IMPROV
+from tests.pyodide import imitate
+
+LIMIT = 60.0
+SOON = 3.0
+"""Seconds, with room for a busy machine: a stop took more than 30 s here."""
+CHILDREN = 40
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str, str, str]]:
+    """A class, with the children's address, the code, and the teacher's address."""
+    pyodide, site = tmp_path / "pyodide", tmp_path / "site"
+    imitate(pyodide)  # no child plays here
+    build(site, pyodide)
+    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        assert process.stdout
+        said = ""
+        while not (found := re.search(r"children: (\S+), code (\S+)\s.*teacher: (\S+) ", said, re.DOTALL)):
+            line = process.stdout.readline()
+            assert line, said
+            said += line
+        yield process, found[1], found[2], found[3]
+        process.kill()
+
+
+async def send_forever(address: str, code: str, sent: threading.Event) -> None:
+    """Be all children, and send the worst dance without a pause."""
+    own = {"Origin": address.rstrip("/")}
+
+    async def child(http: aiohttp.ClientSession, number: int) -> None:
+        async with http.post(f"{address}class/join", json={"code": code, "name": "Ada"}, headers=own) as answer:
+            bearer = {**own, "Authorization": f"Bearer {(await answer.json())['secret']}"}
+        while True:
+            async with http.post(f"{address}class/send", data=WORST, headers=bearer) as answer:
+                if answer.status == 200 and number == CHILDREN - 1:
+                    sent.set()
+
+    try:
+        async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as http:
+            await asyncio.gather(*(child(http, number) for number in range(CHILDREN)))
+    except aiohttp.ClientError:
+        pass  # the class is over
+
+
+@pytest.mark.slow("starts a class with its stage, and floods it")
+def test_forty_children_who_send_the_worst_text_delay_neither_a_stop_nor_the_end(
+    running: tuple[subprocess.Popen[str], str, str, str],
+) -> None:
+    process, address, code, teacher = running
+    sent = threading.Event()
+    flood = threading.Thread(target=lambda: asyncio.run(send_forever(address, code, sent)))
+    flood.start()
+    assert sent.wait(LIMIT)
+    base = teacher.partition("/?")[0]
+    with urllib.request.urlopen(teacher, timeout=SOON) as page:
+        found = re.search(r'name="improv-token" content="(.+?)"', page.read().decode())
+    assert found
+    for _ in range(5):
+        stop = urllib.request.Request(f"{base}/stop?token={found[1]}", b"", {"Origin": base})
+        with urllib.request.urlopen(stop, timeout=SOON) as answer:
+            assert answer.status == 204
+    process.send_signal(signal.SIGINT)
+    assert process.wait(SOON) == 130
+    flood.join()
+
+
+@pytest.fixture
+def children(tmp_path: Path) -> Iterator[Children]:
+    make_site(tmp_path)
+    (tmp_path / "large.wasm").write_bytes(os.urandom(8_000_000))
+    children = Children(tmp_path, "127.0.0.1", 0, "ABC234")
+    yield children
+    children.close()
+
+
+def used(pid: int) -> int:
+    """Bytes of memory."""
+    found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
+    assert found
+    return int(found[1]) * 1024
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobody_out(children: Children) -> None:
+    before = used(children._child.pid)
+    host = children.address.removeprefix("http://").rstrip("/")
+    name, port = host.split(":")
+    silent = []
+    for _ in range(MOST_OF_ONE + 50):
+        connection = socket.create_connection((name, int(port)))
+        connection.sendall(f"GET /large.wasm HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
+        silent.append(connection)
+    with urllib.request.urlopen(f"{children.address}large.wasm", timeout=LIMIT) as answer:
+        assert len(answer.read()) == 8_000_000
+    assert used(children._child.pid) - before < 300_000_000  # and not 8 MB for each
+    for each in silent:
+        each.close()
+
+
+def test_an_address_that_is_in_use_is_one_line(tmp_path: Path) -> None:
+    make_site(tmp_path)
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(ChildrenError, match="can't be used: Address"):
+        Children(tmp_path, "127.0.0.1", taken.getsockname()[1], "ABC234")
+
+
+@pytest.mark.slow("a stage starts twice")
+def test_a_class_goes_on_when_its_stage_ends() -> None:
+    async def scenario() -> None:
+        async with a_class() as pages:
+            performing = pages.held._performing
+            await pages.send(await pages.join("Ada"), "r $ repeat forward")
+            await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+            stage = performing.playback._stages["simulator"]
+            assert isinstance(stage, Stage)
+            stage._child.kill()
+            async with asyncio.timeout(LIMIT):
+                await performing.broken.wait()
+            await pages.live.send_json({"type": "play", "numbers": [1]})
+            await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
+
+    asyncio.run(scenario())
+
+
+def test_the_end_of_the_childrens_process_is_heard(children: Children) -> None:
+    why: list[str] = []
+    ended = threading.Event()
+    children.listen(lambda news: None, lambda line: (why.append(line), ended.set()))  # type: ignore[func-returns-value]
+    os.kill(children._child.pid, signal.SIGKILL)
+    assert ended.wait(LIMIT)
+    assert why == ["the children's server has ended: it was killed"]

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from aiohttp.web_protocol import RequestHandler
 
 MOST_OF_ONE = 256
-"""Connections from one address: six for each of 40 browsers that share it, and a few more."""
+"""StudentConnections from one address: six for each of 40 browsers that share it, and a few more."""
 MOST = 2 * MOST_OF_ONE
-"""Connections from all addresses: far fewer than the usual limit of 1024 open files."""
+"""StudentConnections from all addresses: far fewer than the usual limit of 1024 open files."""
 STALL_LIMIT = 20.0
 """Seconds after which a connection is closed on which nothing progresses: no request comes, a request doesn't arrive as
 a whole, or the browser doesn't read what it has asked for."""
@@ -32,14 +32,14 @@ Key = TypeVar("Key")
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class OpenConnection:
     """The address that a connection comes from, and when something last progressed on it, in seconds."""
 
     address: str
     moved: float
 
 
-def to_close(connections: Mapping[Key, Progress], address: str) -> Key | None:
+def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | None:
     """The connection that gives way to a new one from this address; None if there is room.
 
     It is one of the same address if that has too many, and else one of the address that has the most: the one on which
@@ -59,17 +59,17 @@ def to_close(connections: Mapping[Key, Progress], address: str) -> Key | None:
     )
 
 
-def stalled(connections: Mapping[Key, Progress], now: float) -> list[Key]:
+def stalled(connections: Mapping[Key, OpenConnection], now: float) -> list[Key]:
     """The connections on which nothing progresses."""
     return [key for key, each in connections.items() if now - each.moved >= STALL_LIMIT]
 
 
-class Connections:
+class StudentConnections:
     """The connections of a server. Its requests say when they progress."""
 
     def __init__(self, server: Server) -> None:
         self._server = server
-        self._open: dict[RequestHandler, Progress] = {}
+        self._open: dict[RequestHandler, OpenConnection] = {}
         self._loop = asyncio.get_running_loop()
 
     async def serve(self, listening: socket.socket) -> NoReturn:
@@ -86,7 +86,7 @@ class Connections:
     def progressed(self, connection: RequestHandler) -> None:
         """Note that a request has come on a connection, or that its browser has read something."""
         if known := self._open.get(connection):
-            self._open[connection] = Progress(known.address, self._loop.time())
+            self._open[connection] = OpenConnection(known.address, self._loop.time())
 
     async def _accept(self, listening: socket.socket) -> None:
         try:
@@ -99,7 +99,7 @@ class Connections:
             _abort(replaced)
         with suppress(OSError):  # it is gone already
             _, connection = await self._loop.connect_accepted_socket(self._server, accepted)
-            self._open[connection] = Progress(address, self._loop.time())
+            self._open[connection] = OpenConnection(address, self._loop.time())
 
     async def _close_stalled(self) -> None:
         while True:

@@ -33,7 +33,7 @@ class Handed(TypedDict):
     text: str
 
 
-class Looked(TypedDict):
+class DanceRead(TypedDict):
     """A dance was looked at: whether it can be played, a line about it, and the picture of its paths as SVG, or ""."""
 
     type: Literal["looked"]
@@ -114,7 +114,7 @@ class Perform(TypedDict):
     robot: str
 
 
-FromChildren = Joined | Left | Handed | Looked
+FromChildren = Joined | Left | Handed | DanceRead
 FromDesk = ChildShown | SentOut | NowPlaying | RealRobots
 Command = PlayThese | Remove | Perform
 

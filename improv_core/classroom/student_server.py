@@ -17,10 +17,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from improv_core.classroom.connections import Connections, log
+from improv_core.classroom.connections import StudentConnections, log
 from improv_core.classroom.messages import FromChildren, SendOut, Serving
 from improv_core.classroom.roster import LONGEST_DANCE, ForbiddenError, Room, guess, join, send, without
-from improv_core.classroom.turns import Dance, Turns
+from improv_core.classroom.turns import SentDance, Turns
 from improv_core.page.connection_limit import SILENT_LIMIT
 from improv_core.page.song_file import CONTENT_TYPES
 from improv_core.protocol.json_lines import own_output
@@ -143,7 +143,7 @@ class StudentServer:
         )
         await runner.setup()
         assert runner.server is not None
-        self._connections = Connections(runner.server)
+        self._connections = StudentConnections(runner.server)
         await asyncio.gather(self._connections.serve(self._socket), self._turns.serve())
 
     def _guard(self) -> Middleware:
@@ -222,7 +222,7 @@ class StudentServer:
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
         self._tell({"type": "handed", "number": member.number, "count": member.count, "text": text})
-        self._turns.put(member.number, Dance(member.count, text))
+        self._turns.put(member.number, SentDance(member.count, text))
         return _answer(200, {"name": member.name})
 
 

@@ -8,11 +8,11 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from improv_core.classroom.checker import HEAVY, LIMIT, QUICK, DanceReader
-from improv_core.classroom.messages import Looked
+from improv_core.classroom.messages import DanceRead
 
 
 @dataclass(frozen=True, slots=True)
-class Dance:
+class SentDance:
     """The `count`-th dance of a child."""
 
     count: int
@@ -29,13 +29,13 @@ class Turns:
     """Two processes read: a dance that takes long in the first one moves to the second, where only such dances wait.
     `tell` gets what is found."""
 
-    def __init__(self, tell: Callable[[Looked], None], quick: float = QUICK, limit: float = LIMIT) -> None:
+    def __init__(self, tell: Callable[[DanceRead], None], quick: float = QUICK, limit: float = LIMIT) -> None:
         self._tell = tell
         self._quick, self._slow = _Lane(quick), _Lane(limit)
         self._spent: dict[int, float] = defaultdict(float)
         self._latest: dict[int, int] = {}
 
-    def put(self, number: int, dance: Dance) -> None:
+    def put(self, number: int, dance: SentDance) -> None:
         """A child has sent a dance."""
         self._latest[number] = dance.count
         self._slow.drop(number)
@@ -68,7 +68,7 @@ class Turns:
                 self._slow.put(number, dance)
                 continue
             ok, line, picture = (found["ok"], found["line"], found["picture"]) if found else (False, HEAVY, "")
-            self._tell(Looked(type="looked", number=number, count=dance.count, ok=ok, line=line, picture=picture))
+            self._tell(DanceRead(type="looked", number=number, count=dance.count, ok=ok, line=line, picture=picture))
 
 
 class _Lane:
@@ -76,17 +76,17 @@ class _Lane:
 
     def __init__(self, limit: float) -> None:
         self.limit, self.reader = limit, DanceReader(limit)
-        self._waiting: dict[int, Dance] = {}
+        self._waiting: dict[int, SentDance] = {}
         self._some = asyncio.Event()
 
-    def put(self, number: int, dance: Dance) -> None:
+    def put(self, number: int, dance: SentDance) -> None:
         self._waiting[number] = dance
         self._some.set()
 
     def drop(self, number: int) -> None:
         self._waiting.pop(number, None)
 
-    async def take(self, spent: Mapping[int, float]) -> tuple[int, Dance]:
+    async def take(self, spent: Mapping[int, float]) -> tuple[int, SentDance]:
         while not self._waiting:
             self._some.clear()
             await self._some.wait()

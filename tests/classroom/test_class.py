@@ -17,10 +17,10 @@ import aiohttp
 import pytest
 
 from improv_core.classroom.checker import HEAVY, DanceReader, embody, look, prepare
-from improv_core.classroom.messages import FromChildren, Looked, read
+from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
 from improv_core.classroom.student_server import File, SiteFolderError, StudentServer, check_site, files_of
-from improv_core.classroom.turns import Dance, Turns, next_child
+from improv_core.classroom.turns import SentDance, Turns, next_child
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
 from improv_core.session.start import Options
@@ -381,9 +381,9 @@ def test_an_answer_that_nobody_wants_any_more_delays_no_other_one() -> None:
 @pytest.mark.parametrize(("limit", "line"), [(LIMIT, "r 1 beat"), (0.001, HEAVY)])
 def test_a_dance_that_takes_long_moves_to_a_process_in_which_only_such_dances_wait(limit: float, line: str) -> None:
     async def scenario() -> None:
-        found: asyncio.Queue[Looked] = asyncio.Queue()
+        found: asyncio.Queue[DanceRead] = asyncio.Queue()
         turns = Turns(found.put_nowait, quick=0.001, limit=limit)
-        turns.put(1, Dance(1, "# \n" * 9_000 + "r $ forward"))
+        turns.put(1, SentDance(1, "# \n" * 9_000 + "r $ forward"))
         serving = asyncio.create_task(turns.serve())
         async with asyncio.timeout(LIMIT):
             assert (await found.get())["line"].startswith(line)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.classroom.connections import MOST, MOST_OF_ONE, STALL_LIMIT, Progress, stalled, to_close
+from improv_core.classroom.connections import MOST, MOST_OF_ONE, STALL_LIMIT, OpenConnection, stalled, to_close
 from improv_core.classroom.roster import (
     MOST_CHILDREN,
     MOST_GUESSES,
@@ -146,10 +146,10 @@ def test_codes_have_no_letters_that_look_alike() -> None:
     assert {*"".join(new_code() for _ in range(200))}.isdisjoint("IO01")
 
 
-def crowd(*counts: int) -> dict[int, Progress]:
+def crowd(*counts: int) -> dict[int, OpenConnection]:
     """Connections from several addresses, so many from each; the one with the least number has rested longest."""
     addresses = [f"10.0.0.{number}" for number, count in enumerate(counts) for _ in range(count)]
-    return {key: Progress(address, float(key)) for key, address in enumerate(addresses)}
+    return {key: OpenConnection(address, float(key)) for key, address in enumerate(addresses)}
 
 
 @pytest.mark.parametrize(
@@ -163,10 +163,10 @@ def crowd(*counts: int) -> dict[int, Progress]:
     ],
 )
 def test_the_connection_that_has_rested_longest_gives_way_to_a_new_one(
-    open_now: dict[int, Progress], address: str, closed: int | None
+    open_now: dict[int, OpenConnection], address: str, closed: int | None
 ) -> None:
     assert to_close(open_now, address) == closed
 
 
 def test_a_connection_on_which_nothing_progresses_is_closed() -> None:
-    assert stalled({"old": Progress("a", 0.0), "new": Progress("a", 1.0)}, STALL_LIMIT) == ["old"]
+    assert stalled({"old": OpenConnection("a", 0.0), "new": OpenConnection("a", 1.0)}, STALL_LIMIT) == ["old"]

@@ -17,7 +17,7 @@ from typing import Any, TypedDict
 from improv_core.diagnostics import Severity
 from improv_core.ide.merging import Dance, MergeError, merge, renamed
 from improv_core.ipc.child import Child, Policy
-from improv_core.program.analysis import analyze
+from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes, summary
 from improv_core.protocol.json_lines import own_output
@@ -38,12 +38,16 @@ MOST_MEMORY = 2_000_000_000
 NICENESS = 10
 """The machine plays first, and reads dances in the time that is left."""
 LARGEST_PICTURE = 200_000
+LARGEST_SCORE = 400_000
+"""Characters of a score as JSON: about 6,000 movements. The event loop that hears the teacher's stop sends it to a
+stage in less than a tenth of a second."""
 _MOST_MOMENTS = 2_000
 _SIZE = 320.0
 LIMITS = ("too-fast",)
 """Warnings with which a real robot performs nothing of a child."""
 _POLICY = Policy(1.0)
 HEAVY = "this dance takes too long to read: make it shorter"
+LONG = "this has too many movements to play in a class: make it shorter, or play fewer together"
 
 
 class Impression(TypedDict):
@@ -94,7 +98,7 @@ def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
         analysis = analyze(text)
         if not analysis.ok:
             return {"score": None, "text": text, "problem": f"{dances[0][0]}: {look(text)['line']}", "notes": ()}
-        return {"score": to_json(score_of(analysis)), "text": text, "problem": "", "notes": notes}
+        return _prepared(dances[0][0], analysis, notes)
     except MergeError as problem:
         return {"score": None, "text": "", "problem": str(problem), "notes": ()}
 
@@ -112,9 +116,16 @@ def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
         real = analyze(own, read_robots(toml, Path(FILE_NAME)))
         wrong = [each.message for each in real.diagnostics if each.severity is Severity.ERROR or each.code in LIMITS]
         if real.ok and not wrong:
-            return {"score": to_json(score_of(real)), "text": own, "problem": "", "notes": ()}
+            return _prepared(name, real)
         problem = f"{robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}"
     return {"score": None, "text": own, "problem": f"{name}: {problem}", "notes": ()}
+
+
+def _prepared(name: str, analysis: Analysis, notes: Sequence[str] = ()) -> Prepared:
+    score = to_json(score_of(analysis))
+    if len(json.dumps(score)) > LARGEST_SCORE:
+        return {"score": None, "text": analysis.text, "problem": f"{name}: {LONG}", "notes": ()}
+    return {"score": score, "text": analysis.text, "problem": "", "notes": notes}
 
 
 class DanceReader:

@@ -16,7 +16,7 @@ from typing import Any
 import aiohttp
 import pytest
 
-from improv_core.classroom.checker import HEAVY, DanceReader, embody, look, prepare
+from improv_core.classroom.checker import HEAVY, LONG, DanceReader, embody, look, prepare
 from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
 from improv_core.classroom.student_server import File, SiteFolderError, StudentServer, check_site, files_of
@@ -410,6 +410,13 @@ def test_dances_are_read_with_the_name_of_who_is_wrong() -> None:
     assert look("x = left")["line"] == "no robot plays anything yet"
     assert prepare([("Ada", "r $ left"), ("Bo", "r $ lft")])["problem"] == "Bo: it has errors: fix them first"
     assert prepare([("Ada", "r $ lft")])["problem"].startswith("Ada: line 1: ")
+
+
+def test_a_dance_with_too_many_movements_is_not_played() -> None:
+    """Sending it to a stage would hold up the event loop that hears the teacher's stop."""
+    assert prepare([("Ada", "r $ " + "left right " * 4_000)])["problem"] == f"Ada: {LONG}"
+    assert embody("Ada", "r $ " + "left right " * 4_000, "turtle1", ROBOTS)["problem"] == f"Ada: {LONG}"
+    assert prepare([(f"Ada {number}", "r $ " + "left right " * 20) for number in range(40)])["score"]
 
 
 ROBOTS = """

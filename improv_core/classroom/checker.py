@@ -31,11 +31,12 @@ LIMIT = 10.0
 another one answers the next question."""
 QUICK = 1.0
 """Seconds of that time in which almost every dance is read."""
-PATIENCE = 8
-"""How many times longer than that it may take until the process is killed: other processes want to run, too."""
+PATIENCE = 1 if sys.platform == "win32" else 60
+"""How many times longer than that an answer may take until the process is killed: on a busy machine, it hardly runs.
+Windows limits no process by the time of its processor."""
 MOST_MEMORY = 2_000_000_000
 """Bytes of address space that the process may have, where that can be limited."""
-NICENESS = 10
+NICENESS = 5
 """The machine plays first, and reads dances in the time that is left."""
 LARGEST_PICTURE = 200_000
 LARGEST_SCORE = 400_000
@@ -212,7 +213,7 @@ def _serve(limit: float) -> None:
 
 def _end_after(limit: float) -> None:
     """Have this process end after so many seconds of a processor's time; never, for 0. A signal without a handler does
-    that even in the middle of a regular expression. On Windows, only the parent's patience has an end."""
+    that even in the middle of a regular expression."""
     if sys.platform != "win32":
         signal.setitimer(signal.ITIMER_PROF, limit)
 

@@ -6,7 +6,10 @@ import asyncio
 import json
 import logging
 import re
+import signal
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine
 from contextlib import asynccontextmanager, suppress
@@ -16,7 +19,7 @@ from typing import Any
 import aiohttp
 import pytest
 
-from improv_core.classroom.checker import HEAVY, LONG, DanceReader, embody, look, prepare
+from improv_core.classroom.checker import HEAVY, LONG, MODULE, DanceReader, embody, look, prepare
 from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
 from improv_core.classroom.student_server import File, SiteFolderError, StudentServer, check_site, files_of
@@ -360,6 +363,14 @@ def test_a_dance_that_takes_too_long_is_given_up_and_the_next_one_is_read() -> N
         assert found["ok"]
 
     asyncio.run(scenario())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no process by the time of its processor")
+@pytest.mark.parametrize(("text", "code"), [(WORST, -signal.SIGPROF), ("r $ forward", 0)])
+def test_a_process_ends_itself_once_a_dance_has_taken_too_much_of_a_processors_time(text: str, code: int) -> None:
+    """However long that takes on a busy machine."""
+    command = [sys.executable, "-m", MODULE, "0.25"]
+    assert subprocess.run(command, input=json.dumps({"look": text}), text=True, capture_output=True).returncode == code
 
 
 def test_an_answer_that_nobody_wants_any_more_delays_no_other_one() -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from improv_core.classroom.connections import log
 from improv_core.classroom.messages import Command, FromDesk, read
+from improv_core.classroom.stop_reader import StopReader
 from improv_core.ipc.rate_limit import Flood
 from improv_core.page.connection_limit import SILENT_LIMIT, Connections
 from improv_core.page.routes import CONTENT_TYPES, HOST, OWN_HOST
@@ -29,9 +30,11 @@ MOST_MESSAGE = 10_000
 MOST_PAGES = 8
 END_LIMIT = 0.05
 """Seconds that requests may take when the class ends. A page that is still open never finishes its own."""
+CONTENT_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
 HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
-    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
@@ -39,9 +42,9 @@ HEADERS = {
 
 
 class TeacherPage:
-    """Serves the page on a socket. `take` gets each command, and `stop` stops everything at once. `stage` makes a new
-    address of the simulator's page, `messages` what a page shows first, and `text` gives a child's dance by its numbers
-    and how many the child had sent."""
+    """Serves the page on a socket. `take` gets each command. `stop` stops everything at once, on any thread. `stage`
+    makes a new address of the simulator's page, and `messages` what a page shows first. `text` gives a child's dance by
+    the child's number and by how many it had sent."""
 
     def __init__(
         self,
@@ -53,11 +56,13 @@ class TeacherPage:
         text: Callable[[int, int], str | None],
     ) -> None:
         self._socket = listening
-        self._take, self._stop, self._stage, self._messages = take, stop, stage, messages
+        self._take, self._stage, self._messages = take, stage, messages
         self._text = text
         self._token = secrets.token_urlsafe()
         self._tickets = Tickets(self._token)
         self._seats: list[_Seat] = []
+        port = listening.getsockname()[1]
+        self._stops = StopReader(self._token, [f"http://{host}:{port}" for host in (HOST, "localhost")], stop)
 
     def link(self) -> str:
         """A new URL that opens the page once."""
@@ -72,18 +77,17 @@ class TeacherPage:
         """Serve the page, which shows where children find the class and its code, until this is cancelled."""
         from aiohttp import web
 
-        link = f"{address}#class={code}"
+        link, stops = f"{address}#class={code}", self._stops.origin
         page = (FOLDER / "teacher.html").read_text(encoding="utf-8")
-        for mark, text in (("ADDRESS", escape(address)), ("ROOM_CODE", escape(code)), ("QR_CODE", escape(_qr(link)))):
-            page = page.replace(f"{{{mark}}}", text)
+        for mark, text in (("ADDRESS", address), ("ROOM_CODE", code), ("QR_CODE", _qr(link)), ("STOPS", stops)):
+            page = page.replace(f"{{{mark}}}", escape(text))
         self._page = page
         application = web.Application(middlewares=[self._guard()])
-        application.on_response_prepare.append(_harden)
+        application.on_response_prepare.append(self._harden)
         application.router.add_get("/", self._show)
         application.router.add_get("/live", self._live)
         application.router.add_get("/stage", self._open_stage)
         application.router.add_get(r"/dance/{number:\d{1,9}}/{count:\d{1,9}}", self._show_dance)
-        application.router.add_post("/stop", self._stop_all)
         self._files = {f"/{path.name}": path for path in FOLDER.iterdir() if path.suffix in CONTENT_TYPES}
         for path in self._files:
             application.router.add_get(path, self._show_file)
@@ -102,6 +106,7 @@ class TeacherPage:
         try:
             await asyncio.Event().wait()
         finally:
+            self._stops.close()
             server.close()
             await runner.cleanup()
 
@@ -148,13 +153,6 @@ class TeacherPage:
             raise web.HTTPNotFound
         return web.Response(text=text, content_type="text/plain", charset="utf-8")
 
-    async def _stop_all(self, request: web.Request) -> web.Response:
-        from aiohttp import web
-
-        self._check(request)
-        self._stop()
-        return web.Response(status=204)
-
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         from aiohttp import WSMsgType, web
 
@@ -178,6 +176,10 @@ class TeacherPage:
             telling.cancel()
             self._seats.remove(seat)
         return page
+
+    async def _harden(self, request: web.Request, response: web.StreamResponse) -> None:
+        policy = CONTENT_POLICY.replace("connect-src 'self'", f"connect-src 'self' {self._stops.origin}")
+        response.headers.update({**HEADERS, "Content-Security-Policy": policy})
 
     def _check(self, request: web.Request, *, needs_origin: bool = True) -> None:
         from aiohttp import web
@@ -209,10 +211,6 @@ class _Seat:
                 waiting, self._waiting = self._waiting, {}
                 for message in waiting.values():
                     await page.send_str(json.dumps(message))
-
-
-async def _harden(request: web.Request, response: web.StreamResponse) -> None:
-    response.headers.update(HEADERS)
 
 
 def _qr(text: str) -> str:

@@ -167,5 +167,7 @@ class Class:
         self.teacher.publish(message)
 
     def _stop(self) -> None:
+        """Stop everything, on any thread."""
         self._performing.stops.stop()
-        self.desk.stopped()
+        with suppress(RuntimeError):  # the loop has been closed
+            self._loop.call_soon_threadsafe(self.desk.stopped)

@@ -86,8 +86,10 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
         async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(force_close=True)) as http:
             base, _, _ = held.teacher.link().partition("/?")
             async with http.get(held.teacher.link()) as answer:
-                found = re.search(r'name="improv-token" content="(.+?)"', await answer.text())
+                text = await answer.text()
+            found, stops = (re.search(rf'name="improv-{name}" content="(.+?)"', text) for name in ("token", "stops"))
             assert found
+            assert stops
             about: dict[str, Any] = {"params": {"token": found[1]}, "headers": {"Origin": base}}
             async with http.ws_connect(f"{base}/live", **about) as live:
                 reading = asyncio.create_task(_read(live))
@@ -99,7 +101,7 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
                         continue  # it is still being read
                     zeros.clear()
                     pressed = time.time_ns()
-                    async with http.post(f"{base}/stop", **about) as answer:
+                    async with http.post(f"{stops[1]}/stop", **about) as answer:
                         assert answer.status == 204
                     await asyncio.sleep(0.4)
                     heard = [zeros.get(robot, 0) for robot in played.score.parts]

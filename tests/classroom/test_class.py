@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import threading
+import urllib.request
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
@@ -22,6 +23,7 @@ import pytest
 from improv_core.classroom.checker import HEAVY, LONG, MODULE, DanceReader, embody, look, prepare
 from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
+from improv_core.classroom.stop_reader import MOST
 from improv_core.classroom.student_server import File, SiteFolderError, StudentServer, check_site, files_of
 from improv_core.classroom.turns import SentDance, Turns, next_child
 from improv_core.commands.class_room import Class
@@ -109,7 +111,8 @@ class Pages:
 
     async def stop(self, token: str, origin: str | None = None) -> int:
         headers = {"Origin": origin or self._base}
-        async with self._http.post(f"{self._base}/stop", params={"token": token}, headers=headers) as answer:
+        address = f"{self.held.teacher._stops.origin}/stop"
+        async with self._http.post(address, params={"token": token}, headers=headers) as answer:
             return answer.status
 
 
@@ -182,6 +185,34 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
     check(scene)
 
 
+def test_a_stop_is_heard_while_the_event_loop_is_busy() -> None:
+    async def scene(pages: Pages) -> None:
+        stops, address = pages.held._performing.stops, pages.held.teacher._stops.origin
+        asked = urllib.request.Request(f"{address}/stop?token={pages.token}", b"", {"Origin": pages._base})
+        pressing = threading.Thread(target=lambda: urllib.request.urlopen(asked, timeout=LIMIT).close())
+        before = stops.stopped
+        pressing.start()
+        pressing.join(LIMIT)  # nothing else runs on the event loop
+        assert stops.stopped == before + 1
+
+    check(scene)
+
+
+def test_silent_connections_hold_up_no_stop_for_long() -> None:
+    async def scene(pages: Pages) -> None:
+        host, port = pages.held.teacher._stops.origin.removeprefix("http://").split(":")
+        silent = [await asyncio.open_connection(host, port) for _ in range(3 * MOST)]
+        async with asyncio.timeout(LIMIT):
+            status = 0
+            while status != 204:  # as the page tries again
+                with suppress(aiohttp.ClientConnectionError):
+                    status = await pages.stop(pages.token)
+        for _, writer in silent:
+            writer.close()
+
+    check(scene)
+
+
 def test_several_play_together_and_a_wrong_one_is_shown() -> None:
     async def scene(pages: Pages) -> None:
         for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
@@ -202,7 +233,7 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         await pages.live.send_json({"type": "remove", "numbers": [done["Cy"]["number"], done["Bo"]["number"]]})
         for name in ("Cy", "Bo"):
             gone = {"type": "gone", "number": done[name]["number"]}
-            await pages.hear(lambda message, gone=gone: message == gone)
+            await pages.hear(gone.__eq__)
 
     check(scene)
 
@@ -271,7 +302,7 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
         "GET / HTTP/1.1\r\nA: " + "x" * 20_000,
         "POST /stop HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz",
         "POST /stop HTTP/1.1\r\nContent-Length: 1x",
-        "POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnone",
+        "POST /dance HTTP/1.1\r\nHost: localhost\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnone",
     ],
 )
 def test_a_malformed_request_leaves_no_traceback_in_the_terminal(

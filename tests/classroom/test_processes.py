@@ -79,10 +79,12 @@ def test_forty_children_who_send_the_worst_text_delay_neither_a_stop_nor_the_end
     assert sent.wait(LIMIT)
     base = teacher.partition("/?")[0]
     with urllib.request.urlopen(teacher, timeout=SOON) as page:
-        found = re.search(r'name="improv-token" content="(.+?)"', page.read().decode())
-    assert found
+        text = page.read().decode()
+    token, stops = (re.search(rf'name="improv-{name}" content="(.+?)"', text) for name in ("token", "stops"))
+    assert token
+    assert stops
     for _ in range(5):
-        stop = urllib.request.Request(f"{base}/stop?token={found[1]}", b"", {"Origin": base})
+        stop = urllib.request.Request(f"{stops[1]}/stop?token={token[1]}", b"", {"Origin": base})
         with urllib.request.urlopen(stop, timeout=SOON) as answer:
             assert answer.status == 204
     process.send_signal(signal.SIGINT)
@@ -106,6 +108,7 @@ def used(pid: int) -> int:
     return int(found[1]) * 1024
 
 
+@pytest.mark.slow("opens hundreds of connections")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobody_out(children: Children) -> None:
     before = used(children._child.pid)

@@ -153,7 +153,12 @@ def test_a_class_goes_on_when_its_stage_ends() -> None:
 def test_the_end_of_the_childrens_process_is_heard(children: Children) -> None:
     why: list[str] = []
     ended = threading.Event()
-    children.listen(lambda news: None, lambda line: (why.append(line), ended.set()))  # type: ignore[func-returns-value]
+
+    def note(line: str) -> None:
+        why.append(line)
+        ended.set()
+
+    children.listen(lambda news: None, note)
     os.kill(children._child.pid, signal.SIGKILL)
     assert ended.wait(LIMIT)
     assert why == ["the children's server has ended: it was killed"]

@@ -138,7 +138,7 @@ class DanceReader:
         self._one = asyncio.Lock()
 
     async def look(self, text: str) -> Impression | None:
-        """What a dance is; None if that takes too long."""
+        """Return an impression of a dance; None if reading it takes too long."""
         found: Impression | None = await self._ask({"look": text})
         return found
 

@@ -42,7 +42,7 @@ SLICE = 32_768
 LINGER = 1.0
 """Seconds in which the rest of a refused request is read, so that its browser sees the answer."""
 COOKIE = "improv-class"
-"""What tells browsers apart: each has one place."""
+"""The cookie that tells browsers apart: each has one place."""
 NICENESS = 5
 """The machine plays first, and serves children in the time that is left."""
 CLASS = '<meta name="improv-class" content="">'
@@ -105,13 +105,12 @@ class StudentServer:
         files: Mapping[str, File],
         code: str,
         tell: Callable[[FromChildren], None],
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._socket, self._files = listening, files
         host, port = listening.getsockname()[:2]
         self._host = f"{host}:{port}"
         self._room = Room(code)
-        self._tell, self._clock = tell, clock
+        self._tell = tell
         self._turns = Turns(tell)
         self._sending: set[int] = set()
 
@@ -189,7 +188,7 @@ class StudentServer:
         given = request.cookies.get(COOKIE, "")
         browser = given if given in before else fresh
         try:
-            self._room, is_right = guess(self._room, request.remote or "", code, self._clock())
+            self._room, is_right = guess(self._room, request.remote or "", code, time.monotonic())
             if not is_right:
                 raise ForbiddenError(403, "this is not the code of the room: look at it again")
             self._room, member = join(self._room, name, secret, browser)
@@ -207,7 +206,7 @@ class StudentServer:
         """Take a dance. Only a child's own request is read at all, and only one at a time."""
         secret = request.headers.get("Authorization", "").removeprefix("Bearer ")
         try:
-            self._room, member = send(self._room, secret, self._clock())
+            self._room, member = send(self._room, secret, time.monotonic())
             if member.number in self._sending:
                 raise ForbiddenError(429, "your last one is still on its way: wait a second")
             self._sending.add(member.number)
@@ -276,7 +275,7 @@ def _answer(status: int, value: Mapping[str, str]) -> web.Response:
 
 
 async def _serve(site: Path, address: str, port: int, code: str) -> None:
-    """Serve until standard input, which says who is sent out, is closed."""
+    """Serve until standard input is closed, which lists the children that are sent out."""
     say = own_output()
     with suppress(AttributeError, OSError):  # not on Windows
         os.nice(NICENESS)

@@ -52,23 +52,29 @@ def joints_off(
             yield JointOff(robot, joint, joint.start - position, topic, brought)
 
 
-def line_of(found: Sequence[JointOff]) -> str:
-    """What people are told about joints that aren't at their starts, in one line; empty if all are."""
-    if not found:
+def line_of(found: Sequence[JointOff], *, moving: bool = False) -> str:
+    """Return what people have to do about joints that aren't at their starts, in one line; empty if nothing. Others
+    may be `moving` to theirs."""
+    nothing = "nothing else moves" if moving else "nothing moves"
+    others = [each for each in found if not each.brought]
+    if not others:
         return ""
-    first = next((each for each in found if each.left is None), found[0])
+    first = next((each for each in others if each.left is None), others[0])
     if first.topic is None:
         return (
-            f"nothing moves: it isn't known where the joints of {first.robot} are: "
+            f"{nothing}: it isn't known where the joints of {first.robot} are: "
             "set `joint_states` in improv.toml to the topic that says it"
         )
     if first.left is None:
         return (
-            f"nothing moves: it isn't known where {first.joint.name} of {first.robot} is: start what publishes its "
+            f"{nothing}: it isn't known where {first.joint.name} of {first.robot} is: start what publishes its "
             f"position on {first.topic}, or name it there as in improv.toml"
         )
-    if others := [each for each in found if not each.brought]:
-        return f"nothing moves until all joints are at their starts: turn {_named(others)}"
+    return f"{nothing} until all joints are at their starts: turn {_named(others)}"
+
+
+def line_of_moving(found: Sequence[JointOff]) -> str:
+    """Return what people are told right before joints move to their starts."""
     return f"joints move to their starts first: {_named(found)}"
 
 

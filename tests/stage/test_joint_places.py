@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from improv_core.safety.joint_preflight import JointOff, joints_off, line_of
+from improv_core.safety.joint_preflight import JointOff, joints_off, line_of, line_of_moving
 from improv_core.score.body import Joint
 
 YAW, LIFT = Joint("yaw", start=math.radians(10)), Joint("lift", slides=True)
@@ -58,6 +58,14 @@ def test_a_joint_that_is_off_says_by_how_much() -> None:
 
 
 def test_joints_that_are_brought_to_their_starts() -> None:
-    assert line(YAW, brought=True, yaw=0) == "joints move to their starts first: yaw of ada by +10°"
-    found = [*joints_off("ada", [YAW], TOPIC, {"yaw": 0}, True), *joints_off("bo", [YAW], TOPIC, {"yaw": 0})]
-    assert line_of(found) == f"{NOTHING_UNTIL} yaw of bo by +10°"
+    off = [*joints_off("ada", [YAW], TOPIC, {"yaw": 0}, True)]
+    assert line_of(off) == "", "nobody has to do anything"
+    assert line_of_moving(off) == "joints move to their starts first: yaw of ada by +10°"
+
+
+def test_it_is_not_said_that_nothing_moves_while_other_joints_do() -> None:
+    off = [*joints_off("ada", [YAW], TOPIC, {"yaw": 0}, True), *joints_off("bo", [YAW], TOPIC, {"yaw": 0})]
+    assert line_of(off) == f"{NOTHING_UNTIL} yaw of bo by +10°"
+    assert line_of(off, moving=True).startswith("nothing else moves until all joints are at their starts: turn yaw of")
+    unknown = [*joints_off("ada", [YAW, LIFT], TOPIC, {"yaw": 0})]
+    assert line_of(unknown, moving=True).startswith("nothing else moves: it isn't known where lift of ada is: ")

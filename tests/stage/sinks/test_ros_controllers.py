@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 from unittest.mock import Mock
 
 import pytest
@@ -43,6 +43,7 @@ class Topic:
 
     def publish(self, course: Course, clock: object, frame: bytes) -> None:
         self._robot.sent.append((self.name, motions(course)))
+        self._robot.happened.append("sent")
 
 
 @pytest.fixture(autouse=True)
@@ -74,11 +75,12 @@ class Robot:
         self.sent: list[tuple[str, list[tuple[float, float]]]] = []
         self.asked: list[list[tuple[float, float]]] = []
         self.said: list[str] = []
+        self.happened: list[Literal["said", "sent"]] = []
         self.standby, self.owed = Mock(), Mock()
         node: Any = SimpleNamespace(get_clock=lambda: None)
         advertise: Any = lambda channel: self  # noqa: E731
         self.controllers = RosControllers(
-            node, advertise, self._measured, self.standby, self.owed, self.said.append, lambda: self.now
+            node, advertise, self._measured, self.standby, self.owed, self._say, lambda: self.now
         )
         self.controllers.take({"ada": performed}, restart=True)
 
@@ -93,6 +95,10 @@ class Robot:
             self.controllers.waits()
             self.controllers.bring_home(["ada"])
             self.now += PERIOD
+
+    def _say(self, line: str) -> None:
+        self.said.append(line)
+        self.happened.append("said")
 
     def _measured(self, robot: str) -> dict[str, tuple[float, float]]:
         return {joint: (position, self.now) for joint, position in self.joints.items()}
@@ -192,6 +198,42 @@ def test_joints_are_brought_to_their_starts_slowly() -> None:
     assert robot.sent[-1] == (TOPIC, [(0, 0), (0, 0)])
     assert robot.now == pytest.approx(100.75, abs=2 * PERIOD)
     assert robot.said == ["joints move to their starts first: yaw of ada by +17°"]
+
+
+def test_people_know_which_joints_move_before_these_do() -> None:
+    """Where pitch is comes 2.9 s later, and of that people hear only after 5 s."""
+    yaw, pitch = (replace(HEAD, name=name, joints=(name,)) for name in ("yaw", "pitch"))
+    robot = Robot(part(yaw, pitch, home="move"), yaw=-1.5)
+    robot.bring_home(PERIOD)
+    assert robot.happened == ["said", "sent"]
+    assert [topic for topic, _ in robot.sent] == ["/ada/yaw_controller/joint_trajectory"]
+    assert robot.said == ["joints move to their starts first: yaw of ada by +86°"]
+    for _ in range(58):
+        robot.joints["yaw"] += 0.4 * PERIOD
+        robot.bring_home(PERIOD)
+    robot.joints["pitch"] = 0.5
+    robot.bring_home(PERIOD)
+    assert [topic for topic, _ in robot.sent].count("/ada/pitch_controller/joint_trajectory") == 1
+    assert robot.said[1:] == ["joints move to their starts first: pitch of ada by -29°"]
+
+
+def test_people_know_which_joints_move_also_just_after_they_were_told_that_nothing_does() -> None:
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5)
+    robot.bring_home(PATIENCE + 2 * PERIOD)
+    assert [line[:14] for line in robot.said] == ["nothing moves:"]
+    robot.joints["pitch"] = 0.0
+    robot.bring_home(PERIOD)
+    assert (len(robot.sent), robot.said[1:]) == (1, ["joints move to their starts first: yaw of ada by +86°"])
+
+
+def test_joints_that_were_halted_on_their_way_are_named_again_when_they_go_on() -> None:
+    """Somebody let go of a deadman button for a moment."""
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
+    robot.bring_home(PERIOD)
+    robot.controllers.bring_home([])
+    robot.now += 1.0
+    robot.bring_home(PERIOD)
+    assert robot.said == ["joints move to their starts first: yaw of ada by +86°"] * 2
 
 
 def test_joints_that_are_held_back_on_their_way_stay_where_they_are() -> None:

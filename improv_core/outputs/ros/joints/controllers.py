@@ -25,7 +25,7 @@ from improv_core.outputs.ros.joints.trajectories import (
 from improv_core.outputs.ros.standby.client import Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import OwedZeros
-from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off, line_of
+from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off, line_of, line_of_moving
 from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
@@ -110,8 +110,9 @@ class RosControllers:
     def waits(self) -> bool:
         """Whether beat 0 must wait until it is known where joints are, and until they are at their starts."""
         found = [each for robot in self._cast for each in self._off(robot)]
-        self._begins = bool(found) or any(arm.way for robot in self._cast for arm in self._robots[robot].arms)
-        line, now = line_of(found), self._now()
+        moving = any(arm.way for robot in self._cast for arm in self._robots[robot].arms)
+        self._begins = bool(found) or moving
+        line, now = line_of(found, moving=moving), self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
         if line != self._told and now >= max(self._waits_since + patience, self._tell_at if self._told else 0.0):
             self._told, self._tell_at = line, now + AGAIN
@@ -130,13 +131,26 @@ class RosControllers:
                     arm.topic.ask(message_of(arm.channel, course), self._node.get_clock(), b"")
 
     def bring_home(self, robots: Collection[str]) -> None:
-        """Bring the joints of these robots to their starts, if `improv.toml` asks for it; those of all others stand."""
+        """Bring the joints of these robots to their starts, if `improv.toml` asks for it; those of all others stand.
+        People are told which joints begin to move before these do."""
+        told, begin = list[_Arm](), list[JointOff]()
         for robot in self._cast:
-            if robot in robots and self._moves_home(robot):
-                for arm in self._robots[robot].arms:
-                    self._bring_home(robot, arm)
-            else:
+            if robot not in robots or not self._moves_home(robot):
                 self.halt(robot)
+                continue
+            for arm in self._robots[robot].arms:
+                stood = arm.way is None
+                if self._steers_home(robot, arm):
+                    told.append(arm)
+                    begin += self._off_in(robot, arm) if stood else ()
+        if begin:
+            self._tell(line_of_moving(begin))
+        for arm in told:
+            self._publish(arm)
+            if arm.moves:
+                arm.moved = self._now()
+            else:
+                arm.tried, arm.way = True, None
 
     def halt(self, robot: str) -> None:
         """Have a robot's joints stand that are on their way to their starts."""
@@ -212,24 +226,20 @@ class RosControllers:
         free = let_go(way, before, course, self._seconds_ago(robot))
         return course if free == course else stopped(way, free, 0.0)
 
-    def _bring_home(self, robot: str, arm: _Arm) -> None:
-        """Have joints move on to their starts. They try that once: something may be in their way."""
+    def _steers_home(self, robot: str, arm: _Arm) -> bool:
+        """Find the course of joints that move on to their starts, and return whether to send it now. They try that
+        once: something may be in their way."""
         now = self._now()
         if arm.tried or now < arm.sent + PERIOD or arm.topic.missing(arm.moves) is not None:
-            return
+            return False
         if arm.way and arm.course:
             arm.course = self._let_go_home(robot, arm.way, arm.course, now)
-        elif course := self._course(robot, arm, begins=False):
-            if not (way := way_home(arm.channel, course)):
-                return
-            arm.way, arm.course = way, homeward(way, course, now)
-        else:
-            return
-        self._publish(arm)
-        if arm.moves:
-            arm.moved = now
-        else:
-            arm.tried, arm.way = True, None
+            return True
+        course = self._course(robot, arm, begins=False)
+        if not course or not (way := way_home(arm.channel, course)):
+            return False
+        arm.way, arm.course = way, homeward(way, course, now)
+        return True
 
     def _halt(self, arm: _Arm) -> None:
         if arm.way and arm.course:
@@ -286,12 +296,16 @@ class RosControllers:
 
     def _off(self, robot: str) -> Iterator[JointOff]:
         """The joints that aren't at their starts, or of which that isn't known."""
-        known = self._robots[robot]
-        topic = joint_states_of(known.part)
-        for arm in known.arms:
-            if known.part.scenes and (topic or arm.channel.needs_positions):
-                brought = self._moves_home(robot) and not arm.tried and arm.channel.needs_positions
-                yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot), brought)
+        for arm in self._robots[robot].arms:
+            yield from self._off_in(robot, arm)
+
+    def _off_in(self, robot: str, arm: _Arm) -> Iterator[JointOff]:
+        """Those of one controller."""
+        part = self._robots[robot].part
+        topic, needed = joint_states_of(part), arm.channel.needs_positions
+        if part.scenes and (topic or needed):
+            brought = self._moves_home(robot) and not arm.tried and needed
+            yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot), brought)
 
     def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
         key = channel.topic, channel.interface, len(channel.joints)

@@ -21,6 +21,7 @@ from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.routines.place_plan import Plan, Traveler, next_ways, too_near
 from improv_core.routines.place_score import LEG, driving, looking, undrivable
 from improv_core.safety.interlocks import pose_of
+from improv_core.score.braking import slow_coasting
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.session.start import Options
@@ -136,7 +137,9 @@ class _Placing:
             (frame, robot), (another, other) = [*frames.items()][:2]
             raise CommandError(f"{robot} is measured in the frame {frame!r} and {other} in {another!r}: use one frame")
         return {
-            robot: Traveler(Pose(**measured[robot]["pose"]), part.start, part.profile.radius)
+            robot: Traveler(
+                Pose(**measured[robot]["pose"]), part.start, part.profile.radius, slow_coasting(part.profile)
+            )
             for robot, part in self._score.parts.items()
         }
 

@@ -166,6 +166,7 @@ def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
 def _drive(act: acts.Guide, tracks: Tracks, now: float) -> None:
     tracks.sink.send(act.robot, act.twist, tracks.run.transport.performed(now))
     tracks.watches.tell(act.robot, act.twist, now)
+    tracks.guard.tell(tracks.run, act.robot, act.twist, now)
 
 
 def _go_on(act: acts.GoOn, tracks: Tracks, now: float) -> None:

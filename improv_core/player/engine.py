@@ -48,7 +48,8 @@ class Machine:
             return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at
         if due < math.inf:
-            at = min(self.run.transport.clock(due), self._tracks.guard.deadline(self.run), self._returns_due)
+            guard = self._tracks.guard
+            at = min(self.run.transport.clock(due), guard.deadline(self.run), guard.due, self._returns_due)
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return max(min(self._tracks.listeners.next_look, self._tracks.watches.next_look), now)
@@ -107,6 +108,8 @@ class Machine:
         tracks.unsettled = False
         if self._sink.real and (line := tracks.queue.repeats.news()):
             tracks.tell({"type": "warning", "message": line})
+        if now >= tracks.guard.due and (event := tracks.guard.look(self.run, now)):
+            return event
         if now >= self._returns_due:
             return events.Returning(self._steps(now))
         return self._look_around(now)

@@ -15,10 +15,12 @@ from improv_core.protocol.messages import RobotsSeen, SeenRobot
 from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_texts import in_one_phrase
 from improv_core.safety.odometry import Odometry
-from improv_core.safety.separation import Proximity
+from improv_core.safety.separation import LOOK_PERIOD, Proximity
+from improv_core.safety.stopping_distance import Base
+from improv_core.score.braking import braking
 from improv_core.score.following import OLDEST
-from improv_core.score.motion import Pose
-from improv_core.score.score import Score
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.score import Part, Score
 
 FROM_ELSEWHERE = "another stage"
 """The source of poses of robots that stages elsewhere move."""
@@ -33,6 +35,9 @@ class Guard:
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._proximity = Proximity()
+        self._looked = -math.inf
+        self.due = math.inf
+        """When to look again on the clock if no pose comes."""
         self._told: set[str] = set()  # robots that people know are not guarded
         self._lost: dict[str, float] = {}  # those of which no poses come now, and when that was so last
         self._delayed: set[str] = set()  # those whose poses come too late
@@ -42,9 +47,19 @@ class Guard:
         """Name all robots again that aren't guarded, since somebody has restarted everything."""
         self._told, self._lost, self._delayed, self._misdated = set(), {}, set(), set()
 
-    def hear(self, poses: Iterable[RawPose]) -> None:
+    def hear(self, run: Run, poses: Iterable[RawPose]) -> None:
         """Take measured poses."""
-        self._proximity = self._proximity.heard(poses)
+        self._proximity = self._proximity.heard(poses, _guarded(run))
+
+    def tell(self, run: Run, robot: str, twist: Twist, at: float) -> None:
+        """Take what a robot is told to do from a time on the clock on."""
+        part = run.score.parts.get(robot)
+        if not part or not self._sink.real or run.score.world.keep_apart is None:
+            return
+        before = self._proximity
+        self._proximity = before.told(robot, part.profile.limited(twist), at)
+        if self._proximity is not before:
+            self.due = min(self.due, max(at, self._looked + LOOK_PERIOD))
 
     def shared(self, run: Run, poses: Iterable[RawPose]) -> RobotsSeen | None:
         """What stages elsewhere have to know of these poses, which were measured here, so that robots keep apart."""
@@ -54,26 +69,33 @@ class Guard:
         if not any(part.elsewhere for part in parts.values()):
             return None
         ours = _guarded(run).keys() & _ours(run)
-        robots: dict[str, SeenRobot] = {
-            raw.robot: {"at": raw.at, "pose": to_pose_json(raw.pose)} for raw in poses if raw.robot in ours
-        }
+        robots = {raw.robot: self._seen(raw) for raw in poses if raw.robot in ours}
         return {"type": "seen", "robots": robots} if robots else None
+
+    def _seen(self, raw: RawPose) -> SeenRobot:
+        seen: SeenRobot = {"at": raw.at, "pose": to_pose_json(raw.pose)}
+        if told := self._proximity.tracks[raw.robot].told:
+            twist = told[-1].twist
+            seen["told"] = twist.x, twist.y, twist.z, twist.yaw
+        return seen
 
     def unseen(self, run: Run, now: float) -> list[str]:
         """The robots that must be seen and aren't at a time on the clock."""
         watched = _ours(run) if self._sink.real and run.score.safety.sight else ()
-        return [robot for robot in watched if now >= self._proximity.fresh_until([robot])]
+        return [robot for robot in watched if now >= self._proximity.seen_until([robot])]
 
     def poses(self, run: Run, now: float) -> dict[str, Pose]:
         """Where the robots are that are guarded and seen at a time on the clock."""
-        seen = self._proximity.seen
-        return {robot: seen[robot].pose for robot in _guarded(run) if self._proximity.is_fresh(robot, now)}
+        proximity = self._proximity
+        return {robot: proximity.pose(robot) for robot in _guarded(run) if proximity.is_fresh(robot, now)}
 
     def look(self, run: Run, now: float) -> TooNear | None:
         """The robots that are too near to each other at a time on the clock, if there are any."""
         if not self._sink.real or (keep_apart := run.score.world.keep_apart) is None:
+            self.due = math.inf
             return None
-        self._proximity, found = self._proximity.looked(
+        self._looked = now
+        self._proximity, found, self.due = self._proximity.looked(
             run.mode == "playing", _guarded(run), keep_apart, now, {*_ours(run)}
         )
         return TooNear(found) if found else None
@@ -81,7 +103,7 @@ class Guard:
     def deadline(self, run: Run) -> float:
         """The time on the clock at which a robot that must be seen isn't; infinite if none must be."""
         must_be_seen = self._sink.real and run.mode == "playing" and run.score.safety.sight
-        return self._proximity.fresh_until(_ours(run)) if must_be_seen else math.inf
+        return self._proximity.seen_until(_ours(run)) if must_be_seen else math.inf
 
     def lines(self, run: Run, odometry: Odometry, now: float) -> Iterator[str]:
         """What people should know about poses and what depends on them, each once."""
@@ -97,9 +119,11 @@ class Guard:
         if unknown := sorted(parts.keys() - guarded.keys() - self._told):
             self._told |= {*unknown}
             yield f'`keep_apart` doesn\'t guard {", ".join(unknown)}: that needs poses with `odom_frame = "world"`'
-        lost = {robot for robot in guarded if not self._proximity.is_fresh(robot, now)}
-        if new := lost - self._lost.keys():
-            yield f"`keep_apart` doesn't guard {in_one_phrase(sorted(new))} now: no pose came for {OLDEST} s"
+        lost = {robot for robot, base in guarded.items() if not self._proximity.is_guarded(robot, base, now)}
+        new = lost - self._lost.keys()
+        for oldest in sorted({guarded[robot].oldest for robot in new}):
+            which = in_one_phrase(sorted(robot for robot in new if guarded[robot].oldest == oldest))
+            yield f"`keep_apart` doesn't guard {which} now: no pose came for {oldest} s"
         far = {robot: at for robot, at in self._lost.items() if robot in guarded and parts[robot].elsewhere}
         self._lost = {robot: at for robot, at in far.items() if now < at + QUIET} | dict.fromkeys(lost, now)
 
@@ -139,11 +163,13 @@ class Guard:
 
 
 def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
-    """Where robots are that other stages move, as these say. None was measured later than now."""
+    """Where robots are that other stages move, and what they are told, as these say. None was measured later than
+    now."""
     return [
-        RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now))
+        RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now), told=told)
         for robot, each in seen["robots"].items()
         if robot in score.parts and score.parts[robot].elsewhere
+        for told in [Twist(*each["told"]) if "told" in each else None]
     ]
 
 
@@ -159,10 +185,15 @@ def _dependent(run: Run) -> list[str]:
     return [robot for robot, part in run.score.parts.items() if part.follow or robot in guarded]
 
 
-def _guarded(run: Run) -> Mapping[str, float]:
-    """The radii of the robots whose poses are in the world that all share."""
+def _guarded(run: Run) -> Mapping[str, Base]:
+    """The robots whose poses are in the world that all share."""
     return {
-        robot: part.profile.radius
+        robot: _base(part)
         for robot, part in run.score.parts.items()
         if (part.odom or part.elsewhere) and part.odom_frame == "world"
     }
+
+
+def _base(part: Part) -> Base:
+    profile = part.profile
+    return Base(profile.radius, profile.max_linear, braking(profile), part.elsewhere)

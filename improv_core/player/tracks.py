@@ -298,6 +298,7 @@ class Tracks:
         self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
         self.odometry.tell(robot, twist, at)
         self.watches.tell(robot, twist, at)
+        self.guard.tell(self.run, robot, told, max(at, self.reached))
 
     def _send_joints(self, robot: str, joints: Mapping[str, JointMotion], performed: float) -> None:
         if (pace := self.run.simulated_pace) == 1:
@@ -363,7 +364,7 @@ class Tracks:
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
         taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
-        self.guard.hear(taken)
+        self.guard.hear(run, taken)
         if seen := self.guard.shared(run, taken):
             self.tell(seen)
         for comparison in found if self.sink.real else ():

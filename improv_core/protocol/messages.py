@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, Literal, TypedDict, cast
+from typing import Annotated, Any, Literal, TypedDict, cast
 
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Automation, Conduct, PageRequest, Pause, Stop, Watched, _Asked, _Timed
@@ -26,6 +26,7 @@ from improv_core.protocol.robot_messages import (
     Vitals,
     WhyStill,
 )
+from improv_core.score.fits import Between, Long
 
 VERSION = 2
 """The protocol's version."""
@@ -71,11 +72,16 @@ class Measured(TypedDict):
     robots: Mapping[str, MeasuredRobot]
 
 
-class SeenRobot(TypedDict):
-    """Where a robot was in the world that all share, `at` a monotonic time."""
-
+class _SeenRobot(TypedDict):
     at: float
     pose: PoseJson
+
+
+class SeenRobot(_SeenRobot, total=False):
+    """Where a robot was in the world that all share, `at` a monotonic time, and what it is `told` to do, if anything:
+    m/s ahead, to the left, and up, and rad/s."""
+
+    told: Annotated[Sequence[Annotated[float, Between(-1000, 1000)]], Long(4, 4)]
 
 
 class RobotsSeen(TypedDict):

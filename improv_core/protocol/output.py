@@ -46,7 +46,7 @@ class RawPose(NamedTuple):
 
     `at` is when it came, in monotonic seconds, and `frame` the name of that frame. `stamp` is the time in the message,
     in monotonic seconds if its source's clock agrees with this machine's; None if it has none. `topic` is where it came
-    from; "" in the simulator.
+    from; "" in the simulator. `told` is what the robot was told to do by then, if another stage says so.
     """
 
     robot: str
@@ -56,6 +56,7 @@ class RawPose(NamedTuple):
     frame: str = ""
     stamp: float | None = None
     topic: str = ""
+    told: Twist | None = None
 
 
 @dataclass(frozen=True, slots=True)

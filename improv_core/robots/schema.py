@@ -144,7 +144,11 @@ _PROFILE = {
     "max_linear": _number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
     "max_angular": _number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
     "max_linear_acceleration": _number(
-        "the acceleration of simulated motors; real robots limit theirs themselves", "m/s²", 0.001, 1000, "no limit"
+        "the acceleration of simulated motors, and how hard a real robot brakes, for `keep_apart`",
+        "m/s²",
+        0.001,
+        1000,
+        "no limit",
     ),
     "max_angular_acceleration": _number("the same for turning", "rad/s²", 0.001, 1000, "no limit"),
     "turning_radius": _number(
@@ -304,7 +308,7 @@ _WORLD = {
         "0",
     ),
     "keep_apart": _number(
-        "real robots nearer to each other than this, from edge to edge, pause everything unless they move apart",
+        "real robots pause everything before they come nearer to each other than this, from edge to edge",
         "meters",
         0.01,
         10,

@@ -32,11 +32,12 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Traveler:
-    """A robot: where it is, where it should be, and its radius."""
+    """A robot: where it is, where it should be, its radius, and how far it may still come when it is told to stand."""
 
     pose: Pose
     place: Pose
     radius: float
+    coasting: float = 0.0
 
     @property
     def is_there(self) -> bool:
@@ -140,7 +141,7 @@ class _Floor:
         """Whether a robot keeps apart from all ways that others drive at the same time."""
         mine = self._legs(robot, way.points)
         return all(
-            _between(one, two) >= self._needed(robot, other)
+            _between(one, two) >= self._needed(robot, other, self.travelers[other].coasting)
             for other, each in others.items()
             for one in mine
             for two in self._legs(other, each.points)
@@ -165,7 +166,7 @@ class _Floor:
         """Whether a robot at a point is in the straight way of another one to its place."""
         traveler = self.travelers[other]
         leg = _point(traveler.pose), _point(traveler.place)
-        return _between((point, point), leg) < self._needed(robot, other)
+        return _between((point, point), leg) < self._needed(other, robot)
 
     def _blocker(self, robot: str, points: Sequence[Point]) -> str | None:
         """What a robot would come too near to on its way: another robot or a thing in the world.
@@ -192,10 +193,12 @@ class _Floor:
         enough = min(radius + self.world.margin + SLACK, begin - LEAST, max(end - LEAST, radius))
         return any(_least(thing, leg) < enough for leg in legs)
 
-    def _needed(self, robot: str, other: str) -> float:
-        """How far apart two robots have to be, from center to center."""
-        room = max(self.world.margin, self.world.keep_apart or 0.0) + SLACK
-        return self.travelers[robot].radius + self.travelers[other].radius + room
+    def _needed(self, robot: str, other: str, coasting: float = 0.0) -> float:
+        """How far apart a robot that drives and another one have to be, from center to center, or they would be paused.
+        The other one stands, or its own `coasting` counts, too."""
+        mine, others = self.travelers[robot], self.travelers[other]
+        keeps = self.world.keep_apart + mine.coasting + coasting if self.world.keep_apart is not None else 0.0
+        return mine.radius + others.radius + max(self.world.margin, keeps) + SLACK
 
     def _legs(self, robot: str, points: Sequence[Point]) -> list[tuple[Point, Point]]:
         begin = _point(self.travelers[robot].pose)

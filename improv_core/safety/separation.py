@@ -1,4 +1,5 @@
-"""Which real robots are too near to each other, by their measured poses. It never reads a clock.
+"""Which real robots come too near to each other, by their measured poses and what they were told. It never reads a
+clock.
 
 Lengths are in meters, times in seconds on the clock. Standard library only.
 """
@@ -11,22 +12,26 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from improv_core.protocol.output import RawPose
+from improv_core.safety.stopping_distance import JITTER, Approach, Base, Track
 from improv_core.score.following import OLDEST
+from improv_core.score.motion import Pose, Twist
 
-JITTER = 0.03
-"""Meters by which the distance of two robots that stand may seem to change."""
 PATIENCE = 2.0
 """Seconds in which two robots that begin too near to each other must have come farther apart, by more than jitter:
 their poses are late, and they may have to turn first."""
+LOOK_PERIOD = 0.02
+"""Seconds between two looks at robots of which no pose has come, at least."""
 MOST_NAMED = 3
 """How many pairs are named in a line."""
 
 
 class Near(NamedTuple):
-    """Two robots, and how far their edges are apart; less than 0 if they overlap."""
+    """Two robots, how far their edges are apart (less than 0 if they overlap), and how fast they may approach each
+    other in m/s, if that is why they are too near."""
 
     robots: tuple[str, str]
     gap: float
+    approach: float = 0.0
 
 
 class Since(NamedTuple):
@@ -38,94 +43,148 @@ class Since(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Proximity:
-    """The latest pose of each robot, and the pairs that were too near when they began to play and may move apart. These
+    """What is known of each robot, and the pairs that were too near when they began to play and may move apart. These
     are None until robots play."""
 
-    seen: Mapping[str, RawPose] = field(default_factory=dict)
+    tracks: Mapping[str, Track] = field(default_factory=dict)
     leaving: Mapping[tuple[str, str], Since] | None = None
 
-    def heard(self, poses: Iterable[RawPose]) -> Proximity:
+    def heard(self, poses: Iterable[RawPose], bases: Mapping[str, Base]) -> Proximity:
         """After these poses have come."""
-        return replace(self, seen={**self.seen, **{raw.robot: raw for raw in poses}})
+        tracks = {**self.tracks}
+        for raw in poses:
+            base = bases.get(raw.robot)
+            tracks[raw.robot] = tracks.get(raw.robot, Track()).heard(raw, base.max_speed if base else None)
+        return replace(self, tracks=tracks)
+
+    def told(self, robot: str, twist: Twist, at: float) -> Proximity:
+        """After a robot was told to move like this."""
+        before = self.tracks.get(robot, Track())
+        track = before.after(twist, at)
+        return self if track is before else replace(self, tracks={**self.tracks, robot: track})
 
     def looked(
         self,
         playing: bool,
-        radii: Mapping[str, float],
+        bases: Mapping[str, Base],
         keep_apart: float,
         now: float,
         ours: Set[str] | None = None,
     ) -> Looked:
-        """Find the robots that are too near to each other now. `radii` are those of the robots that are guarded. Others
-        look at pairs without any robot of `ours` (None: all are ours).
+        """Find the robots that are too near to each other now, or would be before they stood if all were told so now.
+        `bases` are the robots that are guarded. Others look at pairs without any robot of `ours` (None: all are ours).
 
         Two that come too near are found at once. Two that are too near when they begin to play are found as soon as
         they come nearer, or if they don't move apart.
         """
         if not playing:
-            return Looked(replace(self, leaving=None), [])
-        fresh = {robot: radius for robot, radius in radii.items() if self.is_fresh(robot, now)}
-        near = [
-            each
-            for each in _pairs(self.seen, fresh, keep_apart + JITTER)
-            if ours is None or not ours.isdisjoint(each.robots)
-        ]
-        if self.leaving is None:
-            begin = {each.robots: Since(each.gap, now) for each in near if each.gap < keep_apart}
-            return Looked(replace(self, leaving=begin), [])
-        leaving, found = {}, []
-        for each in near:
-            since = self.leaving.get(each.robots)
-            if each.gap < keep_apart and not (since and _may_leave(since, each.gap, now)):
-                found.append(each)
-            elif since:
-                leaving[each.robots] = Since(each.gap, now) if each.gap > since.gap + JITTER else since
-        return Looked(replace(self, leaving=None if found else leaving), sorted(found, key=lambda each: each.gap))
+            return Looked(replace(self, leaving=None), [], math.inf)
+        fresh = {robot: base for robot, base in bases.items() if self.is_guarded(robot, base, now)}
+        leaving, found, due = dict[tuple[str, str], Since](), list[Near](), math.inf
+        for robots, gap, most in self._pairs(fresh, keep_apart + JITTER, now):
+            if ours is not None and ours.isdisjoint(robots):
+                continue
+            since = self.leaving.get(robots) if self.leaving is not None else None
+            if self.leaving is None and gap < keep_apart:
+                since = Since(gap, now)
+            least = since.gap - JITTER if since else keep_apart
+            reach = most if gap - most.far >= least else self._reach(robots, fresh, now)
+            rest = gap - reach.far
+            if rest < keep_apart and not (since and _may_leave(since, gap, rest, now)):
+                found.append(Near(robots, gap, reach.grows if gap >= keep_apart else 0.0))
+                continue
+            if since and gap < keep_apart + JITTER:
+                leaving[robots] = Since(gap, now) if gap > since.gap + JITTER else since
+            if reach.grows:
+                at = now + max((rest - least) / reach.grows, LOOK_PERIOD)
+                counts = all(self.is_guarded(robot, fresh[robot], at) for robot in robots)
+                due = min(due, at if counts else math.inf)
+        found.sort(key=lambda each: each.gap)
+        return Looked(replace(self, leaving=None if found else leaving), found, due)
+
+    def pose(self, robot: str) -> Pose:
+        """Where a robot was seen last."""
+        return self.tracks[robot].poses[-1].pose
 
     def is_fresh(self, robot: str, now: float) -> bool:
         """Whether it is known where a robot is."""
-        raw = self.seen.get(robot)
-        return raw is not None and now <= raw.at + OLDEST
+        return now <= self._latest(robot) + OLDEST
 
-    def fresh_until(self, robots: Collection[str]) -> float:
-        """When it is no longer known where all of some robots are, if no more poses come."""
-        return min(
-            (self.seen[robot].at + OLDEST if robot in self.seen else -math.inf for robot in robots), default=math.inf
+    def is_guarded(self, robot: str, base: Base, now: float) -> bool:
+        """Whether it is known well enough where a robot is so that others keep apart from it."""
+        return now <= self._latest(robot) + base.oldest
+
+    def seen_until(self, robots: Collection[str]) -> float:
+        """When not all of some robots have been seen lately, if no more poses come. A pose that doesn't count yet is a
+        sign of life, too."""
+        tracks = [self.tracks.get(robot, Track()) for robot in robots]
+        return min((track.heard_at + OLDEST for track in tracks), default=math.inf)
+
+    def _latest(self, robot: str) -> float:
+        """When the latest pose of a robot that counts was measured."""
+        poses = self.tracks.get(robot, Track()).poses
+        return poses[-1].at if poses else -math.inf
+
+    def _reach(self, robots: tuple[str, str], bases: Mapping[str, Base], now: float) -> Approach:
+        """How far two robots may come toward each other, together."""
+        one, other = robots
+        return _together(
+            self.tracks[one].reach(bases[one], self.pose(other), now),
+            self.tracks[other].reach(bases[other], self.pose(one), now),
         )
+
+    def _pairs(
+        self, bases: Mapping[str, Base], bound: float, now: float
+    ) -> Iterator[tuple[tuple[str, str], float, Approach]]:
+        """The pairs of robots whose edges may come nearer than a bound until they stand, as long as their poses count;
+        how far these are apart; and how far they may come in any direction. Of each pair, the robot that is named first
+        comes first.
+
+        Robots are sorted into squares, so only neighbors are compared.
+        """
+        tracks = {robot: self.tracks[robot] for robot in bases}
+        most, wide = dict[str, Approach](), dict[str, float]()
+        for robot, base in bases.items():
+            track = tracks[robot]
+            most[robot], last = track.most(base, [max(now - track.poses[-1].at, 0.0), base.oldest])
+            wide[robot] = base.radius + last.far
+        side = bound + 2 * max(wide.values(), default=0.0)
+        squares: dict[tuple[int, int], list[str]] = {}
+        for robot, base in bases.items():
+            pose = tracks[robot].poses[-1].pose
+            across, along = math.floor(pose.x / side), math.floor(pose.y / side)
+            for square in ((across + i, along + j) for i in (-1, 0, 1) for j in (-1, 0, 1)):
+                for other in squares.get(square, ()):
+                    far = pose.apart(tracks[other].poses[-1].pose)[0]
+                    if far - wide[robot] - wide[other] < bound:
+                        gap = far - base.radius - bases[other].radius
+                        yield (other, robot), gap, _together(most[robot], most[other])
+            squares.setdefault((across, along), []).append(robot)
 
 
 class Looked(NamedTuple):
-    """What is known after a look, and the pairs that are too near, the nearest first."""
+    """What is known after a look; the pairs that are too near, the nearest first; and when to look again if no pose
+    comes, and no robot is told anything else."""
 
     proximity: Proximity
     found: list[Near]
+    due: float
 
 
 def as_line(found: Collection[Near], keep_apart: float) -> str:
-    """Who is too near, for people."""
-    each = [f"{one} and {other} are {max(gap, 0.0):.2f} m apart" for (one, other), gap in [*found][:MOST_NAMED]]
+    """Return a line for people about who is too near."""
+    each = [
+        f"{one} and {other} are {max(gap, 0.0):.2f} m apart{f' and approach at {approach:.2f} m/s' if approach else ''}"
+        for (one, other), gap, approach in [*found][:MOST_NAMED]
+    ]
     more = f" (and {len(found) - MOST_NAMED} more pairs)" if len(found) > MOST_NAMED else ""
     return f"paused: {', '.join(each)}{more}, and `keep_apart` is {keep_apart:g} m: make room, then resume"
 
 
-def _may_leave(since: Since, gap: float, now: float) -> bool:
+def _together(one: Approach, other: Approach) -> Approach:
+    return Approach(one.far + other.far, one.grows + other.grows)
+
+
+def _may_leave(since: Since, gap: float, rest: float, now: float) -> bool:
     """Whether two robots that were too near since a time may move apart."""
-    return since.gap - JITTER <= gap and (now < since.at + PATIENCE or gap > since.gap + JITTER)
-
-
-def _pairs(seen: Mapping[str, RawPose], radii: Mapping[str, float], bound: float) -> Iterator[Near]:
-    """The pairs of robots whose edges are nearer than a bound. Of each pair, the robot that is named first comes first.
-
-    Robots are sorted into squares, so only neighbors are compared.
-    """
-    side = bound + 2 * max(radii.values(), default=0.0)
-    squares: dict[tuple[int, int], list[str]] = {}
-    for robot, radius in radii.items():
-        pose = seen[robot].pose
-        across, along = math.floor(pose.x / side), math.floor(pose.y / side)
-        for square in ((across + i, along + j) for i in (-1, 0, 1) for j in (-1, 0, 1)):
-            for other in squares.get(square, ()):
-                gap = pose.apart(seen[other].pose)[0] - radius - radii[other]
-                if gap < bound:
-                    yield Near((other, robot), gap)
-        squares.setdefault((across, along), []).append(robot)
+    return since.gap - JITTER <= rest and (now < since.at + PATIENCE or gap > since.gap + JITTER)

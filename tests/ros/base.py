@@ -95,6 +95,7 @@ def main() -> None:
     parser.add_argument("--ahead", type=int, default=0, help="seconds by which its clock is ahead of ours")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--delay", type=float, default=0.0, help="seconds by which its true poses come late")
+    parser.add_argument("--rests", action="store_true", help="end once it stands")
     options = parser.parse_args()
 
     import rclpy
@@ -135,6 +136,8 @@ def main() -> None:
     spinning.start()
     print("true", flush=True)
     sys.stdin.read()
+    while options.rests and (base.linear or base.angular):
+        time.sleep(STEP)
     # A thread still inside rclpy when Python ends would abort the process.
     rclpy.try_shutdown()
     spinning.join()

@@ -93,6 +93,17 @@ def test_a_robot_without_a_way_is_blocked_by_what_is_in_it(world: World, thing: 
     check({"a": going((0, 0), (2, 0))}, [], f"a<{thing}", world)
 
 
+@pytest.mark.parametrize(("coasting", "together"), [(0.0, ["a", "b"]), (0.06, ["a"])])
+def test_robots_that_would_be_paused_beside_each_other_drive_one_after_another(
+    coasting: float, together: list[str]
+) -> None:
+    """0.1 m stay between them beyond what they keep, and they may still come 0.06 m nearer each."""
+    beside = 2 * RADIUS + 0.3 + SLACK + 0.1
+    travelers = {"a": going((0, 0), (2, 0)), "b": going((0, beside), (2, beside))}
+    travelers = {robot: replace(each, coasting=coasting) for robot, each in travelers.items()}
+    assert [*next_ways(travelers, World(keep_apart=0.3)).ways] == together
+
+
 def test_a_robot_in_the_place_of_another_has_to_be_moved_by_hand() -> None:
     check({"a": going((0, 0), (2, 0)), "b": standing(2.1, 0)}, [], "a<b")
 

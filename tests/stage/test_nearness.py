@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -13,9 +15,10 @@ from improv_core.player.separation_monitor import QUIET, from_elsewhere
 from improv_core.protocol.messages import RobotsSeen
 from improv_core.protocol.output import RawPose
 from improv_core.safety.odometry import CONTINUOUS
-from improv_core.safety.separation import JITTER, MOST_NAMED, PATIENCE, Near, Proximity, as_line
-from improv_core.score.motion import Pose
-from improv_core.score.profiles import TURTLEBOT4
+from improv_core.safety.separation import MOST_NAMED, PATIENCE, Near, Proximity, as_line
+from improv_core.safety.stopping_distance import JITTER, Base
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import CREATE3, TURTLEBOT4
 from improv_core.score.score import Host, OdomFrame, Safety
 from improv_core.score.world import World
 from tests.stage.test_player import Stage, score
@@ -25,17 +28,23 @@ RADIUS = 0.1
 
 
 def seen(at: float, **places: float) -> list[RawPose]:
-    """Robots along the x axis, seen at a time."""
-    return [RawPose(robot, CONTINUOUS, Pose(x), at) for robot, x in places.items()]
+    """Robots along the x axis, seen at a time. The first one looks away from the others."""
+    return [
+        RawPose(robot, CONTINUOUS, Pose(x, heading=math.pi if robot == "a" else 0.0), at) for robot, x in places.items()
+    ]
+
+
+BASES = dict.fromkeys("abc", Base(RADIUS))
 
 
 def check(*steps: tuple[float, float], expected: Sequence[float]) -> None:
     """Two robots of which the gaps between their edges are seen at these times, as `(time, gap)`; the times at which
     they are too near."""
+    bases = dict.fromkeys("ab", Base(RADIUS))
     nearness, found = Proximity(), []
     for now, gap in steps:
-        nearness = nearness.heard(seen(now, a=0, b=gap + 2 * RADIUS))
-        nearness, near = nearness.looked(True, dict.fromkeys("ab", RADIUS), KEEP_APART, now)
+        nearness = nearness.heard(seen(now, a=0, b=gap + 2 * RADIUS), bases)
+        nearness, near, _ = nearness.looked(True, bases, KEEP_APART, now)
         found += [now for _ in near]
     assert found == list(expected)
 
@@ -62,22 +71,19 @@ def test_who_comes_too_near(steps: list[tuple[float, float]], expected: list[flo
 
 
 def test_robots_may_be_brought_together_while_they_do_not_play() -> None:
-    radii = dict.fromkeys("ab", RADIUS)
-    nearness, _ = Proximity().heard(seen(0, a=0, b=1)).looked(True, radii, KEEP_APART, 0)
-    nearness, near = nearness.heard(seen(1, a=0, b=0.3)).looked(False, radii, KEEP_APART, 1)
+    nearness, *_ = Proximity().heard(seen(0, a=0, b=1), BASES).looked(True, BASES, KEEP_APART, 0)
+    nearness, near, _ = nearness.heard(seen(1, a=0, b=0.3), BASES).looked(False, BASES, KEEP_APART, 1)
     assert near == []
-    assert nearness.heard(seen(2, a=0, b=0.3)).looked(True, radii, KEEP_APART, 2).found == []
+    assert nearness.heard(seen(2, a=0, b=0.3), BASES).looked(True, BASES, KEEP_APART, 2).found == []
 
 
 def test_a_pose_that_is_old_shows_nothing() -> None:
-    nearness = Proximity().heard([*seen(0, a=0), *seen(0.15, b=1)])
-    radii = dict.fromkeys("ab", RADIUS)
-    nearness, _ = nearness.looked(True, radii, KEEP_APART, 0.15)
-    nearness = nearness.heard(seen(0.25, b=0.1))
-    assert nearness.looked(True, radii, KEEP_APART, 0.25).found == []
-    assert [near.robots for near in nearness.heard(seen(0.26, a=0)).looked(True, radii, KEEP_APART, 0.26).found] == [
-        ("a", "b")
-    ]
+    nearness = Proximity().heard([*seen(0, a=0), *seen(0.15, b=1)], BASES)
+    nearness, *_ = nearness.looked(True, BASES, KEEP_APART, 0.15)
+    nearness = nearness.heard([*seen(0.25, b=0.1), *seen(0.26, b=0.1)], BASES)
+    assert nearness.looked(True, BASES, KEEP_APART, 0.26).found == []
+    (near,) = nearness.heard(seen(0.27, a=0), BASES).looked(True, BASES, KEEP_APART, 0.27).found
+    assert near.robots == ("a", "b")
 
 
 places = st.dictionaries(
@@ -91,10 +97,10 @@ places = st.dictionaries(
 def test_all_pairs_are_found_and_no_others(where: Mapping[str, tuple[float, float]], radius: float) -> None:
     poses = [RawPose(robot, CONTINUOUS, Pose(x, y), 1.0) for robot, (x, y) in where.items()]
     far = [RawPose(robot, CONTINUOUS, Pose(100.0 * index), 0.0) for index, robot in enumerate(where)]
-    radii = dict.fromkeys(where, radius)
-    nearness, none = Proximity().heard(far).looked(True, radii, KEEP_APART, 0.0)
+    bases = dict.fromkeys(where, Base(radius))
+    nearness, none, _ = Proximity().heard(far, bases).looked(True, bases, KEEP_APART, 0.0)
     assert none == []
-    found = {frozenset(near.robots) for near in nearness.heard(poses).looked(True, radii, KEEP_APART, 1.0).found}
+    found = {frozenset(near.robots) for near in nearness.heard(poses, bases).looked(True, bases, KEEP_APART, 1.0).found}
     names = list(where)
     expected = {
         frozenset((one, other))
@@ -106,10 +112,10 @@ def test_all_pairs_are_found_and_no_others(where: Mapping[str, tuple[float, floa
 
 
 def test_two_robots_that_are_near_are_looked_at_by_those_who_move_them() -> None:
-    proximity, _ = Proximity().heard(seen(0, a=0, b=3, c=6)).looked(True, dict.fromkeys("abc", RADIUS), KEEP_APART, 0)
-    proximity = proximity.heard(seen(0.1, a=0, b=0.4, c=0.8))
+    proximity, *_ = Proximity().heard(seen(0, a=0, b=3, c=6), BASES).looked(True, BASES, KEEP_APART, 0)
+    proximity = proximity.heard(seen(1, a=0, b=0.4, c=0.8), BASES)
     for ours, expected in (({"a"}, ["ab"]), ({"b"}, ["ab", "bc"]), (set[str](), []), (None, ["ab", "bc"])):
-        found = proximity.looked(True, dict.fromkeys("abc", RADIUS), KEEP_APART, 0.1, ours).found
+        found = proximity.looked(True, BASES, KEEP_APART, 1, ours).found
         assert sorted("".join(each.robots) for each in found) == expected
 
 
@@ -125,13 +131,18 @@ def test_a_line_names_the_nearest_pairs() -> None:
 # The player
 
 
-def playing(frame: OdomFrame = "world", keep_apart: float | None = KEEP_APART, poses: bool = True) -> Stage:
+def playing(
+    frame: OdomFrame = "world",
+    keep_apart: float | None = KEEP_APART,
+    poses: bool = True,
+    program: str = "beat 60\na b $ repeat 8 forward",
+) -> Stage:
     """Two real robots that have driven for a second, seen with 3 m between their edges."""
     stage = Stage()
     stage.sink.real = True
-    read = score("beat 60\na b $ repeat 8 forward")
+    read = score(program)
     parts = {
-        robot: replace(part, odom=f"/{robot}/pose" if poses else None, odom_frame=frame)
+        robot: replace(part, odom=f"/{robot}/pose" if poses else None, odom_frame=frame, profile=CREATE3)
         for robot, part in read.parts.items()
     }
     dance = replace(read, parts=parts, world=World(keep_apart=keep_apart))
@@ -142,9 +153,16 @@ def playing(frame: OdomFrame = "world", keep_apart: float | None = KEEP_APART, p
 
 
 def see(stage: Stage, gap: float) -> None:
-    """Poses of both robots, with so many meters between their edges."""
+    """Poses of both robots, with so many meters between their edges. The second one says that they haven't jumped."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
-    stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
+    for _ in twice(stage):
+        stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
+
+
+def twice(stage: Stage) -> Iterator[None]:
+    yield
+    stage.run(0.01)
+    yield
 
 
 def paused(stage: Stage) -> bool:
@@ -213,6 +231,61 @@ def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -
     assert unguarded(stage).count(lost) == before + 1
 
 
+def meet(stage: Stage, gap: float, *, late: float = 0.0) -> None:
+    """Poses of both robots, which look at each other, with so many meters between their edges."""
+    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    for _ in twice(stage):
+        places = {"a": Pose(), "b": Pose(gap + wide, heading=math.pi)}
+        poses = [RawPose(robot, CONTINUOUS, pose, stage.now, stamp=stage.now - late) for robot, pose in places.items()]
+        stage.player.measure(poses, stage.now)
+
+
+def test_robots_that_drive_toward_each_other_pause_while_they_still_have_room_to_brake() -> None:
+    """At 0.2 m/s, each needs 0.02 m to react and 0.022 m to brake; until the second pose comes, each drives 0.002 m."""
+    stage = playing()
+    meet(stage, 0.39)
+    assert stage.states[-1] == "playing"
+    meet(stage, 0.38)
+    assert paused(stage)
+    assert stage.lines[-1] == (
+        "paused: a and b are 0.38 m apart and approach at 0.40 m/s, and `keep_apart` is 0.3 m: make room, then resume"
+    )
+
+
+def test_a_pose_that_is_late_takes_room_and_so_do_poses_that_no_longer_come() -> None:
+    stage = playing()
+    meet(stage, 0.41)
+    assert stage.states[-1] == "playing"
+    meet(stage, 0.41, late=0.08)
+    assert paused(stage)
+    stage = playing()
+    meet(stage, 0.40)
+    stage.run(0.038)
+    assert stage.states[-1] == "playing"
+    stage.run(0.005)
+    assert paused(stage)
+
+
+def test_a_command_that_has_robots_drive_toward_each_other_counts_at_once() -> None:
+    """They turn for two beats, and then look at each other."""
+    stage = playing(program="beat 60\na b $ left left repeat 8 forward")
+    meet(stage, 0.31)
+    stage.run(0.9)
+    meet(stage, 0.31)
+    assert stage.states[-1] == "playing"
+    stage.run(0.2)
+    assert paused(stage)
+
+
+def test_one_pose_that_jumps_pauses_nobody_until_the_next_one_agrees() -> None:
+    stage = playing()
+    wide = 2 * CREATE3.radius
+    for gap, state in [(3.0, "playing"), (0.2, "playing"), (3.0, "playing"), (0.1, "playing"), (0.1, "paused")]:
+        stage.run(0.05)
+        stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
+        assert stage.states[-1] == state
+
+
 # Robots that stages elsewhere move
 
 FAR = Host("pad")
@@ -223,8 +296,8 @@ def beside(keep_apart: float | None = KEEP_APART, odom: str | None = "/b/pose") 
     stage = Stage()
     stage.sink.real = True
     read = score("beat 60\na b $ repeat 80 forward")
-    here = replace(read.parts["a"], odom="/a/pose", odom_frame="world")
-    there = replace(read.parts["b"], odom=odom, odom_frame="world", host=FAR)
+    here = replace(read.parts["a"], odom="/a/pose", odom_frame="world", profile=CREATE3)
+    there = replace(read.parts["b"], odom=odom, odom_frame="world", host=FAR, profile=CREATE3)
     dance = replace(read, parts={"a": here, "b": there}, world=World(keep_apart=keep_apart)).on("")
     stage.player.load(dance, 1, "restart", stage.now, anyway=True)
     stage.run(1)
@@ -237,12 +310,16 @@ def see_here(stage: Stage) -> None:
     stage.player.measure(seen(stage.now, a=0), stage.now)
 
 
-def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b") -> None:
+def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: Twist | None = None) -> None:
     """The stage elsewhere says where its robot was so many seconds ago, with so many meters between the edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
-    message: RobotsSeen = {"type": "seen", "robots": {robot: {"at": stage.now - ago, "pose": where}}}  # type: ignore[typeddict-item]
-    stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
+    for _ in twice(stage):
+        says: dict[str, Any] = {"at": stage.now - ago, "pose": where}
+        if told:
+            says["told"] = [told.x, told.y, told.z, told.yaw]
+        message: RobotsSeen = {"type": "seen", "robots": {robot: says}}  # type: ignore[dict-item]
+        stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
 
 
 def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
@@ -251,15 +328,29 @@ def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
 
 def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_than_now() -> None:
     stage = beside()
-    see_there(stage, 0.2, ago=0.21)
+    see_there(stage, 0.2, ago=0.52)
     assert stage.states[-1] == "playing"
     see_there(stage, 0.2, ago=-60)
     assert stage.states[-1] == "paused"
     stage = beside()
     see_there(stage, 3, ago=-60)
-    stage.run(0.3)
+    stage.run(0.6)
     stage.player.measure(seen(stage.now, a=3), stage.now)
     assert stage.states[-1] == "playing"
+
+
+def test_what_another_stage_tells_its_robot_takes_room() -> None:
+    """Backward is toward ours. It needs 0.05 m to brake, 0.03 m to react, and twice 0.03 m for a pose 0.1 s old, since
+    its stage knows as late about ours."""
+    stage = beside()
+    see_there(stage, 0.43, ago=0.1, told=Twist(0.3))
+    assert stage.states[-1] == "playing"
+    for _ in range(20):
+        see_here(stage)
+        see_there(stage, 0.45, ago=0.1, told=Twist(-0.3))
+    assert stage.states[-1] == "playing"
+    see_there(stage, 0.43, ago=0.1, told=Twist(-0.3))
+    assert stage.states[-1] == "paused"
 
 
 def test_another_stage_says_nothing_about_a_robot_here() -> None:
@@ -281,14 +372,15 @@ def test_robots_elsewhere_of_which_no_poses_come_are_named_and_again_only_after_
                 see_there(stage, 3)
             stage.run(0.1)
 
-    lost = "`keep_apart` doesn't guard b now: no pose came for 0.2 s"
+    lost = "`keep_apart` doesn't guard b now: no pose came for 0.5 s"
     poses_come(QUIET + 2)
+    before = stage.lines.count(lost)
     for there in (False, True, False):
         poses_come(2, there=there)
-    assert stage.lines.count(lost) == 1
+    assert stage.lines.count(lost) == before + 1
     poses_come(QUIET + 2)
     poses_come(2, there=False)
-    assert stage.lines.count(lost) == 2
+    assert stage.lines.count(lost) == before + 2
 
 
 def test_nobody_here_waits_until_a_robot_elsewhere_is_in_its_place() -> None:
@@ -310,8 +402,9 @@ def test_a_robot_elsewhere_without_poses_in_the_world_is_named_once() -> None:
 
 def test_stages_elsewhere_are_told_where_robots_here_are_while_they_play_or_pause() -> None:
     stage = beside()
-    (told,) = told_elsewhere(stage)
-    assert told["robots"] == {"a": {"at": stage.now, "pose": {"x": 0, "y": 0.0, "z": 0.0, "heading": 0.0}}}
+    (said,) = told_elsewhere(stage)
+    pose = {"x": 0, "y": 0.0, "z": 0.0, "heading": math.pi}
+    assert said["robots"] == {"a": {"at": 1001.0, "pose": pose, "told": (0.2, 0.0, 0.0, 0.0)}}
     stage.player.pause(stage.now)
     see_here(stage)
     assert len(told_elsewhere(stage)) == 2

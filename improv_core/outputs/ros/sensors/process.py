@@ -151,7 +151,7 @@ def _edge(edge: Edge) -> FromReader:
 
 
 def _pose(measured: RawPose) -> MeasuredPose:
-    robot, source, pose, at, frame, stamp, topic = measured
+    robot, source, pose, at, frame, stamp, topic, _ = measured
     found = to_pose_json(pose)
     return {
         "robot": robot, "source": source, "pose": found, "at": at, "frame": frame, "stamp": stamp, "topic": topic

@@ -1,0 +1,54 @@
+"""Two simulated bases that drive toward each other, seen late, over ROS: how far apart they come to rest."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.processes import lines_until
+from tests.ros.conftest import BASE, LIMIT, Script, with_limits
+
+pytestmark = pytest.mark.slow("two bases drive toward each other")
+
+TOML = """
+[ros]
+odom_frame = "world"
+[world]
+keep_apart = 0.1
+[profiles.base]
+base = "create3"
+step = 0.3
+[robots.ada]
+profile = "base"
+odom = "true_pose"
+start = { x = 0, y = 0, heading = 0 }
+[robots.bo]
+profile = "base"
+odom = "true_pose"
+start = { x = 2, y = 0, heading = 180 }
+"""
+RADIUS = 0.164
+ARGUMENTS = "--noise", "0", "--loss", "0", "--delay", "0.08", "--rests"
+
+
+def test_bases_that_drive_toward_each_other_come_to_rest_apart(
+    script: Script, ros_env: dict[str, str], tmp_path: Path
+) -> None:
+    """At 0.3 m/s, braking at 0.9 m/s². tests/stage/test_keep_apart.py asks about all else."""
+    (tmp_path / "improv.toml").write_text(TOML)
+    (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat forward\n")
+    bases = [script(BASE, "ada", *ARGUMENTS), script(BASE, "bo", *ARGUMENTS, "--start", "2", "0", str(math.pi))]
+    command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", "dance.improv"]
+    env = ros_env | with_limits(player__subscribers__PATIENCE=LIMIT)
+    with subprocess.Popen(command, cwd=tmp_path, env=env, stderr=subprocess.PIPE, text=True) as playing:
+        try:
+            lines_until("paused: ada and bo are ", playing.stderr)
+            (one, *_), (other, *_) = (map(float, base.communicate(timeout=LIMIT)[0].split()) for base in bases)
+        finally:
+            playing.terminate()
+            playing.communicate(timeout=LIMIT)
+    assert 0.1 <= other - one - 2 * RADIUS < 0.35

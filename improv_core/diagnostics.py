@@ -50,6 +50,8 @@ SEVERITIES = {
     "meets": Severity.WARNING,
     "hits": Severity.WARNING,
     "robot-named-and": Severity.INFORMATION,
+    "near-name": Severity.INFORMATION,
+    "two-spellings": Severity.WARNING,
     "unsupported-direction": Severity.ERROR,
     "pose-reversed": Severity.ERROR,
     "misplaced-pose": Severity.ERROR,
@@ -90,12 +92,14 @@ class Fix:
     """Edits that fix a problem, and a short title that says what they do.
 
     A fix is `safe` if nobody needs to look at it: nothing else can be meant, or it changes nothing that is played, and
-    it removes no movement. Such fixes can be applied with every save.
+    it removes no movement. Such fixes can be applied with every save. It is a `guess` if it writes an example, or
+    one of several things that may be meant, so that somebody has to choose it.
     """
 
     title: str
     edits: tuple[Edit, ...]
     safe: bool = False
+    guess: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "title", in_plain_text(self.title))
@@ -144,7 +148,7 @@ class Diagnostic:
             self.span.shifted(by),
             self.message,
             tuple(
-                Fix(fix.title, tuple(Edit(edit.span.shifted(by), edit.text) for edit in fix.edits), fix.safe)
+                Fix(fix.title, tuple(Edit(edit.span.shifted(by), edit.text) for edit in fix.edits), fix.safe, fix.guess)
                 for fix in self.fixes
             ),
             tuple(Related(other.span.shifted(by), other.message) for other in self.related),
@@ -153,6 +157,6 @@ class Diagnostic:
         )
 
 
-def replace(title: str, span: Span, text: str, *, safe: bool = False) -> tuple[Fix, ...]:
+def replace(title: str, span: Span, text: str, *, safe: bool = False, guess: bool = False) -> tuple[Fix, ...]:
     """A single fix that replaces the text at `span`."""
-    return (Fix(title, (Edit(span, text),), safe),)
+    return (Fix(title, (Edit(span, text),), safe, guess),)

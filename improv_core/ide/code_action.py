@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.diagnostics import Diagnostic, Edit, Fix
+from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
 from improv_core.ide.fragment import MAY_ITEMIZE, is_broken
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span, difference
@@ -14,6 +14,8 @@ FIX_ALL = "source.fixAll.improv"
 FIX_ALL_TITLE = "Fix all that is safe to fix"
 REMOVABLE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
 """Codes about text without effect. All fixes that only remove it can be applied at once, if somebody asks for that."""
+_KEEPS = frozenset({"never-performed", "unused-name", "no-effect"})
+"""Codes below errors whose fixes keep what plays."""
 MOST_ROUNDS = 20
 """How often the safe fixes are looked for: one error may hide the next one in its line."""
 
@@ -23,7 +25,7 @@ class Action:
     """Edits to apply together, in the order of the text.
 
     `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, refactor.rewrite, or one that begins with
-    source.fixAll. `diagnostics` are those that it fixes. `preferred` says that it is the only fix.
+    source.fixAll. `diagnostics` are those that it fixes. `preferred` says that it is the only fix, and no guess.
     """
 
     title: str
@@ -37,12 +39,19 @@ def fixes(diagnostics: Sequence[Diagnostic], span: Span) -> list[Action]:
     """The fixes for all diagnostics at a cursor or in a selection, and for all others of the same kind."""
     here = [each for each in diagnostics if each.span.start <= span.end and span.start <= each.span.end]
     found = [
-        Action(fix.title, "quickfix", _ordered(fix.edits), (each,), len(each.fixes) == 1)
+        Action(fix.title, "quickfix", _ordered(fix.edits), (each,), _is_preferred(each))
         for each in here
         for fix in each.fixes
     ]
     fixable = {each.code: each for each in here if each.code in REMOVABLE and _removal(each)}
     return [*found, *(action for each in fixable.values() for action in _everywhere(diagnostics, each))]
+
+
+def _is_preferred(problem: Diagnostic) -> bool:
+    """Whether pressing the only fix of a problem makes what was meant. Where there is no error, it keeps what plays."""
+    if len(problem.fixes) != 1 or problem.fixes[0].guess:
+        return False
+    return problem.severity is Severity.ERROR or problem.fixes[0].safe or problem.code in _KEEPS
 
 
 def fix_all(analysis: Analysis) -> list[Action]:

@@ -6,6 +6,7 @@ All keep what the program plays, except those whose titles say otherwise: wrappi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -17,12 +18,14 @@ from improv_core.ide.code_action_inline import inline_definition, inline_use
 from improv_core.ide.fragment import Fragment, fragment_at, replaced
 from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
+from improv_core.syntax.characters import COMMENT
 from improv_core.syntax.lexer import lex
 from improv_core.syntax.nodes import Node
 from improv_core.text import LINE_END, Span
 
 MOST_TURNS = 32
 """The largest count of a repeat that can be unrolled."""
+_COMMENT = re.compile(COMMENT)
 _TURNS = frozenset(map(str, range(2, MOST_TURNS + 1)))
 LONGEST = 20_000
 """The most characters that an action may write."""
@@ -48,7 +51,7 @@ def _unroll(fragment: Fragment) -> Iterator[Action]:
     if not (fragment.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.numbers):
         return
     times, source = node.numbers[0].text, fragment.placed.statement.text
-    if fragment.is_itemized or "#" in source[node.span.start : node.body.span.start]:
+    if fragment.is_itemized or _COMMENT.search(source[node.span.start : node.body.span.start]):
         return
     if times not in _TURNS:
         return
@@ -74,7 +77,7 @@ def _fold(fragment: Fragment) -> Iterator[Action]:
     words = [_words(source, item) for item in items]
     period = next((each for each in range(1, len(items) // 2 + 1) if _repeats(words, each)), None)
     run = fragment.of(items, outside)
-    if not period or "#" in run.text:
+    if not period or _COMMENT.search(run.text):
         return
     text = source[items[0].span.start : items[period - 1].span.end]
     times = len(items) // period

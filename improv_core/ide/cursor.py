@@ -92,7 +92,7 @@ def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
     *tokens, last = tokens
     statement = index - 1 if start == 0 and index else index
     in_number = bool(tokens) and tokens[-1].type == "NUMBER" and tokens[-1].end == last.start
-    begun = tokens.pop().text if in_number else last.text[: -len(_MARK)]
+    begun = tokens.pop().text if in_number else piece[last.start : last.end - len(_MARK)]
     head, rest = split_head(piece, tokens)
     if head.sign is None or head.sign.type in ("BEAT", "SCENE"):
         return BeforeCursor(tokens, None, (), begun, in_number, statement, (), opening_line(piece, tokens))

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
+from improv_core.syntax.characters import HASHES
 from improv_core.text import LINE_END, LineIndex
 
-_REGION = re.compile(r"\s*#\s*(end)?region\b")
+_REGION = re.compile(rf"\s*[{HASHES}]\s*(end)?region\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ def comment_folds(lines: LineIndex) -> Iterator[Fold]:
     for number in range(len(lines.starts) + 1):
         line = lines.line(number)
         marker = _REGION.match(line)
-        if line.lstrip().startswith("#") and not marker:
+        if line.lstrip().startswith(tuple(HASHES)) and not marker:
             begin = number if begin is None else begin
             continue
         if begin is not None:

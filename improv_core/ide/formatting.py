@@ -8,10 +8,11 @@ from collections.abc import Iterator
 from improv_core.diagnostics import Edit
 from improv_core.ide.cursor import touching
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis
+from improv_core.syntax.characters import SPACES
 from improv_core.syntax.formatter import edits
 from improv_core.text import LINE_END, Span
 
-_SPACES = re.compile(r"[ \t\r\n\ufeff]*")
+_SPACES = re.compile(rf"[ \t\r\n\ufeff{SPACES}]*")
 
 
 def format_all(analysis: Analysis) -> list[Edit]:

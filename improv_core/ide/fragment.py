@@ -19,8 +19,7 @@ from improv_core.text import Span
 _ITEMIZING = such_that(lambda word: word.of_items)
 MAY_ITEMIZE = re.compile(rf"\b(?:{'|'.join(_ITEMIZING)})\b")
 """A word in a program that may count items anywhere in it."""
-_WORD = re.compile(r"\w")
-_SPACES = " \t\r\n"
+_WORD = re.compile(r"\w|[^\x00-\x7f]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +89,8 @@ def fragment_at(analysis: Analysis, span: Span) -> Fragment | None:
         at = cursor(analysis, span.start)
         return _fragment(analysis, placed, at.around) if at and at.node else None
     text = analysis.text[slice(*span)]
-    start = span.start + len(text) - len(text.lstrip(_SPACES)) - placed.start
-    end = span.start + len(text.rstrip(_SPACES)) - placed.start
+    start = span.start + len(text) - len(text.lstrip()) - placed.start
+    end = span.start + len(text.rstrip()) - placed.start
     found = around(body, Span(start, max(start, end)))
     if not found:
         return None

@@ -8,12 +8,13 @@ from collections.abc import Iterator, Sequence
 from improv_core.program.analysis import Analysis
 from improv_core.program.predefined import TO
 from improv_core.program.program import Placed
+from improv_core.syntax.characters import HASHES, SPACES
 from improv_core.syntax.nodes import Call, Node, Number, Parameter, PoseTerm, nodes
 from improv_core.text import Span
 
 MOST_COMMENT = 10
 """The most lines of a comment that are shown."""
-_COMMENT = re.compile(r"[ \t\ufeff]*#[# \t]*(.*)")
+_COMMENT = re.compile(rf"[ \t\ufeff{SPACES}]*[{HASHES}][{HASHES} \t]*(.*)")
 
 
 def parameters(analysis: Analysis, name: str, before: int) -> Sequence[Parameter]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.references import Symbol, plays, references, scenes_called, symbol_at
@@ -10,10 +11,9 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.predefined import TO
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
-from improv_core.syntax.lexer import NAME
+from improv_core.syntax.characters import is_name, spelled
 from improv_core.syntax.vocabulary import WORDS
 
-_NAME = re.compile(NAME)
 _ROBOT = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 
 
@@ -38,15 +38,16 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     """The edits of a program that give a symbol a new name. Raises RefusalError."""
     if symbol.is_robot:
         return rename_robot(analysis, symbol.text, new)
-    if not _NAME.fullmatch(new):
+    if not is_name(new):
         raise RefusalError(f"`{new}` is not a valid name: use letters, digits, and `_`, not starting with a digit")
-    _refuse_words(new)
-    if new == symbol.text:
+    new = unicodedata.normalize("NFC", new)
+    _refuse_words(spelled(new))
+    if spelled(new) == symbol.text:
         return []
     if symbol.is_scene:
-        _refuse_other_scene(analysis, new)
+        _refuse_other_scene(analysis, spelled(new))
         return [Edit(reference.span, new) for reference in references(analysis, symbol)]
-    (_refuse_other_parameter if symbol.is_parameter else _refuse_collision)(analysis, symbol, new)
+    (_refuse_other_parameter if symbol.is_parameter else _refuse_collision)(analysis, symbol, spelled(new))
     return [Edit(reference.span, new) for reference in references(analysis, symbol)]
 
 

@@ -9,6 +9,7 @@ from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
+from improv_core.syntax.characters import HASHES
 from improv_core.syntax.lexer import Token
 from improv_core.text import Span
 
@@ -57,7 +58,7 @@ def _token(placed: Placed, place: int) -> Token | None:
 def _in_comment(analysis: Analysis, offset: int) -> Iterator[Span]:
     line, column = analysis.lines.position(offset)
     text, start = analysis.lines.line(line), offset - column
-    begin = text.find("#")
+    begin = next((place for place, each in enumerate(text) if each in HASHES), -1)
     if 0 <= begin <= column:
         yield Span(start + begin, start + len(text))
         yield from (Span(*word.span()).shifted(start) for word in _WORD.finditer(text, begin) if _touches(word, column))

@@ -11,13 +11,15 @@ from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.program.opening import OPENING
 from improv_core.program.predefined import TO
-from improv_core.syntax.lexer import NAME, NUMBER
+from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape, spelled
+from improv_core.syntax.lexer import NUMBER
 from improv_core.syntax.nodes import OfKind, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, of_kind
 from improv_core.syntax.words import Kind
 
-_COMMENT = re.compile(r"#[^\r\n]*")
+_COMMENT = re.compile(COMMENT)
+_HASH = re.compile(rf"[{HASHES}]")
 _WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||-{{3,}}|[=$*/]")
 
 
@@ -36,7 +38,7 @@ def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> It
     stop = len(text) if last is None else last
     suspects = analysis.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
     for index, start in enumerate(analysis.offsets):
-        if text.find("#", place, start) >= 0:
+        if _HASH.search(text, place, start):
             yield from _comment_lines(text, place, start, first, stop)
         if start > stop:
             return
@@ -57,7 +59,7 @@ def colored(
     """
     sign, heads, parameters = None, set[tuple[int, int]](), dict[str, tuple[int, int]]()
     opening: dict[int, tuple[int, tuple[int, int] | None]] = {}
-    if not text.startswith("#"):
+    if not text.startswith(tuple(HASHES)):
         statement = parse_statement(text)
         sign = statement.sign
         heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
@@ -67,8 +69,9 @@ def colored(
     named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
     before, whole = "", 0  # up to this offset, all is one word
-    for match in _WORD.finditer(text):
-        word = match[0]
+    is_plain = text.isascii()
+    for match in _WORD.finditer(text if is_plain else shape(text)):
+        word = match[0] if is_plain else spelled(text[match.start() : match.end()])
         if match.start() in opening:
             whole, known = opening[match.start()]
             if known:
@@ -118,7 +121,7 @@ def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str
     statement, scope = analysis.statements[index], analysis.meanings[index].scope
     names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
     said = [each.span for each in analysis.infeasible.get(index, ()) if each.code in _UNKNOWN]
-    return names, tuple(statement.text[span.start : span.end] for span in said)
+    return names, tuple(spelled(statement.text[span.start : span.end]) for span in said)
 
 
 def _body_words(analysis: Analysis, index: int) -> tuple[str, ...]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import unicodedata
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from difflib import get_close_matches
+from dataclasses import dataclass, field
 from functools import cache
-from itertools import islice
+from itertools import chain, islice
 
 from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Statement
+from improv_core.syntax.slips import closest
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
 from improv_core.syntax.words import Kind
 
@@ -24,13 +25,15 @@ _Table = Mapping[str, Sequence[int]]
 class Bindings:
     """The statements that define and use each name, and the definitions that nothing uses.
 
-    `nearest` returns the known word that is most similar to another one, if there is one: a defined name itself.
+    `nearest` returns the known word that is most similar to another one, if there is one: a defined name itself. Names
+    that look alike are in `spellings`, with how each is composed: one name was a letter, and the other a sign like it.
     """
 
     defined: _Table
     used: _Table
     unused: frozenset[int]
     nearest: Callable[[str], str | None]
+    spellings: Mapping[str, str] = field(default_factory=dict)
 
     def definer(self, name: str, before: int) -> int | None:
         """The statement whose definition of a name applies in the statement `before`."""
@@ -57,7 +60,7 @@ class Bindings:
         unused = self.unused.difference(*(self.defined.get(name, ()) for name in names))
         unused = unused.union(*(_unused(name, defined, used) for name in names if name in defined))
         nearest = self.nearest if defined.keys() == self.defined.keys() else _nearest(defined)
-        return Bindings(defined, used, unused, nearest)
+        return Bindings(defined, used, unused, nearest, _spellings(defined, used))
 
 
 def bind(statements: Iterable[Statement]) -> Bindings:
@@ -73,7 +76,7 @@ def bind(statements: Iterable[Statement]) -> Bindings:
     for name in defined:
         checkpoint()
         unused.update(_unused(name, defined, used))
-    return Bindings(defined, used, frozenset(unused), _nearest(defined))
+    return Bindings(defined, used, frozenset(unused), _nearest(defined), _spellings(defined, used))
 
 
 def _names(statement: Statement) -> tuple[str | None, tuple[str, ...]]:
@@ -110,6 +113,18 @@ def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
             yield definer
 
 
+def _spellings(defined: _Table, used: _Table) -> Mapping[str, str]:
+    """The names that others are composed like, each with how."""
+    found: dict[str, set[str]] = {}
+    for name in chain(defined, used):
+        if not name.isascii():
+            composed = unicodedata.normalize("NFC", name)
+            found.setdefault(composed, set()).add(name)
+            if composed in defined or composed in used:
+                found[composed].add(composed)
+    return {name: composed for composed, names in found.items() if len(names) > 1 for name in names}
+
+
 def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
     @cache
     def nearest(name: str) -> str | None:
@@ -119,9 +134,6 @@ def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
         letters = set(name)
         alike = (each for each in islice(names, MOST_NAMES) if len(letters.symmetric_difference(each)) < 4)
         known = [*_MOVEMENTS, *islice(alike, MOST_COMPARED)]
-        near = get_close_matches(name, known, n=1)
-        if not near and name != name.lower():
-            near = get_close_matches(name.lower(), known, n=1)
-        return near[0] if near else None
+        return closest(name, known)
 
     return nearest

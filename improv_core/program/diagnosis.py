@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
@@ -15,21 +15,36 @@ from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
 from improv_core.program.program import MOST_SCENES, Program
 from improv_core.program.reader import Definition, Takes
+from improv_core.program.unknown_names import unknown_name
 from improv_core.score.body import START
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
+from improv_core.syntax.characters import UNSEEN, in_words, is_name
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.slips import MEANT, is_like_a_robot, number_first, without_sign
+from improv_core.syntax.nodes import Statement
+from improv_core.syntax.slips import (
+    is_like_a_robot,
+    number_first,
+    without_sign,
+)
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.wrong_characters import unseen_joins
 from improv_core.text import Span
 
 
 def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) -> tuple[Diagnostic, ...]:
     """All diagnostics of a program, in the order of the text."""
     serious = program.faulty.union(_too_many(program), program.infeasible, program.too_uneven)
-    hinted = program.bindings.unused.union(idle, [alone.line] if alone else ())
+    hinted = program.bindings.unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
     indices = [*sorted(serious), *sorted(hinted - serious)]
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone))
-    found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
+    hides = any(program.statements[index].diagnostics for index in program.faulty)  # perhaps a definition
+    found = []
+    for index, each in islice(reported, MOST_SHOWN):
+        is_form = each.code in [problem.code for problem in program.statements[index].diagnostics]
+        found.append((_to_be_chosen(each) if hides and not is_form else each).shifted(program.offsets[index]))
+    if any(each.severity is Severity.ERROR for each in found):  # what is removed now may be what is meant elsewhere
+        found = [each if each.severity is Severity.ERROR else _to_be_chosen(each) for each in found]
     if next_one := next(reported, None):
         index, _ = next_one
         found.append(_more(program, indices[indices.index(index) :], index not in serious))
@@ -39,7 +54,29 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
 def diagnose_statement(
     program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None
 ) -> Iterator[Diagnostic]:
-    """The diagnostics of one statement of a program. Spans count from its start."""
+    """The diagnostics of one statement of a program. Spans count from its start.
+
+    If it doesn't have the form of one, what else is said about it concerns a statement that nobody wrote.
+    """
+    statement = program.statements[index]
+    form = statement.diagnostics
+    strange = [each.span for each in form if not statement.text[slice(*each.span)].isascii()]
+    for each in _diagnosed(program, index, idle, alone):
+        is_form = each.code in [problem.code for problem in form]
+        if not is_form and any(span.start <= each.span.end and each.span.start <= span.end for span in strange):
+            continue  # it is about the same characters
+        yield _to_be_chosen(each) if form and not is_form else each
+
+
+def _to_be_chosen(problem: Diagnostic) -> Diagnostic:
+    """A diagnostic of which nobody gets a fix without looking at it."""
+    if not problem.fixes:
+        return problem
+    fixes = tuple(dataclasses.replace(fix, safe=False, guess=True) for fix in problem.fixes)
+    return dataclasses.replace(problem, fixes=fixes)
+
+
+def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None) -> Iterator[Diagnostic]:
     checkpoint()
     statement, meaning = program.statements[index], program.meanings[index]
     for each in meaning.diagnostics:
@@ -53,22 +90,28 @@ def diagnose_statement(
         yield _idle(program, index, idle[index])
     if alone and index == alone.line:
         yield _nothing_near(program, alone)
-    if index in program.bindings.unused:
+    for head, others in program.near_named.get(index, {}).items():
+        yield _near_named(program, head, others)
+    for name, other in program.alike.get(index, {}).items():
+        yield _alike(statement, name, other)
+    if index in program.bindings.unused and is_name(statement.heads[0].text):
         yield _unused(program, index)
     if statement.sign and statement.sign.type == "BEAT" and index != program.tempos[0]:
         first = program.offsets[program.tempos[0]]
         message = f"line {_line(program, program.tempos[0])} already sets the tempo: remove this `beat`"
         related = Related(_relative(program, Span(first, first + len("beat")), index), "the first `beat`")
         repeats = meaning.tempo == program.meanings[program.tempos[0]].tempo
-        fixes = replace("Remove it", _whole_line(program, index), "", safe=repeats)
+        fixes = replace("Remove it", _whole_line(program, index), "", safe=repeats, guess=not repeats)
         yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
     for again in program.repeated.get(index, ()):
         yield _repeated(program, index, again)
     if index in program.too_uneven and statement.body:
         message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
         yield Diagnostic("bad-number", statement.body.span, message)
+    tokens = statement.tokens if meaning.unresolved else []
+    places = {token.start: at for at, token in enumerate(tokens)}
     for node in meaning.unresolved:
-        yield _unresolved(program, index, node)
+        yield _unresolved(program, index, node, tokens, places.get(node.span.start, 0))
     for use in meaning.misused:
         yield _misused(program, index, use)
 
@@ -87,13 +130,14 @@ def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
     related = Related(_relative(program, first, index), "here, for the first time")
     if again.sign == "SCENE":
         message = f"{where} already {what}: choose another name"
-        gone = Span(len(statement.text[: again.span.start].rstrip(" \t")), again.span.end)
+        gone = Span(len(statement.text[: again.span.start].rstrip()), again.span.end)
         return Diagnostic("duplicate-line", again.span, message, replace("Remove the name", gone, ""), (related,))
     is_whole = len(statement.heads) < 2
     gone = _whole_line(program, index) if is_whole else without(statement, again.span)
     span = Span(0, len(statement.text)) if is_whole else again.span
     message = f"{where} already {what}: remove {'this line' if is_whole else 'it here'}"
-    return Diagnostic("duplicate-line", span, message, replace("Remove it", gone, ""), (related,))
+    fixes = replace("Remove it", gone, "", guess=True)
+    return Diagnostic("duplicate-line", span, message, fixes, (related,))
 
 
 _SAID = {
@@ -135,6 +179,24 @@ def _nothing_near(program: Program, alone: Alone) -> Diagnostic:
 _ROOM = "room 6 4"
 
 
+def _near_named(program: Program, head: Token, others: Sequence[str]) -> Diagnostic:
+    """The diagnostic about a robot with a place, where another one plays that is called nearly so."""
+    shown = " and ".join(f"`{each}`" for each in others)
+    message = f"`{head.text}` never plays, but {shown} {'does' if len(others) == 1 else 'do'}: if they are one robot, "
+    message += f"write `{others[0]}` here"
+    free = [each for each in others if each not in program.opening.places]
+    fixes = tuple(fix for each in free for fix in replace(f"Change to {each}", head.span, each))
+    return Diagnostic("near-name", head.span, message, fixes)
+
+
+def _alike(statement: Statement, name: str, other: str) -> Diagnostic:
+    """The diagnostic about a name that looks like another one."""
+    token = next(each for each in statement.tokens if each.text == name)
+    strange = next((char for char in name + other if unicodedata.normalize("NFC", char) != char), name[0])
+    message = f"`{name}` is another name than the `{other}` above, which looks alike: one has {in_words(strange)}"
+    return Diagnostic("two-spellings", token.span, message)
+
+
 def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnostic:
     """What stands for the diagnostics of the statements that are not shown."""
     wrong = program.too_uneven.union(_too_many(program))
@@ -150,10 +212,11 @@ def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnost
     return Diagnostic("more-errors" if has_errors else "more-hints", program.placed(hidden[0]).span, message)
 
 
-def _unresolved(program: Program, index: int, node: nodes.Name) -> Diagnostic:
+def _unresolved(program: Program, index: int, node: nodes.Name, tokens: Sequence[Token], at: int) -> Diagnostic:
+    """The diagnostic about a name that nothing above defines: the token `at` of its statement."""
     name = node.text
     if name not in program.bindings.defined:
-        return _unknown(program, index, node)
+        return unknown_name(program, index, node, tokens, at)
     later = program.bindings.defined[name][0]
     head = program.statements[later].heads[0].span.shifted(program.offsets[later])
     related = Related(_relative(program, head, index), f"`{name}` is defined here")
@@ -162,9 +225,9 @@ def _unresolved(program: Program, index: int, node: nodes.Name) -> Diagnostic:
         message = f"`{name}` is used in its own definition: define it first, above line {line}"
         return Diagnostic("used-before-definition", node.span, message, (), (related,))
     message = f"`{name}` is not defined until line {line}: move its definition above this line"
-    above = Edit(Span(0, 0), program.statements[later].text + _line_end(program, index))
+    above = Edit(Span(0, 0), program.statements[later].text + program.line_end(index))
     moved = (above, Edit(_whole_line(program, later, index), ""))
-    fixes = (Fix(f"Move the definition of {name} up", moved),)
+    fixes = (Fix(f"Move the definition of {name} up", moved, guess=True),)  # another one above may be broken
     return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
 
 
@@ -178,12 +241,11 @@ def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Dia
     is_parameter = name.text in (each.name for each in program.statements[index].parameters)
     if is_parameter or not found or not found.phrase:
         span = Span(numbers[0].span.start, numbers[-1].span.end)
-        remove = replace("Remove it", span, "")
         if len(numbers) > 1 or any(numbers[0].parameters):
-            return Diagnostic("arguments", span, f"`{name.text}` takes no number: remove it", remove)
+            return Diagnostic("arguments", span, f"`{name.text}` takes no number: remove it")
         term = Token("NAME", name.text, *name.span)
         message, fixes = number_first(numbers[0].text, term, True, Span(name.span.end, span.end))
-        return Diagnostic("arguments", span, f"`{name.text}` takes no number: {message}", (*fixes, *remove))
+        return Diagnostic("arguments", span, f"`{name.text}` takes no number: {message}", fixes)
     movements = node.movements if isinstance(node, nodes.Call) else ()
     takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
     given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
@@ -207,7 +269,7 @@ def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Numb
     if numbers:
         span = Span(numbers[0].span.start, numbers[-1].span.end)
         message = f"`{name.text}` takes no number: remove it"
-        return Diagnostic("arguments", span, message, replace("Remove it", span, ""))
+        return Diagnostic("arguments", span, message)
     if word.takes is Takes.POSE:
         return Diagnostic("arguments", name.span, f"write the name of a pose after `{name.text}`, such as `{START}`")
     message = f"write what `{name.text}` performs after it: `{name.text} left`"
@@ -220,8 +282,38 @@ def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic
     if problem.code == "misplaced-canon":
         return _misplaced(program, index, problem)
     if not statement.sign and statement.body and problem is statement.diagnostics[0]:
-        return without_sign(lex(statement.text), program.bindings.nearest, program.any_robot)
+        tokens = lex(statement.text)
+        is_vague = problem == without_sign(tokens)
+        return without_sign(tokens, program.bindings.nearest, program.any_robot) if is_vague else problem
+    if problem.code == "syntax" and problem in statement.diagnostics:
+        return _with_names(program, index, problem)
     return problem
+
+
+def _with_names(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
+    """A diagnostic about a character, by the names that the program has: `½` may be one, and a word with something
+    in it that can't be seen may be."""
+    statement = program.statements[index]
+    written = statement.text[slice(*problem.span)]
+    if written.isascii():
+        return problem
+    tokens = statement.tokens
+    inside = [each.text for each in tokens if problem.span.start <= each.start and each.end <= problem.span.end]
+    if any(name in program.bindings.defined for name in inside):
+        return dataclasses.replace(problem, fixes=())
+    parts = unseen_joins(tokens, problem.span) if set(written) <= set(UNSEEN) else None
+    if not parts or problem.fixes:
+        return problem
+    known = {*program.bindings.defined, *program.cast.part_words, *WORDS, *(each.name for each in statement.parameters)}
+    *halves, whole = parts
+    is_head = statement.sign is not None and problem.span.end <= statement.sign.start
+    is_robot = is_head and statement.defines is None
+    if is_robot:
+        known = {*program.cast.robots, *program.parts}
+    elif whole not in known and not (is_head and known.isdisjoint(halves)):
+        return problem
+    fixes = replace("Remove it", problem.span, "", guess=is_robot and whole not in known)
+    return dataclasses.replace(problem, fixes=fixes)
 
 
 def _misplaced(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
@@ -260,40 +352,6 @@ def _unused(program: Program, index: int) -> Diagnostic:
         message = f"nothing uses `{head.text}`: if it is a robot, write `{head.text} $ …`"
         fixes.reverse()
     return Diagnostic("unused-name", head.span, message, tuple(fixes))
-
-
-def _unknown(program: Program, index: int, node: nodes.Name) -> Diagnostic:
-    name = node.text
-    if meant := MEANT.get(name.lower()):
-        message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
-        fixes = tuple(fix for word in meant for fix in replace(f"Change to {word}", node.span, word))
-        return Diagnostic("unknown-name", node.span, message, fixes)
-    near = program.bindings.nearest(name) or next(iter(get_close_matches(name, program.cast.part_words, n=1)), None)
-    if near is None and _takes_a_term(program.meanings[index].body, node):
-        message = f"`{name}` is not defined: write `{name} = …` above this line, or, if it is a body part, "
-        message += f"`[profiles.NAME.body.{name}]` in improv.toml"
-        return Diagnostic("unknown-name", node.span, message, _defined(program, index, name))
-    if near is None:
-        message = f"`{name}` is not defined: write `{name} = …` above this line"
-        return Diagnostic("unknown-name", node.span, message, _defined(program, index, name))
-    message = f"`{name}` is not defined: did you mean `{near}`?"
-    return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
-
-
-def _defined(program: Program, index: int, name: str) -> tuple[Fix, ...]:
-    return replace(f"Define {name} as rest above", Span(0, 0), f"{name} = rest{_line_end(program, index)}")
-
-
-def _takes_a_term(body: nodes.Node | None, name: nodes.Name) -> bool:
-    """Whether a name stands before another term, as a word for a body part does."""
-    every = nodes.nodes(body) if body else ()
-    return any(isinstance(each, nodes.Series) and name in each.items[:-1] for each in every)
-
-
-def _line_end(program: Program, index: int) -> str:
-    """What ends the line on which a statement starts."""
-    line = program.lines.position(program.offsets[index]).line
-    return program.text[program.lines.end(line) : program.lines.start(line + 1)] or "\n"
 
 
 def _line(program: Program, index: int) -> int:

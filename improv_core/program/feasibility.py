@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from difflib import get_close_matches
 from fractions import Fraction
 from itertools import groupby, islice
 
@@ -22,7 +21,7 @@ from improv_core.score.walk import Moment, walk
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
-from improv_core.syntax.slips import is_between
+from improv_core.syntax.slips import closest, is_between
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
@@ -104,9 +103,9 @@ def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
     if role := robots.role_of(name):
         message = f"`{name}` is not in improv.toml, and its namespace is that of `{role}`: write `{role}` here"
         return Diagnostic("unknown-robot", span, message, replace(f"Change to {role}", span, role))
-    near = get_close_matches(name, robots.robots, n=1)
-    hint = f"did you mean `{near[0]}`?" if near else f"add `[robots.{name}]` to improv.toml"
-    fixes = replace(f"Change to {near[0]}", span, near[0]) if near else ()
+    near = closest(name, robots.robots)
+    hint = f"did you mean `{near}`?" if near else f"add `[robots.{name}]` to improv.toml"
+    fixes = replace(f"Change to {near}", span, near) if near else ()
     return Diagnostic("unknown-robot", span, f"`{name}` is not in improv.toml: {hint}", fixes)
 
 

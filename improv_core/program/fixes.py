@@ -24,13 +24,12 @@ def give_arguments(use: nodes.Name | nodes.Call, phrase: Phrase, declared: Span)
         head = " ".join([*(each.name for each in phrase.numbers), first, *(f"({each})" for each in others)])
         return replace(f"Change {first} in the head", declared, f" {head} ")
     if spare:
-        start = numbers[len(phrase.numbers) - 1].span.end if phrase.numbers else name.span.end
-        return replace(f"Remove {' '.join(each.text for each in spare)}", Span(start, last), "")
+        return ()
     end = movements[-1].span.end if movements else last
     given = {last: NUMBER * (len(phrase.numbers) - len(numbers))}
     given[end] = given.get(end, "") + MOVEMENT * lacking
     edits = tuple(Edit(Span(place, place), text) for place, text in given.items() if text)
-    return (Fix(f"Insert {''.join(given.values()).strip()}", edits),)
+    return (Fix(f"Insert {''.join(given.values()).strip()}", edits, guess=True),)
 
 
 def move_canon(canon: nodes.Apply, text: str, uses: Sequence[int] | None) -> Iterable[Fix]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from difflib import get_close_matches
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.plain import printable
@@ -20,6 +19,7 @@ from improv_core.score.profiles import PUPPET, Profile
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
+from improv_core.syntax.slips import closest
 from improv_core.text import Span
 
 MOST_NAMED = 3
@@ -33,9 +33,9 @@ def check_pose_names(body: Node, robots: Robots) -> Iterator[Diagnostic]:
     known = sorted({name for each in robots.profiles.values() if each.body for name in each.body.pose_names} | {START})
     for node in nodes.nodes(body):
         if isinstance(node, nodes.PoseTerm) and node.pose.text not in known:
-            near = get_close_matches(node.pose.text, known, n=1)
-            hint = f"did you mean `{near[0]}`?" if near else "declare it in the poses of a body part in improv.toml"
-            fixes = replace(f"Change to {near[0]}", node.pose.span, near[0]) if near else ()
+            near = closest(node.pose.text, known)
+            hint = f"did you mean `{near}`?" if near else "declare it in the poses of a body part in improv.toml"
+            fixes = replace(f"Change to {near}", node.pose.span, near) if near else ()
             message = f"`{node.pose.text}` is not a pose: {hint}"
             yield Diagnostic("no-such-pose", node.pose.span, message, fixes)
 

@@ -6,10 +6,12 @@ import re
 from collections.abc import Sequence
 
 from improv_core.diagnostics import Diagnostic, replace
+from improv_core.syntax.characters import JOINERS, in_words
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS
 
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_HYPHENED = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?:-[A-Za-z0-9_]+)+")
 
 
 def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str, ...]:
@@ -18,12 +20,17 @@ def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple
     for head in heads:
         if not head.text or is_reserved(head, diagnostics):
             continue
-        if is_valid_robot(head.text):
+        hides = head.end - head.start != len(head.text)  # a joiner, which doesn't count in other names
+        if is_valid_robot(head.text) and not hides:
             robots[head.text] = None
             continue
         message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
+        if unseen := next((char for char in head.text if not char.isprintable()), JOINERS[0] if hides else None):
+            message = f"there is {in_words(unseen)}, in this robot's name: remove it"
         legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
-        fixes = replace(f"Rename to {legal}", head.span, legal) if legal and legal not in WORDS else ()
+        is_new = legal and legal not in WORDS and not unseen
+        guess = not _HYPHENED.fullmatch(head.text)  # of other names, parts would be lost
+        fixes = replace(f"Rename to {legal}", head.span, legal, guess=guess) if is_new else ()
         diagnostics.append(Diagnostic("bad-robot-name", head.span, message, fixes))
     return tuple(robots)
 

@@ -105,11 +105,11 @@ def check_kind(statement: Statement, said: Said, robots: Robots) -> Iterator[Dia
         return
     profile = statement.opening.profile
     if profile.text not in robots.profiles:
-        near = get_close_matches(profile.text, robots.profiles, n=1) or get_close_matches(
-            profile.text.lower(), robots.profiles, n=1
+        near = next(iter(get_close_matches(profile.text, robots.profiles, n=1)), None) or next(
+            iter(get_close_matches(profile.text.lower(), robots.profiles, n=1)), None
         )
-        hint = f"did you mean `{near[0]}`?" if near else f"add `[profiles.{profile.text}]` to improv.toml"
-        fixes = replaced(f"Change to {near[0]}", profile.span, near[0]) if near else ()
+        hint = f"did you mean `{near}`?" if near else f"add `[profiles.{profile.text}]` to improv.toml"
+        fixes = replaced(f"Change to {near}", profile.span, near) if near else ()
         yield Diagnostic("unknown-profile", profile.span, f"`{profile.text}` is not a profile: {hint}", fixes)
         return
     heads = [head for head in statement.heads if head.text in said.robots]
@@ -163,7 +163,7 @@ def repeated(lines: Iterable[tuple[int, Statement]]) -> Mapping[int, Sequence[Re
 def without(statement: Statement, head: Span) -> Span:
     """A robot's name and the space after it, for removal."""
     rest = statement.text[head.end :]
-    return Span(head.start, head.end + len(rest) - len(rest.lstrip(" \t")))
+    return Span(head.start, head.end + len(rest) - len(rest.lstrip()))
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from improv_core.score.lengths import lengths, scene_lengths
 from improv_core.score.movement import ENDLESS, MOST_BITS, Exact, Lengths, Movement
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.slices import checkpoint
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
 from improv_core.text import LineIndex, Span
 
@@ -165,6 +166,11 @@ class Program:
         placed = self.placed(index) if index >= 0 else None
         return placed if placed and placed.span.holds(offset) else None
 
+    def line_end(self, index: int) -> str:
+        """What ends the line on which a statement starts."""
+        line = self.lines.position(self.offsets[index]).line
+        return self.text[self.lines.end(line) : self.lines.start(line + 1)] or "\n"
+
     def placed(self, index: int) -> Placed:
         return Placed(index, self.offsets[index], self.statements[index], self.meanings[index])
 
@@ -192,6 +198,36 @@ class Program:
     def repeated(self) -> Mapping[int, Sequence[Repeated]]:
         """What lines of the opening say that others above have said already, by index."""
         return repeated((index, self.statements[index]) for index in self.openings)
+
+    @cached_property
+    def near_named(self) -> Mapping[int, Mapping[Token, Sequence[str]]]:
+        """Robots with a place that never play, by line, with those that play and whose names differ in case only."""
+        placing = [index for index in self.openings if (said := self.meanings[index].said) and said.poses]
+        playing = {robot for meaning in self.meanings for robot in meaning.robots} if placing else set()
+        alike: dict[str, list[str]] = {}
+        for robot in sorted(playing):
+            alike.setdefault(robot.lower(), []).append(robot)
+        found: dict[int, dict[Token, Sequence[str]]] = {}
+        for index in placing:
+            for head in self.statements[index].heads:
+                others = alike.get(head.text.lower(), ())
+                if others and head.text not in playing and head.text not in self.cast.robots:
+                    found.setdefault(index, {})[head] = others
+        return found
+
+    @cached_property
+    def alike(self) -> Mapping[int, Mapping[str, str]]:
+        """Names that look like others above, by the statements that have them first, each with that other."""
+        first: dict[str, str] = {}
+        found: dict[int, dict[str, str]] = {}
+        spellings = self.bindings.spellings
+        tables = (self.bindings.defined, self.bindings.used)
+        at = {name: min(index for table in tables for index in table.get(name, ())) for name in spellings}
+        for name in sorted(spellings, key=lambda each: (at[each], each)):
+            other = first.setdefault(spellings[name], name)
+            if other != name:
+                found.setdefault(at[name], {})[name] = other
+        return found
 
     @cached_property
     def plays_nothing(self) -> bool:

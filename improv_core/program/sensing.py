@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from itertools import islice
 
 from improv_core.diagnostics import Diagnostic, replace
@@ -16,6 +15,7 @@ from improv_core.score.reactions import senses_read
 from improv_core.score.senses import NEAR
 from improv_core.score.walk import walk
 from improv_core.syntax.nodes import Apply, Condition, Statement
+from improv_core.syntax.slips import closest
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
@@ -45,9 +45,9 @@ def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
 
 def _unknown(condition: Condition, robots: Robots) -> Diagnostic:
     name, span = condition.sense.text, condition.sense.span
-    near = get_close_matches(name, robots.sense_names, n=1)
-    hint = f"did you mean `{near[0]}`?" if near else f"add `[senses.{name}]` to improv.toml"
-    fixes = replace(f"Change to {near[0]}", span, near[0]) if near else ()
+    near = closest(name, robots.sense_names)
+    hint = f"did you mean `{near}`?" if near else f"add `[senses.{name}]` to improv.toml"
+    fixes = replace(f"Change to {near}", span, near) if near else ()
     return Diagnostic("unknown-sense", span, f"`{name}` is not a sense: {hint}", fixes)
 
 

@@ -93,10 +93,12 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
         whole = _latest(node, reader)
         lost = whole - min(window.end, whole) + window.start if whole < ENDLESS else ENDLESS
         for items, endless in _lost(node, window, reader):
-            # Without a word of dice, the throws after it would decide something else.
-            throws = any(reader.movement_made(item).dice for item in items)
+            # Without a word of dice, the throws after it would decide something else. Without one of senses, what is
+            # around may be of fixed length, and `until` stands still for another time.
+            made = [reader.movement_made(item) for item in items]
+            decides = any(each.dice or each.bounds.open for each in made)
             span = Span(items[0].span.start, items[-1].span.end)
-            yield _Cut(span, not (is_counted or window.is_aligned or throws), endless, lost, whole)
+            yield _Cut(span, not (is_counted or window.is_aligned or decides), endless, lost, whole)
     elif isinstance(node, nodes.Call):
         yield from _cut_arguments(node, window, reader, budget)
         return

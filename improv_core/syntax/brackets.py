@@ -1,4 +1,7 @@
-"""Matches brackets. Missing and extra ones are repaired and reported at the bracket itself."""
+"""Matches brackets. Missing and extra ones are repaired and reported at the bracket itself.
+
+Where a bracket is missing, only people know, so all fixes are guesses.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
     def close(opener: Token, place: int) -> None:
         closer = _CLOSER[opener.type]
         message = f"close this bracket with `{_TEXT[closer]}`"
-        fixes = replace(f"Insert {_TEXT[closer]}", Span(place, place), _TEXT[closer])
+        fixes = replace(f"Insert {_TEXT[closer]}", Span(place, place), _TEXT[closer], guess=True)
         diagnostics.append(Diagnostic("unclosed-bracket", opener.span, message, fixes))
         repaired.append(Token(closer, "", place, place))
 
@@ -32,7 +35,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
         elif token.type in _CLOSER.values():
             if not opened:
                 message = f"remove this `{token.text}` or add the bracket it should close"
-                fixes = replace("Remove it", token.span, "")
+                fixes = replace("Remove it", token.span, "", guess=True)
                 diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 continue
             if any(_CLOSER[opener.type] == token.type for opener in opened):
@@ -41,7 +44,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
             else:
                 wanted = _CLOSER[opened[-1].type]
                 message = f"write `{_TEXT[wanted]}` here to close `{opened[-1].text}`"
-                fixes = replace(f"Change to {_TEXT[wanted]}", token.span, _TEXT[wanted])
+                fixes = replace(f"Change to {_TEXT[wanted]}", token.span, _TEXT[wanted], guess=True)
                 diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 token = token._replace(type=wanted)
             opened.pop()

@@ -55,14 +55,14 @@ span = lru_cache(maxsize=20_000)(Span)
 
 
 @lru_cache(maxsize=20_000)
-def primitive(text: str, start: int) -> Primitive:
+def primitive(text: str, start: int, end: int) -> Primitive:
     """Shared by all statements that have this word at this offset: most nodes are primitives."""
-    place, word = span(start, start + len(text)), WORDS[text]
+    place, word = span(start, end), WORDS[text]
     return Primitive(place, word, hold(word.velocity, span=place))
 
 
-def named(text: str, start: int) -> Name:
-    return Name(span(start, start + len(text)), text)
+def named(text: str, start: int, end: int) -> Name:
+    return Name(span(start, end), text)
 
 
 @lru_cache(maxsize=20_000)
@@ -132,12 +132,12 @@ class _Descent:
         token = self.next
         if token is _AFTER_LAST:
             raise _UnexpectedError
-        kind, text, start, _ = token
+        kind, text, start, end = token
         self.next = next(self._rest)
         if kind == "PRIMITIVE":
-            return primitive(text, start)
+            return primitive(text, start, end)
         if kind == "NAME":
-            name = named(text, start)
+            name = named(text, start, end)
             if self.next.type not in _FACTORS:
                 return name
             numbers = [self.number()]

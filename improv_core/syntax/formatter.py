@@ -1,4 +1,5 @@
-"""The standard layout of programs: spaces, line ends, and comments. The meaning of a program never changes."""
+"""The standard layout of programs: spaces, line ends, comments, and our characters in place of those that stand for
+them. The meaning of a program never changes."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ from itertools import accumulate
 from typing import NamedTuple
 
 from improv_core.diagnostics import Edit, Severity
+from improv_core.syntax.characters import COMMENT, HASHES, usual
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import OfKind
@@ -27,7 +29,8 @@ _OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
 _IN_NUMBERS = ("NUMBER", "PARAM", "OPERATOR")
 _LEADS = frozenset({*(kind.value for kind in TRANSFORMERS), "IF", "ELSE", "NOT", "SENSE", "PLANE"})
 """What a term may start with, besides the numbers of a transformer."""
-_COMMENT = re.compile(r"#[^\r\n]*")
+_COMMENT = re.compile(COMMENT)
+_NAMES = ("NAME", "PARAM", "SENSE")
 _SPACES = " \t\ufeff"
 _BOM = "\ufeff"
 
@@ -91,8 +94,8 @@ def _line_end(text: str, kept: Sequence[_Part]) -> str:
 
 
 def _lines(source: str) -> Sequence[str] | None:
-    if source.startswith("#"):
-        return [source]
+    if source.startswith(tuple(HASHES)):
+        return ["#" + source[1:]]
     statement = parse_statement(source)
     if any(diagnostic.severity is Severity.ERROR for diagnostic in statement.diagnostics):
         return None
@@ -181,7 +184,7 @@ def _flat(source: str, tokens: Sequence[Token], sign: int) -> _Flat:
         ):
             line += " "
         starts.append(len(line))
-        line += token.text
+        line += _written(source, token)
         ends.append(len(line))
         if token.type in _OPENERS:
             opened.append(index)
@@ -195,6 +198,11 @@ def _flat(source: str, tokens: Sequence[Token], sign: int) -> _Flat:
     comments = [_comments(token, source[token.end : place]) for token, place in zip(tokens, places, strict=True)]
     before = [0, *accumulate(map(len, comments))]
     return _Flat(line, tokens, starts, ends, comments, before, closers, _glued(tokens), frozenset(breaks))
+
+
+def _written(source: str, token: Token) -> str:
+    """A token as it is usually written. Names keep their letters."""
+    return usual(source[token.start : token.end]) if token.type in _NAMES else token.text
 
 
 def _glued(tokens: Sequence[Token]) -> frozenset[int]:
@@ -216,7 +224,7 @@ def _comments(token: Token, gap: str) -> list[_Comment]:
     for match in _COMMENT.finditer(gap):
         line_ends = len(LINE_END.findall(gap, place, match.start()))
         opens = not found and token.type in _OPENERS
-        found.append(_Comment(match.group().rstrip(_SPACES), line_ends > 0, line_ends > 1 and not opens))
+        found.append(_Comment("#" + match.group()[1:].rstrip(_SPACES), line_ends > 0, line_ends > 1 and not opens))
         place = match.end()
     return found
 

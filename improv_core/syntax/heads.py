@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
-from improv_core.syntax.lexer import NAME, Token
+from improv_core.syntax.characters import is_name
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.slips import without_separators, without_sign, without_tempo
 from improv_core.text import Span
 
 _BEFORE_SENSES = frozenset({"GUARD", "IF", "NOT"})
-_NAME = re.compile(NAME)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +84,7 @@ def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]
 
 
 def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
-    if len(tokens) == 1 and tokens[0].type not in BRACKETS and _NAME.fullmatch(tokens[0].text):
+    if len(tokens) == 1 and tokens[0].type not in BRACKETS and is_name(tokens[0].text):
         return Head((tokens[0]._replace(type="HEAD"),), sign)  # as nearly all are
     tokens, wrong_brackets = close_brackets(tokens)
     joined = joined_touching(text, tokens)
@@ -97,7 +96,7 @@ def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
         bare = Diagnostic("syntax", name.span, "write a name without brackets")
         return Head((words[0]._replace(type="HEAD"),), sign, (), (bare,))
     parameters, wrong = _parameters(rest)
-    if not _NAME.fullmatch(name.text):
+    if not is_name(name.text):
         wrong = Diagnostic("syntax", name.span, _invalid(name))
     diagnostics = (*wrong_brackets, *([wrong] if wrong and not wrong_brackets else []))
     declared = Span(rest[0].start, rest[-1].end) if rest else None
@@ -116,7 +115,7 @@ def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | 
             closer = next(rest)
             if closer.type != "RPAR":
                 wrong = Diagnostic("syntax", closer.span, "write one parameter in each pair of brackets: `(a) (b)`")
-        if _NAME.fullmatch(name.text):
+        if is_name(name.text):
             parameters.append(Parameter(name, is_number))
         if wrong:
             return parameters, wrong
@@ -128,7 +127,7 @@ def _wrong_parameter(first: Token, name: Token, before: Sequence[Parameter]) -> 
         return Diagnostic("syntax", first.span, "write a parameter that is a movement in parentheses: `(m)`")
     if name.type in BRACKETS:
         return Diagnostic("syntax", name.span, "write the name of a parameter in the brackets")
-    if not _NAME.fullmatch(name.text):
+    if not is_name(name.text):
         return Diagnostic("syntax", name.span, _invalid(name))
     if first is name and before and not before[-1].is_number:
         last = before[-1].name

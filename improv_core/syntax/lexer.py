@@ -7,12 +7,12 @@ from sys import intern
 from typing import NamedTuple
 
 from improv_core.slices import checkpoint
+from improv_core.syntax.characters import NAME, shape, spelled
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
 AT_ONCE = 1_000
 """Tokens between two places where lexing can be interrupted: less than a millisecond."""
-NAME = r"[^\W\d]\w*"
 NUMBER = r"[+-]?[0-9]*\.?[0-9]+"
 
 _TOKEN = re.compile(
@@ -31,7 +31,10 @@ _TERMINALS = {word.text: word.kind.value for word in WORDS.values()}
 
 
 class Token(NamedTuple):
-    """A piece of a statement. `type` is its terminal in the grammar; offsets count from the start of the statement."""
+    """A piece of a statement. `type` is its terminal in the grammar; offsets count from the start of the statement.
+
+    The text is as it is usually written: it may have other characters there, of names even fewer.
+    """
 
     type: str
     text: str
@@ -46,15 +49,19 @@ class Token(NamedTuple):
 def lex(text: str) -> list[Token]:
     """The tokens of a text, without whitespace and comments. A character that fits no token becomes a `STRAY`."""
     tokens = []
+    is_plain = text.isascii()
+    code = text if is_plain else shape(text)
     new = tuple.__new__  # in a quarter of the time that Token's own constructor takes
-    for match in _TOKEN.finditer(text):
+    for match in _TOKEN.finditer(code):
         kind = match.lastgroup
         assert kind
         if kind == "END":
             break
         start, end = match.span(kind)
-        piece = intern(text[start:end])
+        piece = intern(code[start:end])
         if kind == "NAME":
+            if not is_plain:
+                piece = intern(spelled(text[start:end]))
             kind = _TERMINALS.get(piece, kind)
         tokens.append(new(Token, (kind, piece, start, end)))
         if not len(tokens) % AT_ONCE:

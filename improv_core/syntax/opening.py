@@ -8,14 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS
+from improv_core.syntax.characters import NAME, SEPARATORS, is_name, shape, usual
 from improv_core.syntax.descent import number_of
 from improv_core.syntax.heads import joined_touching, robots_head
-from improv_core.syntax.lexer import NAME, Token
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, OpeningNode
+from improv_core.syntax.slips import closest
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
@@ -77,7 +78,7 @@ def _is_profile(text: str, tokens: Sequence[Token], place: int) -> bool:
         return False
     names = joined_touching(text, tokens[:place])
     profile = text[tokens[place + 1].start : tokens[-1].end]
-    return _PROFILE.fullmatch(profile) is not None and all(re.fullmatch(NAME, each.text) for each in names)
+    return _PROFILE.fullmatch(shape(profile)) is not None and all(is_name(each.text) for each in names)
 
 
 def _place_at(tokens: Sequence[Token]) -> int | None:
@@ -102,7 +103,7 @@ def _scene(text: str, tokens: Sequence[Token]) -> OpeningLine:
         return OpeningLine(sign, (), (), None, ())
     first, *others = joined_touching(text, rest)
     wrong: tuple[Diagnostic, ...] = ()
-    if not re.fullmatch(NAME, first.text):
+    if not is_name(first.text):
         message = f"`{first.text}` can't name a scene: use letters, digits, and `_`, starting with a letter"
         wrong = (Diagnostic("syntax", first.span, message),)
     elif others:
@@ -157,7 +158,8 @@ class _Reader:
                 message = "numbers can be multiplied and divided, but not added or subtracted: write the result"
                 raise _WrongError(extra.span, message)
             whole = Span(extra.start, self._tokens[-1].end)
-            fixes = replace("Remove it", Span(self._last.end, whole.end), "")
+            has_number = any(token.type == "NUMBER" for token in self._tokens[self._place :])
+            fixes = () if has_number else replace("Remove it", Span(self._last.end, whole.end), "", guess=True)
             raise _WrongError(whole, f"remove `{extra.text}` or start a new line before it", fixes)
         return node
 
@@ -203,7 +205,8 @@ class _Reader:
             if shape.text != "circle":
                 gone = Span(before.end, (self._next or option).end)
                 message = f"`facing` works only with `circle`: remove it from this {shape.text}"
-                raise _WrongError(option.span, message, replace("Remove it", gone, ""))
+                is_number = self._next is not None and self._next.type == "NUMBER"
+                raise _WrongError(option.span, message, () if is_number else replace("Remove it", gone, ""))
             if not self._next or self._next.text not in FACINGS:
                 raise self._expected("write `in` or `out` after `facing`", "in")
             facing = self._word()
@@ -213,16 +216,19 @@ class _Reader:
         if not self._next:
             raise self._expected(f"write a profile after `is`: `{self._heads[0].text or 'ada'} is turtlesim`", "")
         whole = Span(self._next.start, self._tokens[-1].end)
-        profile = self._text[slice(*whole)]
-        if not _PROFILE.fullmatch(profile):
+        profile = usual(self._text[slice(*whole)])
+        if not _PROFILE.fullmatch(shape(profile)):
             raise _WrongError(whole, "write the name of one profile after `is`")
         self._place = len(self._tokens)
         return OfKind(Token("PROFILE", profile, *whole))
 
     def _room(self) -> FloorSize:
         example = "write the floor's length along x and along y, in meters: `room 6 4`"
+        if times := next((token for token in self._tokens if self._text[token.start] == "×"), None):
+            fixes = replace("Change to a space", times.span, " ")
+            raise _WrongError(times.span, "separate the two lengths with a space: `room 6 4`", fixes)
         width = self._number(example, "6", signed=False)
-        if (times := self._next) and (found := re.fullmatch(r"[xX×](\d*)", times.text)):
+        if (times := self._next) and (found := re.fullmatch(r"[xX](\d*)", times.text)):
             fixes = replace(f"Change to {width.text} {found[1]}".rstrip(), times.span, f" {found[1]}".rstrip() or " ")
             raise _WrongError(times.span, "separate the two lengths with a space: `room 6 4`", fixes)
         self._no_comma()
@@ -266,23 +272,23 @@ class _Reader:
         return token
 
     def _no_comma(self) -> None:
-        if (found := self._next) and found.text in (",", ";"):
+        if (found := self._next) and found.text in SEPARATORS:
             is_apart = self._text[found.end : found.end + 1].isspace()
             fixes = replace(f"Remove {found.text}", found.span, "" if is_apart else " ", safe=is_apart)
             raise _WrongError(found.span, f"remove `{found.text}`: separate numbers with spaces", fixes)
 
     def _check_spelling(self, words: Sequence[str]) -> None:
         """Raise an error if the next word is nearly one of these."""
-        if self._next and (near := get_close_matches(self._next.text, words, n=1)) and near[0] != self._next.text:
-            fixes = replace(f"Change to {near[0]}", self._next.span, near[0])
-            raise _WrongError(self._next.span, f"did you mean `{near[0]}`?", fixes)
+        if self._next and (near := closest(self._next.text, words)) and near != self._next.text:
+            fixes = replace(f"Change to {near}", self._next.span, near)
+            raise _WrongError(self._next.span, f"did you mean `{near}`?", fixes)
 
     def _expected(self, message: str, usual: str) -> _WrongError:
         """The error about what should come next."""
         found = self._next
         if found is None:
             end = Span(self._last.end, self._last.end)
-            fixes = replace(f"Add {usual}", end, f" {usual}") if usual else ()
+            fixes = replace(f"Add {usual}", end, f" {usual}", guess=True) if usual else ()
             return _WrongError(self._last.span, message, fixes)
         if found.type in BRACKETS and (number := _bracketed(self._text, self._tokens[self._place :])):
             inside, whole = number
@@ -295,5 +301,5 @@ def _bracketed(text: str, tokens: Sequence[Token]) -> tuple[str, Span] | None:
     closer = next((place for place, token in enumerate(tokens) if token.type == "RPAR"), None)
     if closer is None:
         return None
-    inside = [token.text for token in tokens[1:closer] if token.text != ","]
-    return " ".join(inside), Span(tokens[0].start, tokens[closer].end)
+    inside = text[tokens[0].end : tokens[closer].start].strip()
+    return re.sub(r"[,;](?=\s)", "", inside), Span(tokens[0].start, tokens[closer].end)

@@ -10,6 +10,7 @@ from itertools import pairwise
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.slices import checkpoint
 from improv_core.syntax.brackets import BRACKETS, close_brackets
+from improv_core.syntax.characters import SEPARATORS
 from improv_core.syntax.derivation import Branch, Leaf, Shape, derive
 from improv_core.syntax.descent import descend, descend_tempo, named, number_of, primitive, span
 from improv_core.syntax.heads import Head, classified, split_head
@@ -31,6 +32,7 @@ from improv_core.syntax.nodes import (
 from improv_core.syntax.opening import opening_line
 from improv_core.syntax.slips import bracketed_number, misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
+from improv_core.syntax.wrong_characters import can_remove, number_meant, shown, wrong_character
 from improv_core.text import Span
 
 DEEPEST = 200
@@ -87,9 +89,14 @@ def _parsed(text: str) -> Statement:
     tokens = lex(text)
     head, rest = split_head(text, tokens)
     is_opening = not head.sign or head.sign.type in ("BEAT", "SCENE")
-    if is_opening and (line := opening_line(text, tokens)):
-        return Statement(text, line.diagnostics, line.sign, line.heads, opening=line.node, words=line.words)
     types = {token.type for token in rest}
+    before = tokens[: len(tokens) - len(rest)]
+    is_strange = "STRAY" in types or not text.isascii() or any(token.type == "STRAY" for token in before)
+    strange = wrong_character(text, tokens, _is_right) if is_strange else None
+    if is_opening and (line := opening_line(text, tokens)):
+        if strange:
+            return Statement(text, (strange,), line.sign, line.heads, words=line.words)
+        return Statement(text, line.diagnostics, line.sign, line.heads, opening=line.node, words=line.words)
     if head.parameters or "GUARD" in types or "IF" in types:
         rest = classified(rest, head.numbers)
         types = {token.type for token in rest}
@@ -105,6 +112,8 @@ def _parsed(text: str) -> Statement:
         body, tempo, wrong_form = parse_and_repair(rest, head)
         if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
             diagnostics += wrong_form
+    if strange:
+        diagnostics = [strange]
     name = head.names[0].text if sign and sign.type == "EQUAL" else None
     movements = {each.name for each in head.parameters if not each.is_number}
     return Statement(
@@ -125,6 +134,10 @@ def _parsed(text: str) -> Statement:
 
 
 _BY_ROBOT = {text: word.kind.value for text, word in WORDS.items() if word.by_robot}
+
+
+def _is_right(text: str) -> bool:
+    return len(text) <= LONGEST_KEPT and not parse_statement(text).diagnostics
 
 
 def _has_arguments(tokens: Sequence[Token]) -> bool:
@@ -175,6 +188,7 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
             wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
+            wrong = wrong or (number_meant(tokens, unexpected.at) if found else None)
             wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(tokens, unexpected.at, unexpected.wanted)),
@@ -202,9 +216,9 @@ def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
     assert isinstance(first, Leaf)
     token = _token(first, tokens)
     if rule == "word":
-        return primitive(token.text, token.start)
+        return primitive(token.text, token.start, token.end)
     if rule == "name":
-        name = named(token.text, token.start)
+        name = named(token.text, token.start, token.end)
         if len(parts) == 1:
             return name
         numbers = _numbers(parts, tokens)
@@ -277,12 +291,14 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         return f"write a plane{after}: YZ, XZ, or XY", ()
     if accepts <= _IN_CONDITIONS:
         return f"write a sense{after}, such as `cue`", ()
-    if found and found.text == ",":
+    if found and found.text in SEPARATORS:
         items = "numbers" if accepts <= _IN_NUMBERS else "movements"
-        is_decimal = last is not None and last.type == "NUMBER"  # perhaps
-        space = " " if any(token.start == found.end for token in tokens[at + 1 : at + 2]) else ""
-        remove = replace("Remove ,", found.span, space, safe=not is_decimal)
-        return f"remove `,`: separate {items} with spaces", remove
+        what, touched = shown(found), [token for token in tokens[at + 1 : at + 2] if token.start == found.end]
+        # Before a number it may be a decimal comma without a 0, and after one, one with a space too many.
+        is_decimal = any(token.type == "NUMBER" for token in (*touched, *tokens[at - 1 : at]))
+        remove = replace(f"Remove {found.text}", found.span, " " if touched else "", safe=not is_decimal)
+        keeps = not touched or touched[0].type != "NUMBER" or (last is not None and last.end == found.start)
+        return f"remove {what}: separate {items} with spaces", remove if keeps else ()
     if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
@@ -293,13 +309,13 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
     if found.type == "PLANE":
         before = Span(found.start, found.start)
         return f"write `reflect` before `{found.text}`", replace("Insert reflect", before, "reflect ")
-    remove = replace(f"Remove {found.text}", found.span, "")
     if found.type == "NUMBER" and last and last.type == "EQUAL":
         return f"names stand for movements only: write `{found.text}` where you need it", ()
     if found.type == "NUMBER":
-        return f"remove `{found.text}`: a number can only follow a name or a word such as `repeat` or `scale`", remove
+        return f"remove `{found.text}`: a number can only follow a name or a word such as `repeat` or `scale`", ()
     if found.type == "OPERATOR":
-        return f"remove `{found.text}`: it can only stand between numbers", remove
+        return f"remove `{found.text}`: it can only stand between numbers", ()
+    remove = replace(f"Remove {found.text}", found.span, "", guess=True)
     if found.type == "SCENE":
         return f"write `{found.text}` on a line of its own", ()
     if found.type == "ELSE":
@@ -311,5 +327,7 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
             "Change to ||", found.span, "||", safe=True
         )
     if found.type == "STRAY":
-        return f"remove `{found.text}`: it is not part of the language", remove
+        what = shown(found)
+        gone = replace("Remove it", found.span, "") if can_remove(tokens, at) else ()
+        return f"remove {what}: it is not part of the language", gone
     return f"remove `{found.text}` or start a new line before it", remove

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import unicodedata
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from difflib import SequenceMatcher, get_close_matches
 from fractions import Fraction
@@ -12,6 +13,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.score.movement import STILL
 from improv_core.score.primitives import PRIMITIVES
+from improv_core.syntax.characters import SEPARATORS, is_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
 from improv_core.syntax.words import Kind
@@ -32,11 +34,14 @@ MEANT: Mapping[str, tuple[str, ...]] = {
 }
 """Words that people try, in lowercase, and the words of the language that do what they want."""
 
-_DASHES = "-–—"
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)
+_LONGEST_TAKEN_APART = 60
+_BESIDE_WORDS = re.compile(r"^[^A-Za-z0-9]+|[^A-Za-z0-9]+$")
+_LONGEST_ENDING = 2
+"""The most characters that may be too many in a word: `forwards`."""
 _SIMILAR = 0.7
 """How similar to a word of the language a line's first word must be to be taken for it, from 0 to 1."""
-_SEPARATORS = frozenset({",", ";", "&", "+"})
+_SEPARATORS = frozenset({*SEPARATORS, "&", "+"})
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
@@ -50,9 +55,85 @@ _OPPOSITES = {
 }
 
 
+_TURNING = ("left", "right", "halfleft", "halfright")
+_GOING = ("forward", "backward", "strafeleft", "straferight", "up", "down")
+_SAYS_ALREADY: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("turn", "rotate", "spin"), _TURNING),
+    **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight"), _GOING),
+}
+"""Words of `MEANT` that people put before or behind one of the language: with it, they say nothing of their own."""
+
+
 def nearest_word(name: str) -> str | None:
     """The word for movements that is most similar to a name, if one is."""
-    return next(iter(get_close_matches(name.lower(), _MOVEMENTS, n=1)), None)
+    return closest(name, _MOVEMENTS)
+
+
+def closest(name: str, known: Collection[str]) -> str | None:
+    """The known name that is most similar to another one, if one is.
+
+    None that lacks a number, a word, or a sign of it, so that whoever takes it gets all that was written.
+    """
+    plain = unicodedata.normalize("NFKC", name)
+    if plain in known:
+        return plain
+    alike = get_close_matches(name, known, n=1)
+    if not alike and plain.lower() != name:
+        alike = get_close_matches(plain.lower(), known, n=1)
+    near = alike[0] if alike else None
+    if near is None or _numerals(near) != _numerals(plain) or not is_name(near.replace("-", "_")):
+        return None
+    is_word = all(char.isalnum() or char in "_-" or unicodedata.category(char)[0] == "M" for char in plain)
+    return near if is_word and not has_more(plain, near, known.__contains__) else None
+
+
+def has_more(name: str, near: str, is_known: Callable[[str], bool]) -> bool:
+    """Whether a name is one that is nearly like it and another word, or several known ones in a row."""
+    if len(name) > _LONGEST_TAKEN_APART:
+        return True
+    ends = {0}
+    for end in range(1, len(name) + 1):
+        if any(is_known(_BESIDE_WORDS.sub("", name[start:end])) for start in ends):
+            ends.add(end)
+    if len(name) in ends and not is_known(name):
+        return True
+    rest = name.removeprefix(near) if name.startswith(near) else name.removesuffix(near)
+    return near != name and rest != name and (is_known(rest.strip("_")) or len(rest) > _LONGEST_ENDING)
+
+
+def _numerals(name: str) -> str:
+    return "".join(char for char in name if char.isnumeric())
+
+
+def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]]:
+    """The message about one of the words that people try, and its fixes."""
+    token, name = tokens[at], tokens[at].text
+    before, after = (tokens[at - 1] if at else None), (tokens[at + 1] if at + 1 < len(tokens) else None)
+    meant = MEANT[name.lower()]
+    same = {*meant, *_SAYS_ALREADY.get(name.lower(), ())}
+    if after and (words := MEANT.get(after.text.lower(), (after.text,))) and same.issuperset(words):
+        gone = Span(token.start, after.start)
+        return f"remove `{name}`: `{after.text}` says it already", replace(f"Remove {name}", gone, "")
+    is_behind = before is not None and before.text in same and (before.text == "repeat" or before.text in _TURNING)
+    is_count = meant == ("repeat",) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]
+    if before and (is_behind or is_count):
+        gone = Span(before.end, token.end)
+        word = tokens[at - 2].text if is_count else before.text
+        return f"remove `{name}`: `{word}` says it already", replace(f"Remove {name}", gone, " " * _joins(gone, after))
+    if "strafeleft" in meant and after and after.text in ("left", "right"):
+        word = f"strafe{after.text}"
+        fixes = replace(f"Change to {word}", Span(token.start, after.end), word)
+        return f"`{name}` is not defined: did you mean `{word}`?", fixes
+    message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
+    beside = [each.type for each in (before, after) if each]
+    # A count without its word is no loop, and what stands beside a movement may only say how it is done.
+    guess = after is None or after.type != "NUMBER" if meant == ("repeat",) else "PRIMITIVE" in beside
+    guess = guess and meant != ("rest",)
+    return message, tuple(fix for word in meant for fix in replace(f"Change to {word}", token.span, word, guess=guess))
+
+
+def _joins(gone: Span, after: Token | None) -> bool:
+    return after is not None and after.start == gone.end
 
 
 def without_sign(
@@ -68,16 +149,12 @@ def without_sign(
     if second and _sets_tempo(tokens) and first.type == "NAME":
         message = f"write `beat {second.text}` to set the tempo"
         return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat", safe=True))
-    if all(token.text in _DASHES for token in tokens):
-        span = Span(first.start, tokens[-1].end)
-        fixes = replace("Change to ---", span, "---", safe=True)
-        return Diagnostic("syntax", span, "write `---` to begin a new scene", fixes)
     colon = next((token for token in tokens if token.type != "NAME"), first)
     if colon.text == ":" and colon is not first:
         fixes = replace("Change to $", colon.span, " $", safe=True)
         return Diagnostic("syntax", colon.span, "write `$` instead of `:`", fixes)
     whole = Span(first.start, tokens[-1].end)
-    plays = Fix(f"Play it: {robot} $ …", (Edit(Span(first.start, first.start), f"{robot} $ "),))
+    plays = Fix(f"Play it: {robot} $ …", (Edit(Span(first.start, first.start), f"{robot} $ "),), guess=True)
     if first.type in ("STRAY", "NUMBER"):
         return Diagnostic("syntax", whole, _FORMS)
     if first.type != "NAME":
@@ -88,7 +165,7 @@ def without_sign(
     similar = nearest(first.text)
     if similar and SequenceMatcher(None, similar, first.text.lower()).ratio() >= _SIMILAR:
         form = f"{robot} $ {similar}{' …' if second else ''}"
-        meant = Fix(f"Play it: {form}", (Edit(first.span, f"{robot} $ {similar}"),))
+        meant = Fix(f"Play it: {form}", (Edit(first.span, f"{robot} $ {similar}"),), guess=True)
         fixes = (meant, insert) if forgot and similar != first.text else (meant,)
         return Diagnostic("syntax", whole, f"write a robot first: `{form}`", fixes)
     if not forgot:
@@ -141,13 +218,20 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     number = "".join(token.text for token in tokens[at:end])
     span = Span(tokens[at].start, tokens[end - 1].end)
     before = tokens[at - 1] if at else None
-    if before and before.type in ("NUMBER", "PARAM") and number[0] in "+-":
-        message = "numbers can be multiplied and divided, but not added or subtracted: write the result"
+    if before and before.type in ("NUMBER", "PARAM"):
+        message = "write one number here, not two"
+        if number[0] in "+-":
+            message = "numbers can be multiplied and divided, but not added or subtracted: write the result"
         return Diagnostic("syntax", span, message)
+    after = tokens[end] if end < len(tokens) and tokens[end].start == span.end else None
+    if after and after.type == "STRAY":
+        if after.text != "°" or not before or before.text not in _TURNS:
+            return None
+        span = Span(span.start, after.end)
     start = _start_of_term(tokens, at - 1)
     if start is not None:
         last = tokens[at - 1]
-        gone = Span(last.end if span.start - last.end <= 1 else span.start, span.end)
+        gone = Span(last.end if span.start - last.end <= 1 and not after else span.start, span.end)
         is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
         return Diagnostic("syntax", span, *number_first(number, tokens[start], at - start == 1, gone, is_counted))
     if end < len(tokens) and tokens[end].type in (*_WORDS, *_OPENERS.values()):
@@ -167,7 +251,9 @@ def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         return None
     number = "".join(token.text for token in tokens[start + 1 : end])
     is_apart = start > 0 and tokens[start - 1].end < tokens[start].start
-    edits = (Edit(tokens[start].span, "" if is_apart else " "), Edit(tokens[end].span, ""))
+    touches = [token for token in tokens[end + 1 : end + 2] if token.start == tokens[end].end]
+    is_joined = any(token.type not in ("BAR", *_OPENERS, *_OPENERS.values()) for token in touches)
+    edits = (Edit(tokens[start].span, "" if is_apart else " "), Edit(tokens[end].span, " " if is_joined else ""))
     message = f"write `{number}` without brackets: only movements can stand in them"
     span = Span(tokens[start].start, tokens[end].end)
     return Diagnostic("syntax", span, message, (Fix("Remove the brackets", edits, safe=True),))
@@ -181,7 +267,7 @@ def number_first(
     ways = list(_ways(number, term.text if is_word else None, is_counted))
     if not ways:
         what = "`repeat` takes a whole number above 0" if is_counted else "it does not change this movement"
-        return f"remove `{number}`: {what}", replace(f"Remove {number}", gone, "")
+        return f"remove `{number}`: {what}", ()
     kept = term.text if is_word else "( … )" if term.text == "(" else "[ … ]"
     shown = [" ".join([*(["repeat"] if is_counted else []), *way.before, way.word or kept]) for way in ways]
     message = f"write {' or '.join(f'`{title}`' for title in shown)}"
@@ -189,7 +275,10 @@ def number_first(
         message += ": the number comes first"
     elif ways[0].turns:
         message += f": it turns by {ways[0].turns}°"
-    fixes = [Fix(f"Change to {title}", _edits(way, term, gone)) for title, way in zip(shown, ways, strict=True)]
+    fixes = [
+        Fix(f"Change to {title}", _edits(way, term, gone), guess=way.drops)
+        for title, way in zip(shown, ways, strict=True)
+    ]
     return message, tuple(fixes)
 
 
@@ -204,11 +293,13 @@ _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 class _Way(NamedTuple):
     """What may be meant by a term and a number: words `before` the term, and the `word` instead of it, if another one
-    is meant. `turns` are the degrees of that word, if the number said them."""
+    is meant. `turns` are the degrees of that word, if the number said them; then and where it is 1 or 0, it `drops` the
+    number."""
 
     before: tuple[str, ...]
     word: str | None = None
     turns: int = 0
+    drops: bool = False
 
 
 def _ways(number: str, word: str | None, is_counted: bool) -> Iterator[_Way]:
@@ -230,11 +321,11 @@ def _ways(number: str, word: str | None, is_counted: bool) -> Iterator[_Way]:
         number = number.removeprefix("-") if _value(number.removeprefix("-")) == -value else str(-value)
     if not value:
         if word:
-            yield _Way((), "rest")
+            yield _Way((), "rest", drops=True)
         return
     changed = meant if meant != word else None
     if abs(value) == 1:
-        yield _Way(back, changed)
+        yield _Way(back, changed, drops=True)
         return
     if number.isdecimal():
         yield _Way(("repeat", number, *back), changed)
@@ -249,7 +340,7 @@ def _turns(degrees: Fraction, word: str) -> Iterator[_Way]:
     degrees = abs(degrees)
     for turn in (quarter, half):
         if degrees == _TURNS[turn]:
-            yield _Way((), turn, _TURNS[turn])
+            yield _Way((), turn, _TURNS[turn], drops=True)
             return
     if degrees % _TURNS[quarter] == 0:
         times = str(degrees / _TURNS[quarter])

@@ -1,4 +1,4 @@
-"""Programs with a cursor in them, written `|>`."""
+"""Programs with a cursor in them, written `|>`, and what keys make of them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from textwrap import dedent
 
 from improv_core.diagnostics import Edit
+from improv_core.ide.code_action import fixes
 from improv_core.program.analysis import Analysis, analyze
 
 CURSOR = "|>"
@@ -23,3 +24,9 @@ def applied(text: str, edits: Sequence[Edit]) -> str:
     for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
         text = text[: edit.span.start] + edit.text + text[edit.span.end :]
     return text
+
+
+def preferred(analysis: Analysis) -> list[Sequence[Edit]]:
+    """What pressing the key for the preferred fix may do, at any place."""
+    every = (action for each in analysis.diagnostics for action in fixes(analysis.diagnostics, each.span))
+    return list(dict.fromkeys(action.edits for action in every if action.preferred))

@@ -48,7 +48,7 @@ def test_syntax_says_what_to_write() -> None:
         beat
         ^^^^ syntax: write a number after `beat`, such as `beat 60`
         turtle1 $ forward 😀
-                          ^ syntax: remove `😀`: it is not part of the language
+                          ^ syntax: remove `😀`, a grinning face, U+1F600: it is not part of the language
     """)
 
 

@@ -142,11 +142,11 @@ def test_whatever_senses_decide_is_checked() -> None:
         beat 60
         burger $ until cue repeat (left repeat 5 scale 1/10 forward [forward forward])
                                                                      ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
-        burger $ if cue2 [forward forward] else left
-                    ^^^^ unknown-sense: `cue2` is not a sense: did you mean `cue`?
+        burger $ if cuee [forward forward] else left
+                    ^^^^ unknown-sense: `cuee` is not a sense: did you mean `cue`?
                           ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
-        burger $ (until not cue2 repeat [forward forward]) left
-                            ^^^^ unknown-sense: `cue2` is not a sense: did you mean `cue`?
+        burger $ (until not cuee repeat [forward forward]) left
+                            ^^^^ unknown-sense: `cuee` is not a sense: did you mean `cue`?
                                          ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
     """)
 

@@ -1,4 +1,5 @@
-"""The one layout: before → after, and what holds for any program: nothing but blanks and line ends ever changes."""
+"""The one layout: before → after, and what holds for any program: blanks and line ends change, and characters that
+stand for ours become ours; nothing else ever does."""
 
 from __future__ import annotations
 
@@ -15,6 +16,7 @@ from improv_core.diagnostics import Edit
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score_json import to_json
+from improv_core.syntax.characters import usual
 from improv_core.syntax.formatter import WIDTH, edits, format_text
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -62,7 +64,7 @@ def meaning(text: str) -> Any:
 
 
 def comments(text: str) -> list[str]:
-    return [comment.rstrip(" \t\ufeff") for comment in re.findall(r"#[^\r\n]*", text)]
+    return [comment.rstrip(" \t\ufeff") for comment in re.findall(r"#[^\r\n]*", usual(text))]
 
 
 def wrong(text: str) -> list[str]:
@@ -71,8 +73,8 @@ def wrong(text: str) -> list[str]:
 
 
 def code(text: str) -> str:
-    """All signs but blanks, in their order."""
-    return re.sub(r"[ \t\r\n\ufeff]", "", text)
+    """All signs but blanks, in their order, each as ours."""
+    return re.sub(r"[ \t\r\n\ufeff]", "", usual(text))
 
 
 @pytest.mark.parametrize(
@@ -356,7 +358,7 @@ def test_layout_of_programs(text: str) -> None:
 
 PIECES = [*"()[]()[]$==,-#x\t\n\n\r\f\xa0\ufeff\u2028😀", "||", " ", "\r\n", "\nx=", "\nr $", "YZ", "3/2", "1.5", "4"]
 PIECES += ["\n||", "\nelse ", "if near ", "\n---\n", "*", "\nf n (m) =", "beat ", "repeat", "reflect", "fast "]
-PIECES += ["forward", "left ", "r "]
+PIECES += ["forward", "left ", "r ", *"（）［］＝＄＃４－．／×÷−　\u2003\u200b\u200d\u0301आगे"]
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join))

@@ -27,7 +27,7 @@ import { Tooltip } from "./tooltip.js"
 
 const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
 const MARGIN = 8 // pixels around the cursor that stay in view
-const PART_OF_WORD = /^[\p{L}\p{N}_]*$/u
+const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
 
 export class Editor {
   #send

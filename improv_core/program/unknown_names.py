@@ -1,0 +1,82 @@
+"""What is said about a name that no statement defines: what may be meant, and fixes that keep all that was written."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Sequence
+
+from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.program.program import Program
+from improv_core.syntax import nodes
+from improv_core.syntax.characters import BOM, in_words, usual
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.slips import MEANT, closest, has_more, meant_instead
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import Kind
+from improv_core.syntax.wrong_characters import number_meant
+from improv_core.text import Span
+
+_NUMBERED = re.compile(r"(.*?[^\W\d])(\d+)")
+_SPACES = re.compile(r"[ \t\ufeff]*")
+
+
+def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequence[Token], at: int) -> Diagnostic:
+    """The diagnostic about a name that no statement defines: the token `at` of its statement."""
+    name, statement = node.text, program.statements[index]
+    if number := number_meant(tokens, at):
+        before = tokens[at - 1] if at else None
+        is_second = before is not None and before.type in ("NUMBER", "PARAM") and before.end < number.span.start
+        fixes = tuple(dataclasses.replace(fix, guess=True) for fix in number.fixes) if is_second else number.fixes
+        return Diagnostic("unknown-name", node.span, f"`{name}` is not defined: {number.message}", fixes)
+    halves = _in_two(program, statement.text, tokens, at)
+    if BOM in statement.text[max(node.span.start - 1, 0) : node.span.start] + statement.text[node.span.end :][:1]:
+        message = f"`{name}` is not defined: there is {in_words(BOM)}, beside it"
+        return Diagnostic("unknown-name", node.span, message, halves)
+    if halves:
+        message = f"`{name}` is not defined: write `{halves[0].title.removeprefix('Change to ')}` as one word"
+        return Diagnostic("unknown-name", node.span, message, halves)
+    if name.lower() in MEANT:
+        message, fixes = meant_instead(tokens, at)
+        return Diagnostic("unknown-name", node.span, message, fixes)
+    parameters = [each.name for each in statement.parameters]
+    near = program.bindings.nearest(name) or closest(name, program.cast.part_words)
+    if near and not has_more(name, near, lambda each: _is_known(program, each) or each in parameters):
+        message = f"`{name}` is not defined: did you mean `{near}`?"
+        return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
+    message = f"`{name}` is not defined: write `{name} = …` above this line"
+    if (joined := _NUMBERED.fullmatch(name)) and _takes_number(program, index, joined[1]):
+        message = f"`{name}` is not defined: write `{joined[1]} {joined[2]}`, with a space"
+    elif _takes_a_term(program.meanings[index].body, node):
+        message += f", or, if it is a body part, `[profiles.NAME.body.{name}]` in improv.toml"
+    above = f"{name} = rest{program.line_end(index)}"
+    fixes = replace(f"Define {name} as rest above", Span(0, 0), above, guess=True)
+    return Diagnostic("unknown-name", node.span, message, fixes)
+
+
+def _is_known(program: Program, name: str) -> bool:
+    return name in WORDS or name in program.bindings.defined or name in program.cast.part_words
+
+
+def _in_two(program: Program, text: str, tokens: Sequence[Token], at: int) -> tuple[Fix, ...]:
+    """The fix that makes one known word of this part of it and of the next."""
+    for one, other in zip(tokens[max(at - 1, 0) :], tokens[max(at - 1, 0) + 1 : at + 2], strict=False):
+        whole = one.text + other.text
+        is_near = _SPACES.fullmatch(usual(text[one.end : other.start]))
+        if is_near and (whole in program.bindings.defined or whole in WORDS):
+            return replace(f"Change to {whole}", Span(one.end, other.start), "")
+    return ()
+
+
+def _takes_number(program: Program, index: int, name: str) -> bool:
+    """Whether a number stands after a word of the language, or a name that is defined above."""
+    if name in WORDS:
+        return WORDS[name].kind in (Kind.REPEAT, Kind.FACTOR, Kind.RAMP)
+    definition = program.definition(name, index)
+    return definition is not None and definition.phrase is not None and bool(definition.phrase.numbers)
+
+
+def _takes_a_term(body: nodes.Node | None, name: nodes.Name) -> bool:
+    """Whether a name stands before another term, as a word for a body part does."""
+    every = nodes.nodes(body) if body else ()
+    return any(isinstance(each, nodes.Series) and name in each.items[:-1] for each in every)

@@ -1,0 +1,303 @@
+"""Errors about what other keyboards write in place of ours where that can't be read as ours.
+
+Each has the one fix that it may be, which never deletes a number, joins two, or splits one.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from itertools import takewhile
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.syntax.brackets import BRACKETS
+from improv_core.syntax.characters import (
+    CLOSERS,
+    DASHES,
+    DECIMAL_COMMAS,
+    DEGREES,
+    LINE_ENDS,
+    MEANT,
+    OPENERS,
+    UNSEEN,
+    in_words,
+)
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
+
+LONGEST_EXPONENT = 2
+MOST_PARTS = 12
+"""Tokens before and after one of a number that is written otherwise."""
+_PLACES = frozenset({"at", "around", "facing"})
+_PARTS = frozenset({"NUMBER", "NAME", "STRAY"})
+_SIGNS = frozenset({"BAR", "EQUAL", "DOLLAR", "OPERATOR", "STRAY", *BRACKETS})
+_QUOTES_AND_PICTURES = ("Pi", "Pf", "So")
+_NOTHING = "\"'`.!?…"
+"""What means nothing in a movement. All others may, such as `&` and `^`, so no fix removes them."""
+
+IsRight = Callable[[str], bool]
+"""Whether the text of a statement has the form of one."""
+
+
+def wrong_character(text: str, tokens: Sequence[Token], is_right: IsRight) -> Diagnostic | None:
+    """The error about the first character of a statement that has no meaning here, but a likely one."""
+    if scene := _dashes(text, tokens):
+        return scene
+    is_movement = any(token.type in ("EQUAL", "DOLLAR") for token in tokens)
+    place = next((at for at, token in enumerate(tokens) if token.text in _PLACES), len(tokens))
+    for at, token in enumerate(tokens):
+        if token.type == "STRAY":
+            found = _comma(text, tokens, at, is_right) or number_meant(tokens, at) or _unseen(text, tokens, at)
+            found = (
+                found
+                or (_minus(text, tokens, at) if place < at and not is_movement else None)
+                or _sign(text, tokens, at)
+            )
+            if found:
+                return found
+        elif not is_movement and token.type == "NAME" and (found := number_meant(tokens, at)):
+            return found
+    return None
+
+
+def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about a number that is written otherwise, such as `1½` or `50%`, of which this token is a part."""
+    if not _MAY_BE_IN_NUMBERS.fullmatch(tokens[at].text):
+        return None
+    first = last = at
+    while first and _touches(tokens, first - 1) and tokens[first - 1].type in _PARTS:
+        first -= 1
+        if at - first > MOST_PARTS:
+            return None
+    while _touches(tokens, last) and tokens[last + 1].type in _PARTS:
+        last += 1
+        if last - at > MOST_PARTS:
+            return None
+    written = "".join([token.text for token in tokens[first : last + 1]])
+    if not (found := _read(written)):
+        return None
+    value, why = found
+    if first and tokens[first - 1].text == "/" and isinstance(value, Fraction):
+        value = _decimal(value)
+    span = Span(tokens[first].start, tokens[last].end)
+    if value is None:
+        return Diagnostic("syntax", span, why.removeprefix(": "))
+    return Diagnostic("syntax", span, f"write `{value}`{why}", replace(f"Change to {value}", span, str(value)))
+
+
+def can_remove(tokens: Sequence[Token], at: int) -> bool:
+    """Whether a stray may be removed by a fix: it means nothing, and stands beside neither a number nor a name."""
+    stray = tokens[at].text
+    beside = [tokens[at - 1]] if at and _touches(tokens, at - 1) else []
+    beside += [tokens[at + 1]] if _touches(tokens, at) else []
+    is_picture = unicodedata.category(stray) in _QUOTES_AND_PICTURES
+    means_nothing = stray in _NOTHING or is_picture or not stray.isprintable()
+    return means_nothing and all(token.type in _SIGNS and token.type != "OPERATOR" for token in beside)
+
+
+def shown(token: Token) -> str:
+    """A stray for a message: in words with its code, if it is none of the usual characters."""
+    char = token.text
+    if char.isascii() and char.isprintable():
+        return f"`{char}`"
+    words = in_words(char)
+    return f"`{char}`, {words}" if char.isprintable() else f"this {words.partition(' ')[2]}"
+
+
+def unseen_joins(tokens: Sequence[Token], span: Span) -> tuple[str, str, str] | None:
+    """The two parts of a word between which something stands that can't be seen, and the whole; None if one of them is
+    a number."""
+    before = next((token for token in tokens if token.end == span.start), None)
+    after = next((token for token in tokens if token.start == span.end), None)
+    if not before or not after or not {before.type, after.type}.isdisjoint({"NUMBER", "STRAY"}):
+        return None
+    return before.text, after.text, before.text + after.text
+
+
+def _dashes(text: str, tokens: Sequence[Token]) -> Diagnostic | None:
+    """The error about dashes that are meant to be the three that begin a scene."""
+    dashes = list(takewhile(lambda token: token.type in ("STRAY", "SCENE") and token.text[0] in DASHES, tokens))
+    rest = tokens[len(dashes) :]
+    if not dashes or len(rest) > 1 or [each.type for each in dashes] == ["SCENE"]:
+        return None
+    span = Span(dashes[0].start, dashes[-1].end)
+    written = text[slice(*span)]
+    if rest and (rest[0].type != "NAME" or (len(dashes) == 1 and written == "-")):
+        return None
+    other = next((char for char in written if not char.isascii() and not char.isspace()), None)
+    message = "write `---` to begin a new scene" + (f": this is {in_words(other)}" if other else "")
+    touches = bool(rest) and rest[0].start == span.end
+    return Diagnostic("syntax", span, message, replace("Change to ---", span, "--- " if touches else "---", safe=True))
+
+
+def _minus(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about a dash that is meant as the sign of a number in a place."""
+    token = tokens[at]
+    is_sign = token.text in DASHES and _touches(tokens, at) and tokens[at + 1].type == "NUMBER"
+    if not is_sign or (at and _touches(tokens, at - 1)):
+        return None
+    message = f"write `-` before a number: this is {in_words(text[token.start])}"
+    return Diagnostic("syntax", token.span, message, replace("Change to -", token.span, "-"))
+
+
+def _comma(text: str, tokens: Sequence[Token], at: int, is_right: IsRight) -> Diagnostic | None:
+    """The error about a comma within a number, or between two."""
+    span = tokens[at].span
+    if tokens[at].text not in DECIMAL_COMMAS or not _is_between_numbers(tokens, at):
+        return None
+    first, last = tokens[at - 1], tokens[at + 1]
+    message = f"this is {in_words(text[span.start])}: numbers have a point"
+    is_long = _is_comma(tokens, at - 2) or _is_comma(tokens, at + 2) or "." in first.text + last.text
+    if is_long or (len(last.text) == 3 and first.text.lstrip("+-0")):
+        return Diagnostic("syntax", span, f"{message}, and nothing between thousands")
+    commas = [each.span for place, each in enumerate(tokens) if _is_comma(tokens, place)]
+    if tokens[at].text == "," and not is_right(_written(text, commas, ".")) and is_right(_written(text, commas, " ")):
+        apart = f"{first.text} {last.text}"
+        return Diagnostic("syntax", span, "remove `,`: separate numbers with spaces", _changed(span, " ", apart))
+    return Diagnostic("syntax", span, message, _changed(span, ".", f"{first.text}.{last.text}"))
+
+
+def _changed(span: Span, text: str, shown: str) -> tuple[Fix, ...]:
+    return replace(f"Change to {shown}", span, text)
+
+
+def _is_comma(tokens: Sequence[Token], at: int) -> bool:
+    return 0 < at < len(tokens) and tokens[at].text in DECIMAL_COMMAS and _is_between_numbers(tokens, at)
+
+
+def _is_between_numbers(tokens: Sequence[Token], at: int) -> bool:
+    kinds = [token.type for token in (tokens[at - 1], *tokens[at + 1 : at + 2])] if at else []
+    is_number = kinds == ["NUMBER", "NUMBER"] and tokens[at + 1].text[0] not in "+-"
+    return is_number and _touches(tokens, at - 1) and _touches(tokens, at)
+
+
+def _written(text: str, places: Sequence[Span], by: str) -> str:
+    """The text with each of these characters replaced."""
+    chars = list(text)
+    for place in places:
+        chars[place.start] = by
+    return "".join(chars)
+
+
+def _unseen(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about what can't be seen within a word or a number."""
+    if tokens[at].text not in UNSEEN:
+        return None
+    strays = list(takewhile(lambda token: token.text in UNSEEN, tokens[at:]))
+    span = Span(strays[0].start, strays[-1].end)
+    what = in_words(text[span.start])
+    parts = unseen_joins(tokens, span)
+    if not parts:
+        return Diagnostic("syntax", span, f"there is {what}, in this number: write it again")
+    fixes = replace("Remove it", span, "") if parts[2] in WORDS else ()
+    return Diagnostic("syntax", span, f"there is {what}, in this word: remove it", fixes)
+
+
+def _sign(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about a sign that is meant as one of ours."""
+    token = tokens[at]
+    if token.text in LINE_ENDS:
+        message = f"start a new line here: this is {in_words(token.text)}"
+        # All at once: behind the next one, the line may be a comment.
+        edits = [Edit(Span(at, at + 1), "\n") for at, char in enumerate(text) if char in LINE_ENDS]
+        return Diagnostic("syntax", token.span, message, (Fix("Start a new line", tuple(edits)),))
+    if not token.text.isprintable():
+        gone = replace("Remove it", token.span, "") if can_remove(tokens, at) else ()
+        return Diagnostic("syntax", token.span, f"remove {shown(token)}: it is not part of the language", gone)
+    what = in_words(text[token.start])
+    if token.text in OPENERS + CLOSERS:
+        fixes = tuple(_brackets(tokens, kind) for kind in ("()", "[]"))
+        either = "`(` or `[`" if token.text in OPENERS else "`)` or `]`"
+        return Diagnostic("syntax", token.span, f"write {either} here: this is {what}", fixes)
+    meant = MEANT.get(token.text)
+    if not meant:
+        return None
+    message = f"write `{meant}` here: this is {what}"
+    return Diagnostic("syntax", token.span, message, replace(f"Change to {meant}", token.span, meant))
+
+
+def _brackets(tokens: Sequence[Token], kind: str) -> Fix:
+    """The fix that writes these brackets in place of all that may be of either kind."""
+    places = [token for token in tokens if token.type == "STRAY" and token.text in OPENERS + CLOSERS]
+    edits = [Edit(token.span, kind[token.text in CLOSERS]) for token in places]
+    return Fix(f"Change to {' '.join(kind)}", tuple(edits), guess=True)
+
+
+def _touches(tokens: Sequence[Token], at: int) -> bool:
+    """Whether nothing is between a token and the next."""
+    return at + 1 < len(tokens) and tokens[at].end == tokens[at + 1].start
+
+
+def _read(written: str) -> tuple[Fraction | str | None, str] | None:
+    """A number that is written otherwise, as a value or a text, and what to say; None if this is none.
+
+    Without a value, nothing can be written in its place.
+    """
+    for pattern, read in _FORMS:
+        if match := pattern.fullmatch(written):
+            return read(match)
+    return None
+
+
+def _mixed(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+    sign, whole, part = match.groups()
+    value = Fraction(whole or 0) + _fraction(part)
+    return (value if not sign else f"{sign}{value}"), f": this is {in_words(part)}"
+
+
+def _percent(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+    return Fraction(match[1]) / 100, f" instead of `{match[0]}`"
+
+
+def _foreign(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+    if any(char.isascii() and char.isdecimal() for char in match[0]):
+        return None, f": this number has digits of two scripts: one is {in_words(_first_foreign(match[0]))}"
+    digits = "".join(str(unicodedata.decimal(char)) if char.isdecimal() else "." for char in match[0])
+    return digits, f": this is {in_words(match[0][0])}"
+
+
+def _exponent(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+    return Fraction(match[0].lower()), f" instead of `{match[0]}`"
+
+
+def _degrees(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+    return f"{match[1]}°", f": this is {in_words(match[2])}, and no degree sign"
+
+
+def _fraction(char: str) -> Fraction:
+    """The value of a vulgar fraction: ½ is `<fraction> 0031 2044 0032`."""
+    above, _, below = "".join(chr(int(code, 16)) for code in unicodedata.decomposition(char).split()[1:]).partition("⁄")
+    return Fraction(int(above), int(below))
+
+
+def _decimal(value: Fraction) -> str | None:
+    """A value without a `/`, for behind one; None if it has no end."""
+    for places in range(10):
+        if (value * 10**places).denominator == 1:
+            digits = f"{value.numerator * 10**places // value.denominator:0{places + 1}}"
+            return f"{digits[: len(digits) - places]}.{digits[len(digits) - places :]}" if places else digits
+    return None
+
+
+def _first_foreign(text: str) -> str:
+    return next(char for char in text if not char.isascii())
+
+
+_VULGAR = "".join(
+    char
+    for char in map(chr, [*range(0xBC, 0xBF), *range(0x2150, 0x218A)])
+    if len(unicodedata.decomposition(char).partition("2044")[2]) > 0
+)
+_MAY_BE_IN_NUMBERS = re.compile(rf"[{_VULGAR}{DECIMAL_COMMAS}{DEGREES}%]|[-+.\d]+|[eE][0-9]*")
+_DIGITS = r"[0-9]*\.?[0-9]+"
+_Form = tuple[re.Pattern[str], Callable[[re.Match[str]], "tuple[Fraction | str | None, str]"]]
+_FORMS: Sequence[_Form] = (
+    (re.compile(rf"([+-]?)([0-9]*)([{_VULGAR}])"), _mixed),
+    (re.compile(rf"({_DIGITS})%"), _percent),
+    (re.compile(rf"(?=.*[^\x00-\x7f])\d+(?:[.{DECIMAL_COMMAS}]\d+)?"), _foreign),
+    (re.compile(rf"{_DIGITS}[eE][+-]?[0-9]{{1,{LONGEST_EXPONENT}}}"), _exponent),
+    (re.compile(rf"({_DIGITS})([{DEGREES}])"), _degrees),
+)

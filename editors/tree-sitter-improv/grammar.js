@@ -6,6 +6,11 @@
 
 const words = require("./words.json");
 
+// Each of our signs, or what stands for it on other keyboards.
+const either = (ours, ...others) => choice(ours, ...others.map((other) => alias(other, ours)));
+const [EQUALS, DOLLAR, BARS] = [either("=", "＝"), either("$", "＄"), either("||", "｜｜")];
+const NAME = "[\\p{L}\\p{Nl}\\p{No}_\uFF3F][\\p{XID_Continue}\\p{N}\u200C\u200D]*";
+
 module.exports = grammar({
   name: "improv",
 
@@ -24,7 +29,7 @@ module.exports = grammar({
     $._room,
     $._bar,
   ],
-  extras: ($) => [/[ \t\uFEFF]/, $._line_break, $.comment],
+  extras: ($) => [/[ \t\uFEFF\u00AD\u200B\u2060-\u2064\p{Zs}]/, $._line_break, $.comment],
   word: ($) => $.name,
 
   rules: {
@@ -38,12 +43,12 @@ module.exports = grammar({
         field("name", alias($._defined, $.name)),
         repeat(field("parameter", $._parameter)),
         repeat(seq("(", field("parameter", $._parameter), ")")),
-        "=",
+        EQUALS,
         field("movement", $._movement),
       ),
     _parameter: ($) => alias(choice($._number_parameter, $._movement_parameter), $.parameter),
-    play: ($) => seq($._robots, "$", field("movement", $._movement)),
-    scene: ($) => seq(alias(/---+/, "---"), optional(field("name", alias($.name, $.title)))),
+    play: ($) => seq($._robots, DOLLAR, field("movement", $._movement)),
+    scene: ($) => seq(alias(/[-\u2212\uFF0D][-\u2212\uFF0D][-\u2212\uFF0D]+/, "---"), optional(field("name", alias($.name, $.title)))),
 
     // The words of these lines are names everywhere else, so only the scanner knows which is which.
     placing: ($) => seq($._robots, alias($._at, "at"), choice($._point, $._circle, $._rows)),
@@ -63,10 +68,10 @@ module.exports = grammar({
     // `$` or `=` is still missing. Names at the start are robots, so that they keep their color when `$` follows.
     unfinished: ($) => choice($._robots, seq(optional($._robots), $._begun)),
     _robots: ($) => repeat1(alias($.name, $.robot)),
-    _begun: ($) => seq(choice($._built_in, $.number), repeat($._term), repeat(seq("||", $._voice))),
+    _begun: ($) => seq(choice($._built_in, $.number), repeat($._term), repeat(seq(BARS, $._voice))),
 
     _movement: ($) => choice($._voice, $.parallel),
-    parallel: ($) => seq($._voice, repeat1(seq("||", $._voice))),
+    parallel: ($) => seq($._voice, repeat1(seq(BARS, $._voice))),
     _voice: ($) => prec.right(choice($._term, $.series)),
     series: ($) => prec.right(seq($._term, repeat1($._term))),
     _term: ($) => choice($.name, $.call, alias($._movement_parameter, $.parameter), $._built_in),
@@ -92,12 +97,12 @@ module.exports = grammar({
 
     primitive: () => choice(...words.primitive),
     plane: () => choice(...words.plane),
-    name: () => /[\p{L}\p{Nl}\p{No}_][\p{L}\p{N}_]*/,
-    profile: () => /[\p{L}\p{Nl}\p{No}_][\p{L}\p{N}_]*(-+[\p{L}\p{N}_]+)*/,
-    number: ($) => seq($._factor, repeat(seq(choice("*", "/"), $._factor))),
+    name: () => new RegExp(NAME),
+    profile: () => new RegExp(`${NAME}(-+[\\p{L}\\p{N}_]+)*`),
+    number: ($) => seq($._factor, repeat(seq(choice(either("*", "×", "＊"), either("/", "÷", "⁄", "／")), $._factor))),
     _factor: ($) => choice($._digits, alias($._number_parameter, $.parameter)),
-    _digits: () => /[+-]?[0-9]*\.?[0-9]+/,
-    comment: () => /#[^\r\n]*/,
+    _digits: () => /[+\-\u2212\uFF0B\uFF0D]?[0-9\uFF10-\uFF19]*[.\uFF0E]?[0-9\uFF10-\uFF19]+/,
+    comment: () => /[#\uFF03][^\r\n]*/,
   },
 });
 

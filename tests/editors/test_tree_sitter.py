@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from improv_core.syntax.lexer import NAME, Token
+from improv_core.syntax.characters import COMMENT, is_name
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import (
     Apply,
     Bracket,
@@ -57,6 +58,8 @@ PROGRAMS = [
     "x = forward # an (open [bracket\n\n\n# in a comment = $\ny = x\r\nr $ y\rs $ x",
     "größe_1 = (\n\n  left # one\n  # two\n\n  [ up\r\n\tdown ]\n) x\n\ufeff r $ größe_1",
     "r $ repeat repeat 2 fast -1/2 scale .5 reflect XZ slow 1.5 (()[[]])",
+    "ada ＄ repeat ４（forward　left）＃ note\n－－－\nada $ scale 2×３÷4 [left\u00a0right ｜｜ up]\n",
+    "आगे_चलो ｎ = repeat n (forward left)\nनम‌स्ते＝आगे_चलो\nada at −1 ０．5\nada $ नम‌स्ते",
     "forwards = left repeats\nlefts = repeat\tforwards\n",
     "f n k (m)( w ) = repeat n*2/3 m fast 2/n/k f 2 n (m w) m nn n2\nn m $ f 1/2 3 left (n) m",
     "r $ left # one\n\n# two\n  || right # three\n# four\n||up\n# five\n\n---\n-----\n# six\nx = up",
@@ -370,7 +373,7 @@ KINDS = {
 def check(parser: tree_sitter.Parser, program: str) -> int:
     """Both read the program alike; returns how many of its statements have mistakes, on which they may differ."""
     trees, words, comments = theirs(parser, program)
-    assert comments == [comment.span() for comment in re.finditer(r"#[^\r\n]*", program)]
+    assert comments == [comment.span() for comment in re.finditer(COMMENT, program)]
     mistakes = 0
     for start, text in split(program):
         statement, here = parse_statement(text), range(start, start + len(text))
@@ -385,7 +388,7 @@ def check(parser: tree_sitter.Parser, program: str) -> int:
 def is_right(statement: Statement) -> bool:
     """Whether it has the form of a statement; our parser leaves it to others what stands before the sign."""
     heads = [*(head.text for head in statement.heads), *(parameter.name for parameter in statement.parameters)]
-    return not statement.diagnostics and all(re.fullmatch(NAME, head) and head not in WORDS for head in heads)
+    return not statement.diagnostics and all(is_name(head) and head not in WORDS for head in heads)
 
 
 def tree_of(statement: Statement, start: int) -> Tree:

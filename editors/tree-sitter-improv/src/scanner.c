@@ -43,6 +43,20 @@ typedef struct {
 
 enum { UNKNOWN = 0xFF };
 
+// The next character; ours, if it stands for one of ours (improv_core/syntax/characters.py).
+static int32_t next_of(const TSLexer *lexer) {
+  int32_t c = lexer->lookahead;
+  if (c < 0xA0) return c;
+  if (c == 0xA0 || c == 0xAD || c == 0x1680 || (0x2000 <= c && c <= 0x200B) || c == 0x202F || c == 0x205F) return ' ';
+  if (c == 0x3000 || (0x2060 <= c && c <= 0x2064)) return ' ';
+  if (c == 0x2212) return '-';
+  if (c == 0xD7) return '*';
+  if (c == 0xF7 || c == 0x2044) return '/';
+  int32_t narrow = c - 0xFEE0;
+  bool is_latin = ('a' <= narrow && narrow <= 'z') || ('A' <= narrow && narrow <= 'Z');
+  return '!' <= narrow && narrow <= '~' && !is_latin ? narrow : c;
+}
+
 static bool is_blank(int32_t c) { return c == ' ' || c == '\t' || c == 0xFEFF; }
 
 static bool is_line_end(int32_t c) { return c == '\n' || c == '\r'; }
@@ -50,26 +64,27 @@ static bool is_line_end(int32_t c) { return c == '\n' || c == '\r'; }
 static bool is_digit(int32_t c) { return '0' <= c && c <= '9'; }
 
 // Beyond ASCII, all but spaces and general punctuation are letters: iswalpha() knows none of them in the C locale.
+// Joiners stand within words.
 static bool is_letter(int32_t c) {
   if (c < 0x80) return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || c == '_';
-  return c >= 0xAA && c != 0x3000 && c != 0xFEFF && !(0x2000 <= c && c < 0x2070);
+  return c >= 0xAA && c != 0xFEFF && (!(0x2000 <= c && c < 0x2070) || c == 0x200C || c == 0x200D);
 }
 
 static void look_past_blanks(TSLexer *lexer) {
-  while (is_blank(lexer->lookahead)) lexer->advance(lexer, false);
+  while (is_blank(next_of(lexer))) lexer->advance(lexer, false);
 }
 
 static void skip_line_end(TSLexer *lexer) {
-  bool is_carriage_return = lexer->lookahead == '\r';
+  bool is_carriage_return = next_of(lexer) == '\r';
   lexer->advance(lexer, false);
-  if (is_carriage_return && lexer->lookahead == '\n') lexer->advance(lexer, false);
+  if (is_carriage_return && next_of(lexer) == '\n') lexer->advance(lexer, false);
 }
 
 static void look_past_comments(TSLexer *lexer) {
   while (!lexer->eof(lexer)) {
-    if (lexer->lookahead == '#') {
-      while (!lexer->eof(lexer) && !is_line_end(lexer->lookahead)) lexer->advance(lexer, false);
-    } else if (is_blank(lexer->lookahead) || is_line_end(lexer->lookahead)) {
+    if (next_of(lexer) == '#') {
+      while (!lexer->eof(lexer) && !is_line_end(next_of(lexer))) lexer->advance(lexer, false);
+    } else if (is_blank(next_of(lexer)) || is_line_end(next_of(lexer))) {
       lexer->advance(lexer, false);
     } else {
       return;
@@ -78,17 +93,17 @@ static void look_past_comments(TSLexer *lexer) {
 }
 
 static bool takes(TSLexer *lexer, int32_t sign) {
-  if (lexer->lookahead != sign) return false;
+  if (next_of(lexer) != sign) return false;
   lexer->advance(lexer, false);
   return true;
 }
 
 // The hash (FNV-1a) of the name that follows; 0 if none does.
 static uint32_t take_name(TSLexer *lexer) {
-  if (!is_letter(lexer->lookahead)) return 0;
+  if (!is_letter(next_of(lexer))) return 0;
   uint32_t hash = 2166136261;
-  while (is_letter(lexer->lookahead) || is_digit(lexer->lookahead)) {
-    hash = (hash ^ (uint32_t)lexer->lookahead) * 16777619;
+  while (is_letter(next_of(lexer)) || is_digit(next_of(lexer))) {
+    hash = (hash ^ (uint32_t)next_of(lexer)) * 16777619;
     lexer->advance(lexer, false);
   }
   return hash ? hash : 1;
@@ -113,15 +128,15 @@ static bool take_movement(TSLexer *lexer) {
 // inside brackets: `beat NUMBER`, `---`, `NAME … =` with parameters, or `NAME … $`.
 static void look_at_line(TSLexer *lexer, bool *continues, bool *begins) {
   *continues = *begins = false;
-  if (takes(lexer, '|')) *continues = lexer->lookahead == '|';
-  if (takes(lexer, '-')) *begins = takes(lexer, '-') && lexer->lookahead == '-';
+  if (takes(lexer, '|')) *continues = next_of(lexer) == '|';
+  if (takes(lexer, '-')) *begins = takes(lexer, '-') && next_of(lexer) == '-';
   uint32_t word = take_name(lexer);
   if (!word) return;
   *continues = word == hash_of("else");
-  bool is_beat = word == hash_of("beat") && is_blank(lexer->lookahead);
+  bool is_beat = word == hash_of("beat") && is_blank(next_of(lexer));
   bool may_define = true, may_play = true, after_blank = false;
   while (may_define || may_play) {
-    int32_t next = lexer->lookahead;
+    int32_t next = next_of(lexer);
     if (is_beat && !is_blank(next)) {
       *begins = is_digit(next) || next == '-' || next == '+' || next == '.';
       if (*begins) return;
@@ -151,7 +166,7 @@ static void scan_line_end(Scanner *scanner, TSLexer *lexer) {
   skip_line_end(lexer);
   lexer->mark_end(lexer);
   look_past_blanks(lexer);
-  bool code_follows = lexer->lookahead != '#' && !is_line_end(lexer->lookahead);
+  bool code_follows = next_of(lexer) != '#' && !is_line_end(next_of(lexer));
   uint32_t symbol = scanner->next_line;
   if (symbol == UNKNOWN) {
     bool continues, begins;
@@ -171,17 +186,17 @@ static void add_parameter(Scanner *scanner, uint32_t hash, uint32_t symbol) {
 }
 
 static bool is_code_left(TSLexer *lexer) {
-  return !lexer->eof(lexer) && !is_line_end(lexer->lookahead) && lexer->lookahead != '#';
+  return !lexer->eof(lexer) && !is_line_end(next_of(lexer)) && next_of(lexer) != '#';
 }
 
 // The hash of a name of a profile, which may have `-` within; 0 if none follows.
 static uint32_t take_profile(TSLexer *lexer) {
   uint32_t hash = take_name(lexer);
-  while (hash && lexer->lookahead == '-') {
+  while (hash && next_of(lexer) == '-') {
     while (takes(lexer, '-')) {
     }
-    hash = is_letter(lexer->lookahead) || is_digit(lexer->lookahead);
-    while (is_letter(lexer->lookahead) || is_digit(lexer->lookahead)) lexer->advance(lexer, false);
+    hash = is_letter(next_of(lexer)) || is_digit(next_of(lexer));
+    while (is_letter(next_of(lexer)) || is_digit(next_of(lexer))) lexer->advance(lexer, false);
   }
   return hash;
 }
@@ -191,12 +206,12 @@ static bool stays_a_place(TSLexer *lexer, uint32_t last) {
   uint32_t before_last = 0;
   bool has_only_names = last != 0;
   while (is_code_left(lexer)) {
-    if (lexer->lookahead == '=' || lexer->lookahead == '$') return false;
-    if (is_letter(lexer->lookahead)) {
+    if (next_of(lexer) == '=' || next_of(lexer) == '$') return false;
+    if (is_letter(next_of(lexer))) {
       before_last = last;
       last = take_profile(lexer);
     } else {
-      has_only_names = has_only_names && is_blank(lexer->lookahead);
+      has_only_names = has_only_names && is_blank(next_of(lexer));
       lexer->advance(lexer, false);
     }
   }
@@ -222,7 +237,7 @@ static bool scan_opening(TSLexer *lexer, uint32_t word) {
     look_past_blanks(lexer);
     return !is_code_left(lexer);
   }
-  if (begins_number(lexer->lookahead)) return stays_a_place(lexer, 0);
+  if (begins_number(next_of(lexer))) return stays_a_place(lexer, 0);
   uint32_t formation = take_name(lexer);
   bool is_formation = formation == hash_of("circle") || formation == hash_of("line") || formation == hash_of("grid");
   return is_formation && stays_a_place(lexer, formation);
@@ -244,7 +259,7 @@ static bool scan_head(Scanner *scanner, TSLexer *lexer) {
     if (!takes(lexer, ')')) break;
     look_past_blanks(lexer);
   }
-  if (lexer->lookahead == '=') return true;
+  if (next_of(lexer) == '=') return true;
   scanner->parameter_count = 0;
   return false;
 }
@@ -260,7 +275,7 @@ static bool scan_name(Scanner *scanner, TSLexer *lexer, const bool *valid_symbol
     }
   }
   look_past_blanks(lexer);
-  uint32_t word = opening_word(name, lexer->lookahead, valid_symbols);
+  uint32_t word = opening_word(name, next_of(lexer), valid_symbols);
   if (word != DEFINED) return scan_opening(lexer, word);
   lexer->result_symbol = DEFINED;
   return valid_symbols[DEFINED] && !scanner->parameter_count && scan_head(scanner, lexer);
@@ -269,8 +284,8 @@ static bool scan_name(Scanner *scanner, TSLexer *lexer, const bool *valid_symbol
 // Takes every line end and bracket, even where the grammar does not expect it, so that an error stays in its statement.
 bool tree_sitter_improv_external_scanner_scan(void *payload, TSLexer *lexer, const bool *valid_symbols) {
   Scanner *scanner = payload;
-  while (is_blank(lexer->lookahead)) lexer->advance(lexer, true); // they are no part of the token
-  int32_t next = lexer->lookahead;
+  while (is_blank(next_of(lexer))) lexer->advance(lexer, true); // they are no part of the token
+  int32_t next = next_of(lexer);
 
   if (is_line_end(next)) {
     scan_line_end(scanner, lexer);

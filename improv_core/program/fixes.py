@@ -39,4 +39,4 @@ def move_canon(canon: nodes.Apply, text: str, uses: Sequence[int] | None) -> Ite
     if uses:
         written = text[slice(*gone.span)]
         yield Fix("Move it to the lines of robots", (gone, *(Edit(Span(place, place), written) for place in uses)))
-    yield Fix("Remove it", (gone,))
+    yield Fix("Remove it", (gone,), guess=True)

@@ -30,7 +30,7 @@ def endless(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
     """The diagnostic about a word that needs a movement that ends, around one that never does."""
     word = node.word.text
     repeat = next((each for each in nodes.nodes(node.body) if _is_endless_repeat(each)), None)
-    fixes = replace(f"Change to repeat {TURNS}", repeat.word.span, f"repeat {TURNS}") if repeat else ()
+    fixes = replace(f"Change to repeat {TURNS}", repeat.word.span, f"repeat {TURNS}", guess=True) if repeat else ()
     if WORDS[word].timing is Timing.BACKWARD:
         message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
         return Diagnostic("endless-reverse", node.word.span, message, fixes)

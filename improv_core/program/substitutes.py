@@ -32,7 +32,7 @@ def substitutes(body: Node, word: Primitive, velocity: Velocity, profile: Profil
         yield from replace(f"Change to {text}{', which takes 3 beats' if hurries else ''}", word.span, text)
     if too_tight(velocity, profile) is not None:
         yield from _wider(body, word, velocity, profile)
-    yield from replace("Change to rest", word.span, "rest")
+    yield from replace("Change to rest", word.span, "rest", guess=True)
 
 
 def curve(turn: str, profile: Profile) -> str:

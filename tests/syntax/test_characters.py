@@ -187,6 +187,8 @@ def test_the_preferred_fix_writes_what_was_meant(typed: str, becomes: str) -> No
         "r up left",
         "up left",
         "ada $ qqq",
+        "ada $ reverse repeat up",
+        "x = up canon 2 left\nada $ x",
     ],
 )
 def test_nothing_is_done_unseen_where_several_things_may_be_meant(typed: str) -> None:

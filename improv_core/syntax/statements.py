@@ -27,7 +27,9 @@ def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
     start, end, open_brackets = None, 0, 0
     is_plain = text.isascii()
     for match in (_LINE if is_plain else _ANY_LINE).finditer(text, begin):
-        line = match[1] if is_plain else shape(match[1])
+        line = match[1]
+        if not is_plain:
+            line = shape(line)
         code = line.strip(_SPACES)
         if code:
             if start is not None and not (_CONTINUES.match(code) if not open_brackets else not _BEGINS.match(line)):
@@ -48,6 +50,10 @@ def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
 
 def _trimmed(text: str, start: int, end: int) -> tuple[int, str]:
     piece = text[start:end]
+    if piece.isascii():
+        piece = piece.rstrip(_SPACES)
+        body = piece.lstrip(_SPACES)
+        return start + len(piece) - len(body), body
     shown = shape(piece).rstrip(_SPACES)
-    body = shown.lstrip(_SPACES)
-    return start + len(shown) - len(body), piece[len(shown) - len(body) : len(shown)]
+    first = len(shown) - len(shown.lstrip(_SPACES))
+    return start + first, piece[first : len(shown)]

@@ -60,12 +60,17 @@ def diagnose_statement(
     """
     statement = program.statements[index]
     form = statement.diagnostics
-    strange = [each.span for each in form if not statement.text[slice(*each.span)].isascii()]
     for each in _diagnosed(program, index, idle, alone):
         is_form = each.code in [problem.code for problem in form]
-        if not is_form and any(span.start <= each.span.end and each.span.start <= span.end for span in strange):
-            continue  # it is about the same characters
+        if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
+            continue
         yield _to_be_chosen(each) if form and not is_form else each
+
+
+def _is_about_the_same(text: str, wrong: Span, other: Diagnostic) -> bool:
+    """Whether a diagnostic is about what is not even of the right form: the `1` of `1,5`, or half a word."""
+    touches = wrong.start <= other.span.end and other.span.start <= wrong.end and wrong != Span(0, len(text))
+    return touches and (other.severity is not Severity.ERROR or not text[slice(*wrong)].isascii())
 
 
 def _to_be_chosen(problem: Diagnostic) -> Diagnostic:

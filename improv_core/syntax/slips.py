@@ -113,13 +113,13 @@ def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...
     same = {*meant, *_SAYS_ALREADY.get(name.lower(), ())}
     if after and (words := MEANT.get(after.text.lower(), (after.text,))) and same.issuperset(words):
         gone = Span(token.start, after.start)
-        return f"remove `{name}`: `{after.text}` says it already", replace(f"Remove {name}", gone, "")
+        return f"remove `{name}`: `{after.text}` is enough", replace(f"Remove {name}", gone, "")
     is_behind = before is not None and before.text in same and (before.text == "repeat" or before.text in _TURNING)
     is_count = meant == ("repeat",) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]
     if before and (is_behind or is_count):
         gone = Span(before.end, token.end)
         word = tokens[at - 2].text if is_count else before.text
-        return f"remove `{name}`: `{word}` says it already", replace(f"Remove {name}", gone, " " * _joins(gone, after))
+        return f"remove `{name}`: `{word}` is enough", replace(f"Remove {name}", gone, " " * _joins(gone, after))
     if "strafeleft" in meant and after and after.text in ("left", "right"):
         word = f"strafe{after.text}"
         fixes = replace(f"Change to {word}", Span(token.start, after.end), word)

@@ -315,7 +315,13 @@ class Bar(TypedDict, total=False):
     bar: int
 
 
-class TransportMessage(_TransportMessage, Poses, Waiting, Startable, Begins, Bar, Paced, Trailing):
+class Deserting(TypedDict, total=False):
+    """Whether a stage stopped its robots because its parent was silent, and has been sent nothing to play since."""
+
+    deserted: bool
+
+
+class TransportMessage(_TransportMessage, Poses, Waiting, Startable, Begins, Bar, Paced, Trailing, Deserting):
     """The playback position at the times `monotonic` and `wall`."""
 
 

@@ -15,7 +15,7 @@ from improv_core.player.player import Player
 from improv_core.player.sensing import foreseen
 from improv_core.player.separation_monitor import from_elsewhere
 from improv_core.player.start_gate import made_of
-from improv_core.protocol.commands import Stop, is_stop
+from improv_core.protocol.commands import VOID, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
 from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToPages, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
@@ -133,6 +133,7 @@ class Loop:
         self._in_order = InOrder(opened.sink.meet, clock.now)
         self._is_far = False  # whether its parent is on another machine
         self._is_one_of_many = False  # whether stages on other machines play the same
+        self._deserted = False  # whether its parent was silent, and has sent nothing to play since
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
         self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
         self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
@@ -217,7 +218,7 @@ class Loop:
                 self.player.stop(now)
         elif isinstance(arrival, Lost):
             self._tell({"type": "lacks", "generation": arrival.generation})
-        else:
+        elif not (self._deserted and arrival["type"] in VOID):  # its parent doesn't know yet, and will send all anew
             self._obey(arrival, now)
 
     def stop(self) -> None:
@@ -239,6 +240,7 @@ class Loop:
             self._halt(line, now)
             return
         self._tell({"type": "deserted", "seconds": self._parent.patience})
+        self._deserted = True
         self.player.stop(now)
         self._in_order.overtaking = self._in_order.overtaking.lose()
 
@@ -252,6 +254,8 @@ class Loop:
         if self.failed:
             return
         if message["type"] == "transport":
+            if self._deserted:
+                message["deserted"] = True
             waits = message["state"] == "paused" and "waits_for" in message
             self._may_move = self._opened.sink.real and (message["state"] in ("playing", "waiting") or waits)
             shown = message["generation"], message.get("scene", {"index": 0})["index"]
@@ -264,6 +268,11 @@ class Loop:
         load, score = asked.load, asked.score
         if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - NOTICED:
             self._halt("the machine was asleep since somebody asked for this program: save to play it", now)
+            return
+        if load["when"] == "restart":
+            self._deserted = False
+        elif "here" in load and (self._deserted or self.player.state not in ("playing", "paused")):
+            self._tell({"type": "lacks", "generation": load["generation"]})  # or it would play alone, from beat 0
             return
         if "entry" in load and not self._opened.sink.real:  # real robots lead
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}

@@ -234,11 +234,14 @@ def test_nothing_resumes_after_the_end() -> None:
     assert story.told("resume") == []
 
 
-def test_what_a_stage_says_of_an_earlier_score_is_only_where_it_is() -> None:
+def test_what_a_stage_says_of_an_earlier_score_is_only_where_it_is_unless_it_stops() -> None:
     story = Story.playing()
     story.plays(when="end")
     assert story.is_at(HERE, "playing", 3.0, generation=1) == ["say playing"]
-    assert story.is_at(PI, "stopped", 3.0, generation=1) == [], "nobody else stops"
+    assert story.is_at(PI, "paused", 3.0, generation=1) == []
+    assert story.is_at(PI, "stopped", 3.0, generation=1) == ["here: stop", f"{PAD}: stop", "say stopped"]
+    story.plays()
+    assert story.is_at(PI, "stopped", 3.0, generation=1) == [], "all are getting ready for another dance"
 
 
 def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:

@@ -234,3 +234,28 @@ def test_joining_late_is_no_stall() -> None:
     joins = loaded(far(load(DANCE.replace("r", "r s", 1)), here=""), entry={"beat": 1.0, "monotonic": START + 1})
     told = perform(Memory(), (2.5, joins), (9, End()))
     assert errors(told) == []
+
+
+def test_what_builds_on_a_dance_that_has_stopped_here_is_asked_for_whole_and_moves_nobody() -> None:
+    sink = Memory()
+    save = loaded(load("beat 60\nr $ repeat left\n"), generation=2, when="beat", here="")
+    told = perform(sink, (0, load(DANCE)), (1, {"type": "stop"}), (2, save), (4, End()))
+    assert [each for each in told if each["type"] == "lacks"] == [{"type": "lacks", "generation": 2}]
+    assert max(at for _, at, twist in sink.sent if twist != STILL) < 1.05
+
+
+def test_robots_that_were_deserted_stand_until_their_parent_sends_all_anew_and_their_stage_says_so() -> None:
+    dance = far(load(LONG_PAIR), here="", patience=0.5)
+    told = perform(
+        Memory(),
+        (0, PING),
+        (0, dance),
+        (2, PING),
+        (2.0, {"type": "seek", "beat": 1.0}),
+        (2.1, {"type": "resume"}),
+        (2.2, loaded(dance, generation=2, when="now")),
+        (2.4, loaded(dance, generation=2, entry={"beat": 3.0, "monotonic": START + 2.5})),
+        (2.8, End()),
+    )
+    states = [(each["state"], each.get("deserted", False)) for each in told if each["type"] == "transport"]
+    assert states == [("playing", False), ("stopped", True), ("playing", False), ("stopped", False)]

@@ -12,13 +12,13 @@ from typing import Any, cast
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import COMMANDS, Anyway, Pause, Resume
+from improv_core.protocol.commands import COMMANDS, Anyway, Pause, Resume, Stop
 from improv_core.protocol.messages import Armed, FromStage, Load, Pressed, ToStage, TransportMessage
 from improv_core.protocol.play_again import STOPPED, stop_of
 from improv_core.session.group import clock, shared_poses
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, StartHost, Times, warning
 from improv_core.session.group.state import HERE, Troupe, beat_at
-from improv_core.session.group.synced_start import DRIFT_PERIOD, EARLY, begin, go, instant, settling
+from improv_core.session.group.synced_start import DRIFT_PERIOD, EARLY, begin, go, going_on, instant, settling
 
 CONFIRM_LIMIT = 1.0
 """Seconds that a stop may take to be confirmed. Then people are told which robots may still be moving."""
@@ -36,14 +36,13 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
         return _load(troupe, message, now)
     if message["type"] == "stop":
         troupe = troupe.with_all(troupe.alive, may_move=troupe.is_on, armed=False)
-        troupe = replace(troupe.without_entry(), mode="stopped", joining=frozenset(), paused_by=frozenset())
-        return replace(troupe, unconfirmed_at=now.at + CONFIRM_LIMIT), []
+        return replace(troupe.stopped(), unconfirmed_at=now.at + CONFIRM_LIMIT), []
     if message["type"] == "pause":
         troupe = troupe.without_entry()
         if troupe.mode == "playing":
             troupe = replace(troupe, mode="paused", paused_by=frozenset())
         elif troupe.mode != "paused":
-            troupe = replace(troupe, mode="stopped", joining=frozenset())
+            troupe = troupe.stopped()
         return troupe, []
     if message["type"] == "resume" or message["type"] == "anyway":
         return _resume(troupe, message, now)
@@ -87,10 +86,10 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
     if message["type"] == "armed":
         return _armed(troupe.with_member(host, armed=message["armed"]), host, message, now)
     if message["type"] == "lacks":
-        return _join(troupe, host, now)
+        return (troupe, []) if host in troupe.entering else _join(troupe, host, now)  # it is being sent all already
     if message["type"] == "deserted":
         line = f"{host} heard nothing from here for {message['seconds']:g} s, so its robots stopped"
-        if troupe.is_on and any(each != host and each not in troupe.joining for each in troupe.alive):
+        if troupe.is_on and any(each != host for each in troupe.playing):
             troupe, acts = _join(troupe, host, now)
             return troupe, [warning(f"{line}; they join the others again"), *acts]
         return troupe, [warning(f"{line}: play again")]
@@ -137,15 +136,19 @@ def waited(troupe: Troupe, now: Times) -> Decided:
         troupe, more = begin(troupe, now.at + max(troupe.opens - now.wall, troupe.ahead))
         acts += more
     troupe, entered = clock.waited(troupe, now)
+    if now.at >= troupe.settles:
+        troupe = replace(troupe, settles=-math.inf)
+    troupe, admitted = _admit(troupe, now)
     troupe, passed = shared_poses.passed_on(troupe, now)
-    return troupe, [*acts, *entered, *passed]
+    return troupe, [*acts, *entered, *admitted, *passed]
 
 
 def due(troupe: Troupe, now: Times) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
     begins = now.at + troupe.opens - EARLY - now.wall if troupe.mode == "armed" else math.inf
     drifts = troupe.drifts if troupe.mode == "playing" else math.inf
-    return min(troupe.unconfirmed_at, begins, drifts, clock.due(troupe), shared_poses.due(troupe))
+    settles = troupe.settles if troupe.joining and troupe.settles > -math.inf else math.inf
+    return min(troupe.unconfirmed_at, begins, drifts, settles, clock.due(troupe), shared_poses.due(troupe))
 
 
 def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
@@ -158,6 +161,8 @@ def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
     told += [warning(line)] if lost else []
     if goes_on:
+        if troupe.mode == "paused":  # each goes on as soon as it has this, so they are told soon where the lead is
+            troupe = replace(going_on(troupe, now.at), drifts=now.at)
         at: Load = {**load, "at": instant(troupe, now)} if troupe.mode == "playing" else load
         sent = [SendTo(host, troupe.load_for(host, at)) for host in troupe.alive if host not in troupe.joining]
         return settling(troupe, now), [*told, *sent]
@@ -170,11 +175,11 @@ def _load(troupe: Troupe, load: Load, now: Times) -> Decided:
 
 def _gather(troupe: Troupe, load: Load) -> Decided:
     """Have all get ready for beat 0."""
-    whole: Load = {**load, "arming": {}}
+    whole: Load = {**load, "when": "restart", "arming": {}}  # who has sought a beat after a stop must not play already
     if troupe.anyway:
         whole["anyway"] = True
     fresh = troupe.without_entry().with_all(troupe.alive, armed=False, misplaced={})
-    troupe = replace(fresh, mode="gathering", joining=frozenset())
+    troupe = replace(fresh, mode="gathering", joining=frozenset(), entering=frozenset())
     return troupe, [SendTo(host, troupe.load_for(host, whole)) for host in troupe.alive]
 
 
@@ -182,7 +187,12 @@ def _join(troupe: Troupe, host: str, now: Times) -> Decided:
     """Have a stage play along that doesn't yet: at once if the others play, otherwise as soon as they do."""
     if not troupe.is_on:
         return troupe, []
-    return _admit(replace(troupe, joining=troupe.joining | {host}).with_member(host, armed=False), now)
+    led = troupe.lead == host
+    troupe = troupe.without(host).with_member(host, armed=False)
+    troupe = replace(troupe, joining=troupe.joining | {host})
+    leads: list[Act] = [Say(troupe.position)] if led and troupe.position else []
+    troupe, acts = _admit(troupe, now)
+    return troupe, [*leads, *acts]
 
 
 def _admit(troupe: Troupe, now: Times) -> Decided:
@@ -194,8 +204,9 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
     if troupe.mode in ("gathering", "armed"):
         load["arming"] = {}
         troupe = replace(troupe, mode="gathering")
-    elif troupe.mode == "playing" and (entry := troupe.entry_at(instant(troupe, now))):
+    elif troupe.mode == "playing" and now.at >= troupe.settles and (entry := troupe.entry_at(instant(troupe, now))):
         load["entry"] = entry
+        troupe = replace(troupe, entering=troupe.entering | troupe.joining)
     else:
         return troupe, []
     troupe = replace(troupe, joining=frozenset())
@@ -246,20 +257,27 @@ def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
 
 def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:
     state, before = transport["state"], troupe.members[host].transport
-    moves = troupe.members[host].may_move and state in ("playing", "waiting")
-    troupe = troupe.with_member(host, transport=transport, may_move=moves)
+    moves = state in ("playing", "waiting")
+    troupe = troupe.with_member(host, transport=transport, may_move=troupe.members[host].may_move and moves)
+    if host in troupe.entering and transport["generation"] == troupe.generation and not transport.get("deserted"):
+        troupe = replace(troupe, entering=troupe.entering - {host})
     by_lead: list[Act] = [Say(transport)] if host == troupe.lead else []
     if by_lead and state == "playing" and troupe.mode == "playing":
         troupe, acts = _admit(troupe, now)
         by_lead += acts
-    if transport["generation"] != troupe.generation or host in troupe.joining:
+    if moves and not troupe.is_on and before is not None and before["state"] in ("stopped", "paused"):
+        stray: Stop = {"type": "stop"}
+        return troupe.with_member(host, may_move=True), [*by_lead, SendTo(host, stray)]  # all were to be stopped
+    # Before all begin, what is said of an earlier score is old. While they play, whoever stops may have yet to take
+    # over what was saved a moment ago.
+    is_old = transport["generation"] != troupe.generation
+    if host not in troupe.playing or (is_old and not (state == "stopped" and troupe.mode in ("playing", "paused"))):
         return troupe, by_lead
     if transport.get("too_near"):
         troupe = troupe.without_entry()  # a person has to make room, whatever a clock does
     if state == "stopped" and troupe.is_on:  # it has its reasons: an emergency stop, or it couldn't keep up
         others = troupe.others(host)
-        troupe = replace(troupe, mode="stopped", joining=frozenset(), paused_by=frozenset())
-        troupe = replace(troupe.with_all(others, may_move=True), unconfirmed_at=now.at + CONFIRM_LIMIT)
+        troupe = replace(troupe.stopped().with_all(others, may_move=True), unconfirmed_at=now.at + CONFIRM_LIMIT)
         return troupe, [*(SendTo(each, stop_of(transport)) for each in others), Say(transport)]
     if state == "paused" and troupe.mode in ("gathering", "armed"):
         return replace(troupe, mode="unplaced"), [Say(transport)]
@@ -279,7 +297,8 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
     if state == "playing" and troupe.mode == "paused" and host in troupe.paused_by:
         return _goes_on(troupe, host, transport, now)
     if state == "ended" and host == troupe.lead:
-        troupe = replace(troupe, mode="stopped", joining=frozenset())
+        by_lead += _keep_out(troupe)
+        troupe = troupe.stopped()
     troupe, joins = _in_one_scene(troupe, host, now)
     return troupe, [*by_lead, *joins]
 
@@ -288,7 +307,7 @@ def _in_one_scene(troupe: Troupe, host: str, now: Times) -> Decided:
     """Have stages join the leading one if they began a scene at another beat: some news of its end came late."""
     acts: list[Act] = []
     for each in troupe.others(host) if host == troupe.lead else [host]:
-        if troupe.mode == "playing" and each not in troupe.joining and troupe.is_apart(each):
+        if troupe.mode == "playing" and each in troupe.playing and troupe.is_apart(each):
             troupe, more = _join(troupe.with_member(each, transport=None), each, now)
             acts += more
     return troupe, acts
@@ -309,7 +328,7 @@ def _goes_on(troupe: Troupe, host: str, transport: TransportMessage, now: Times)
 def _gone(troupe: Troupe, host: str, why: str) -> Decided:
     led, before = troupe.lead == host, troupe.members[host].transport
     troupe = troupe.with_member(host, alive=False, armed=False, may_move=False)
-    troupe = replace(troupe, joining=troupe.joining - {host}, paused_by=troupe.paused_by - {host})
+    troupe = troupe.without(host)
     if not troupe.alive:
         return replace(troupe, mode="stopped"), [Say({"type": "gone", "message": why})]
     goes_on = troupe.is_on and troupe.lead is not None
@@ -321,9 +340,16 @@ def _gone(troupe: Troupe, host: str, why: str) -> Decided:
     if goes_on and led and (position := troupe.position):
         acts.append(Say(position))
     if troupe.is_on and not goes_on:
-        troupe = replace(troupe, mode="stopped", joining=frozenset())
+        acts += _keep_out(troupe)
+        troupe = troupe.stopped()
         acts += [Say({**before, "state": "stopped"})] if before else []
     return troupe, acts
+
+
+def _keep_out(troupe: Troupe) -> list[Act]:
+    """Stop those that were sent what the others played: it is over."""
+    stop: Stop = {"type": "stop"}
+    return [SendTo(host, stop) for host in sorted(troupe.entering)]
 
 
 def _pressed(troupe: Troupe) -> Decided:

@@ -65,9 +65,11 @@ class Troupe:
 
     `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
     person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
-    themselves, of which the latest pause began with the one that `paused_first`, and those that are `joining` have yet
-    to play along. They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts`
-    on, in monotonic seconds, their clocks may have drifted apart. `kept` holds for stages that start later.
+    themselves, of which the latest pause began with the one that `paused_first`. Those that are `joining` have yet to
+    be sent what the others play. Those that are `entering` have been sent that, and have yet to say that they play it.
+    They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts` on, in
+    monotonic seconds, their clocks may have drifted apart. Once it `settles`, in monotonic seconds, it is known what
+    came of all that was asked of them. `kept` holds for stages that start later.
     `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
     count of presses that was told how many each stage had heard. `seen` are robots of which stages elsewhere have yet
     to be told where they are, from `passes_on` on, in monotonic seconds.
@@ -87,7 +89,9 @@ class Troupe:
     paused_by: frozenset[str] = frozenset()
     since: float = -math.inf
     drifts: float = math.inf
+    settles: float = -math.inf
     joining: frozenset[str] = frozenset()
+    entering: frozenset[str] = frozenset()
     kept: Mapping[str, ToStage] = field(default_factory=dict)
     unconfirmed_at: float = math.inf
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
@@ -114,8 +118,12 @@ class Troupe:
     def lead(self) -> str | None:
         """The host whose stage tells for all where playback is: the first one that plays and moves robots."""
         with_robots = {owner.host for owner in self.robots.values()}
-        playing = [host for host in self.alive if host not in self.joining]
-        return min(playing, key=lambda host: (host not in with_robots, host), default=None)
+        return min(self.playing, key=lambda host: (host not in with_robots, host), default=None)
+
+    @property
+    def playing(self) -> list[str]:
+        """The hosts whose stages are alive and play along, if anything plays."""
+        return [host for host in self.alive if host not in self.joining | self.entering]
 
     @property
     def position(self) -> TransportMessage | None:
@@ -194,6 +202,18 @@ class Troupe:
         if not known or not here:
             return False
         return known["index"] == here["index"] and known["begins"] != here["begins"]
+
+    def without(self, host: str) -> Troupe:
+        """A stage neither joins the others nor keeps them waiting."""
+        left = {host}
+        return replace(
+            self, joining=self.joining - left, entering=self.entering - left, paused_by=self.paused_by - left
+        )
+
+    def stopped(self) -> Troupe:
+        """Nothing plays, and nobody joins."""
+        none: frozenset[str] = frozenset()
+        return replace(self.without_entry(), mode="stopped", joining=none, entering=none, paused_by=none)
 
     def without_entry(self) -> Troupe:
         """Nobody begins or goes on by the clock."""

@@ -23,7 +23,7 @@ EARLY = 1.0
 
 def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = GO_ON) -> Decided:
     """Have stages that are paused go on from one beat, all at the same time."""
-    troupe = replace(troupe.without_entry(), mode="playing", paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
+    troupe = going_on(troupe, at)
     acts, timed = list[Act](), resume.copy()
     timed["at"] = at
     for host in hosts:
@@ -34,6 +34,14 @@ def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, resume: Res
             acts.append(SendTo(host, {"type": "seek", "beat": beat, "at": at}))
         acts.append(SendTo(host, timed))
     return troupe, acts
+
+
+def going_on(troupe: Troupe, at: float) -> Troupe:
+    """All that are paused play from this time on."""
+    # The pause may have made void what those were sent that are about to enter: they join anew.
+    joining = troupe.joining | troupe.entering
+    troupe = replace(troupe.without_entry(), mode="playing", joining=joining, entering=frozenset())
+    return replace(troupe, paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
 
 
 def begin(troupe: Troupe, at: float) -> Decided:
@@ -54,4 +62,4 @@ def instant(troupe: Troupe, now: Times) -> float:
 def settling(troupe: Troupe, now: Times) -> Troupe:
     """All have been asked for something: nobody is told where they are until it is known what came of that."""
     known = now.at + 2 * troupe.ahead + SPARE
-    return replace(troupe, drifts=max(troupe.drifts, known), looks=max(troupe.looks, known))
+    return replace(troupe, settles=known, drifts=max(troupe.drifts, known), looks=max(troupe.looks, known))

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Literal, TypedDict
 
@@ -75,6 +75,7 @@ class Stage:
         self._over = threading.Event()  # it has ended, or is about to
         self._watch = Watch(time.monotonic(), hang_limit)
         self._looking = True  # once it is ready
+        self._moves = False  # by the reader: what it said last
         for work in (self._write, self._keep_pinging, self._read):
             threading.Thread(target=work, daemon=True).start()
 
@@ -117,6 +118,10 @@ class Stage:
     @property
     def alive(self) -> bool:
         return not self._ended.is_set() and not self._closing
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """Which of these robots move, by what was reported last, on any thread."""
+        return [*robots] if self._moves else []
 
     def send(self, message: ToStage) -> None:
         """Send a message. A message to a dead stage is lost; its end has been reported."""
@@ -229,6 +234,7 @@ class Stage:
         if message["type"] == "transport":
             plays = message["state"] == "playing"
             may_play = message["state"] == "waiting" or bool(message.get("waits_for"))
+            self._moves = plays
             self._watch.moving(plays, may_play, time.monotonic())
             if plays or may_play:
                 self._awake.set()
@@ -250,6 +256,7 @@ class Stage:
             self._hear(self, message, stops)
 
     def _end(self) -> None:
+        self._moves = False
         self._ended.set()
         self._over.set()
         self._awake.set()

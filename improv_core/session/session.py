@@ -51,6 +51,9 @@ class RunningStage(Protocol):
 
     def send(self, message: ToStage) -> None: ...
 
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """Which of these robots move, by what was reported last, on any thread."""
+
     async def close(self) -> None: ...
 
 
@@ -205,9 +208,10 @@ class Playback:
 
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
-        show, names = self.show, [name for name in (self.begins_with, *self._beginning) if name][-1:]
+        show, moving = self.show, self._moving()
+        names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop()
-        if show.is_on and show.played:
+        if show.played and (show.is_on or moving):
             names = [show.played.name]
         if not names:
             return IDLE
@@ -215,7 +219,17 @@ class Playback:
             with suppress(RuntimeError):  # the loop has been closed
                 line: News = {"type": "warning", "message": "stopped by `improv stop`"}
                 self._loop.call_soon_threadsafe(self._listen, line, True)
-        return f"stopped {names[0]} on {show.status}" if show.is_on else f"stopped {names[0]} before it began"
+        if not (show.is_on or moving):
+            return f"stopped {names[0]} before it began"
+        count = f"{len(moving) or 'no'} robot{'' if len(moving) == 1 else 's'}"
+        moved = f": {count} {'was' if len(moving) == 1 else 'were'} moving" if show.is_real or moving else ""
+        return f"stopped {names[0]} on {show.status}{moved}"
+
+    def _moving(self) -> list[str]:
+        """The real robots that move, by what their stages say and not by what is to play."""
+        played = self.show.played
+        robots = played.score.moving().parts if played else ()
+        return [robot for stage in [*self._stages.values()] if stage.ready["real"] for robot in stage.moving(robots)]
 
     def _now(self, stops: int) -> Now:
         return Now(time.monotonic(), stops, self.stops.pressed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from inspect import signature
 from typing import Any
 
@@ -34,12 +34,16 @@ class Fake:
         self.sink = sink
         self.alive = True
         self.sent: list[ToStage] = []
+        self.moves = False
         self.ready: Ready = {"type": "ready", "protocol": 2, "sink": sink, "real": sink == "ros"}
         if sink == "simulator":
             self.ready["page"] = f"http://127.0.0.1:{options.port or 8123}/"
 
     def send(self, message: ToStage) -> None:
         self.sent.append(message)
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        return [*robots] if self.moves else []
 
     async def close(self) -> None:
         self.alive = False
@@ -48,6 +52,8 @@ class Fake:
         self.hear(message, self._stops.arrive(message["command"]) if message["type"] == "request" else 0)
 
     def hear(self, message: FromStage, asked: int) -> None:
+        if message["type"] == "transport":
+            self.moves = message["state"] == "playing"
         self._hear(self, message, asked)
 
     def die(self) -> None:

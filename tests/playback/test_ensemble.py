@@ -126,6 +126,14 @@ async def test_robots_that_have_not_confirmed_a_stop_are_named_in_time(members: 
     assert line == f"p, q may still be moving: {PI} has not confirmed the stop"
 
 
+@performed()
+async def test_robots_move_if_the_stage_of_their_host_says_so(members: Members, all_: Ensemble) -> None:
+    score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
+    all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
+    members.stages[PI].say(at("playing", 1))
+    assert all_.moving("apqo") == ["p", "q"], "whatever has become of the others"
+
+
 @pytest.mark.parametrize("unreachable", [(HERE,), (HERE, PI)])
 def test_nothing_starts_if_the_stage_here_fails(unreachable: tuple[str, ...]) -> None:
     with pytest.raises(StageError, match=r"ssh can't find $"):

@@ -106,11 +106,17 @@ async def test_a_stop_from_another_terminal(fakes: Fakes) -> None:
     assert await beginning is None
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
     leader, twin = await fakes.play()
-    assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv on ros, with the simulator alongside"]
+    stopped = "stopped dance.improv on ros, with the simulator alongside"
+    assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: 1 robot was moving"]
     assert leader.kinds[-1] == twin.kinds[-1] == "stop"
+    leader.tell("paused")
+    assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: no robots were moving"]
     leader.tell("stopped")
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
-    assert fakes.lines == ["stopped by `improv stop`"] * 2
+    leader.moves, leader.sent[:] = True, []  # a stage whose robots move although nothing plays, whatever made them
+    assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: 1 robot was moving"]
+    assert leader.kinds == ["stop"]
+    assert fakes.lines == ["stopped by `improv stop`"] * 4
     await fakes.playback.close()
     reached.close()
     assert list(stop_all()) == []

@@ -7,7 +7,7 @@ import asyncio
 import math
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 
@@ -68,6 +68,15 @@ class Ensemble:
             f"{stage.ready['sink']} on {host}" if host else stage.ready["sink"] for host, stage in self._stages.items()
         ]
         return {"type": "ready", "protocol": VERSION, "sink": "; ".join(sinks), "real": True}
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """Which of these robots move, by what each stage reported last, on any thread."""
+        troupe, names = self._troupe, [*robots]
+        return [
+            robot
+            for host, stage in [*self._stages.items()]
+            for robot in stage.moving(name for name in names if troupe.owns(host, name))
+        ]
 
     def send(self, message: ToStage) -> None:
         """Send all a message. A stop goes to all at once."""

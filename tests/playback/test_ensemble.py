@@ -127,6 +127,21 @@ async def test_robots_that_have_not_confirmed_a_stop_are_named_in_time(members: 
 
 
 @performed()
+async def test_robots_that_have_not_confirmed_the_stop_at_the_end_are_named_once(
+    members: Members, all_: Ensemble
+) -> None:
+    score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
+    all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
+    for stage in members.stages.values():
+        stage.say(at("playing", 1))
+    all_.send({"type": "stop"})  # Ctrl-C stops first, and then closes
+    members.stages[HERE].say(at("stopped", 1))
+    await all_.close()
+    lines = [each["message"] for each in members.heard if each["type"] == "unreached"]
+    assert lines == [f"p, q may still be moving: {PI} has not confirmed the stop"]
+
+
+@performed()
 async def test_robots_move_if_the_stage_of_their_host_says_so(members: Members, all_: Ensemble) -> None:
     score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
     all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})

@@ -92,14 +92,17 @@ class Ensemble:
             self._do(rules.told(self._troupe, message, _now()))
 
     async def close(self) -> None:
-        """Stop the robots and end the stages."""
+        """Stop the robots and end the stages. Robots are named that may still move, since no stage has confirmed it."""
+        self.send({"type": "stop"})
         self._closing = True
-        if self._timer:
-            self._timer.cancel()
         for task in self._again.values():
             task.cancel()
         await asyncio.gather(*self._again.values(), return_exceptions=True)
         await asyncio.gather(*(stage.close() for stage in self._stages.values()))
+        self._note_stops()
+        self._do(rules.unconfirmed(self._troupe))
+        if self._timer:
+            self._timer.cancel()
         self._stages.clear()
 
     async def _start(self, host: str) -> None:
@@ -131,7 +134,7 @@ class Ensemble:
                         self._stages[host].send(message)
                 case Say(message):
                     self._hear(self, message, 0)
-                case StartHost(host):
+                case StartHost(host) if not self._closing:
                     self._again[host] = asyncio.create_task(self._start_again(host))
         self._wait()
 
@@ -139,7 +142,7 @@ class Ensemble:
         if self._timer:
             self._timer.cancel()
         at = rules.due(self._troupe, _now())
-        if at < math.inf and not self._closing:
+        if at < math.inf:
             self._timer = self._loop.call_at(at, self._waited)
 
     def _waited(self) -> None:

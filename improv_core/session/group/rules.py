@@ -35,8 +35,10 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
     if message["type"] == "load":
         return _load(troupe, message, now)
     if message["type"] == "stop":
-        troupe = troupe.with_all(troupe.alive, may_move=troupe.is_on, armed=False)
-        return replace(troupe.stopped(), unconfirmed_at=now.at + CONFIRM_LIMIT), []
+        if troupe.is_on:  # after a second stop, who has yet to confirm the first one may still move
+            troupe = troupe.with_all(troupe.alive, may_move=True)
+        troupe = troupe.with_all(troupe.alive, armed=False).stopped()
+        return replace(troupe, unconfirmed_at=min(troupe.unconfirmed_at, now.at + CONFIRM_LIMIT)), []
     if message["type"] == "pause":
         troupe = troupe.without_entry()
         if troupe.mode == "playing":
@@ -124,11 +126,7 @@ def waited(troupe: Troupe, now: Times) -> Decided:
     """What follows once a time has come that `due` named."""
     acts: list[Act] = []
     if now.at >= troupe.unconfirmed_at:
-        troupe = replace(troupe, unconfirmed_at=math.inf)
-        hosts = [host for host in troupe.members if troupe.members[host].may_move]
-        if robots := [robot for host in hosts for robot in troupe.of(host)]:
-            line = f"{', '.join(robots)} may still be moving: {', '.join(hosts)} has not confirmed the stop"
-            acts.append(Say({"type": "unreached", "generation": troupe.generation, "robots": robots, "message": line}))
+        troupe, acts = unconfirmed(troupe)
     if now.at >= troupe.drifts:
         troupe = replace(troupe, drifts=now.at + DRIFT_PERIOD)
         acts += _where_it_is(troupe, now)
@@ -141,6 +139,19 @@ def waited(troupe: Troupe, now: Times) -> Decided:
     troupe, admitted = _admit(troupe, now)
     troupe, passed = shared_poses.passed_on(troupe, now)
     return troupe, [*acts, *entered, *admitted, *passed]
+
+
+def unconfirmed(troupe: Troupe) -> Decided:
+    """Name the robots that may still move after a stop, if people wait for that to be confirmed."""
+    if troupe.unconfirmed_at == math.inf:
+        return troupe, []
+    troupe = replace(troupe, unconfirmed_at=math.inf)
+    hosts = [host for host in troupe.members if troupe.members[host].may_move]
+    robots = [robot for host in hosts for robot in troupe.of(host)]
+    if not robots:
+        return troupe, []
+    line = f"{', '.join(robots)} may still be moving: {', '.join(hosts)} has not confirmed the stop"
+    return troupe, [Say({"type": "unreached", "generation": troupe.generation, "robots": robots, "message": line})]
 
 
 def due(troupe: Troupe, now: Times) -> float:

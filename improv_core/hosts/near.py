@@ -31,6 +31,8 @@ from improv_core.safety.suspend import asleep
 
 BEYOND = 1.0
 """Seconds more than the stage itself waits, until a silent link is given up while robots may move."""
+QUIET = 1.0
+"""Seconds of silence after which people are told of it, if robots may move for longer than that."""
 HARMLESS_SILENCE = 10.0
 """Seconds of silence after which it is given up while none may."""
 STALL = 0.5
@@ -59,6 +61,7 @@ class NearEnd:
         self._ready = False  # our parent expects that first
         self._moves = False
         self._patience = SILENCE_LIMIT
+        self._quiet = False  # people have been told that nothing comes
         self._explained = False  # why all ends
         self._ending = False  # because our parent wants that
         self._gone = threading.Event()
@@ -93,6 +96,10 @@ class NearEnd:
                 self._send_first(b"c%d\n" % (self._asking.number + 1))
             self._estimate(now)
             limit = self._patience + BEYOND if self._moves else HARMLESS_SILENCE
+            quiet = self._moves and self._patience > QUIET and now > self._heard + QUIET
+            if quiet and not self._quiet and self._ready:
+                self._tell_parent({"type": "warning", "message": texts.quiet(QUIET, self._patience)})
+            self._quiet = quiet
             if not self._ending and now > self._heard + limit:
                 self._fail(texts.silent(limit))
                 self._gone.set()

@@ -73,8 +73,15 @@ def of_far(host: str, said: str) -> str:
 
 
 def silent(seconds: float) -> str:
-    """What people are told about a link from which nothing has come for so long."""
-    return in_plain_text(f"the link has been silent for {seconds:g} s; its robots have stopped by themselves")
+    """What people are told about a link that is given up, since nothing has come from it for so long."""
+    line = "its stage stops its robots by itself, but nobody has confirmed that: look at them"
+    return in_plain_text(f"the link has been silent for {seconds:g} s: {line}")
+
+
+def quiet(seconds: float, patience: float) -> str:
+    """What people are told about robots that dance on without us: nothing has come from there for so long."""
+    line = f"its robots may still be moving, and stop once it has heard nothing from here for {patience:g} s"
+    return in_plain_text(f"nothing has come from it for {seconds:g} s: {line}")
 
 
 def late(seconds: float) -> str:

@@ -24,18 +24,23 @@ from tests.playback.test_together import PI, on_hosts
 
 
 class Members:
-    """The stages of hosts, faked, and what all say together. Hosts that are `unreachable` fail to start."""
+    """The stages of hosts, faked, and what all say together. Hosts that are `unreachable` fail to start, and the one
+    that is `silent` starts once it `answers`."""
 
     def __init__(self, unreachable: set[str]) -> None:
         self.unreachable = unreachable
         self.problem = "ssh can't find {}"
         self.failed = 0
+        self.silent: str | None = None
+        self.answers = asyncio.Event()
         self.stages: dict[str, Fake] = {}
         self.heard: list[Any] = []
         self.news = asyncio.Event()
 
     async def start(self, host: str, hear: Any) -> Any:
         self.news.set()
+        if host == self.silent:
+            await self.answers.wait()
         if host in self.unreachable:
             self.failed += 1
             raise StageError(self.problem.format(host))
@@ -139,6 +144,49 @@ async def test_robots_that_have_not_confirmed_the_stop_at_the_end_are_named_once
     await all_.close()
     lines = [each["message"] for each in members.heard if each["type"] == "unreached"]
     assert lines == [f"p, q may still be moving: {PI} has not confirmed the stop"]
+
+
+async def with_a_silent_host(test: Callable[..., Awaitable[None]], *unreachable: str) -> None:
+    """Start the stage here, and one on a host that has not answered when all others begin."""
+    members = Members({*unreachable})
+    members.silent = PI
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(multi_host_stage, "SLOW", 0.0)
+        patch.setattr(multi_host_stage, "LATEST", 0.0)
+        all_ = await Ensemble.start([HERE, PI], members.start, members.hear)
+    assert [*members.stages] == [HERE]
+    assert members.lines == [
+        f"{PI} has not answered for 0 s: the others wait for up to 0 s",
+        f"{PI} has not answered for 0 s: the others begin, and it joins them",
+    ]
+    await test(members, all_)
+    await all_.close()
+    assert not any(stage.alive for stage in members.stages.values())
+
+
+def test_the_others_begin_without_a_host_that_does_not_answer_and_it_joins_them() -> None:
+    async def test(members: Members, all_: Ensemble) -> None:
+        score = to_json(on_hosts("a p $ forward\n"), RowsWritten())
+        all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
+        members.answers.set()
+        await members.until(lambda: PI in members.stages and bool(members.stages[PI].loads))
+
+    asyncio.run(with_a_silent_host(test))
+
+
+def test_a_host_that_fails_after_the_others_have_begun_is_tried_again() -> None:
+    async def test(members: Members, all_: Ensemble) -> None:
+        members.answers.set()
+        await members.until(lambda: members.failed > 1)
+        assert members.lines[2:] == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
+
+    asyncio.run(with_a_silent_host(test, PI))
+
+
+def test_who_is_still_waited_for_at_the_end_is_given_up() -> None:
+    async def test(members: Members, all_: Ensemble) -> None: ...
+
+    asyncio.run(with_a_silent_host(test))
 
 
 @performed()

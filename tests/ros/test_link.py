@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from improv_core.hosts import texts
+from improv_core.hosts.near import QUIET
 from improv_core.ipc.stage_process import Stage, StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -165,7 +167,8 @@ def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
         plays(parent, turtle, patience=3.0)
         os.kill(process_of("ssh -T"), signal.SIGSTOP)
         turtle.wait(lambda heard: heard["x"] == 0)
-        parent.wait(says("error", message="the link has been silent for 4 s; its robots have stopped by themselves"))
+        parent.wait(says("warning", message=texts.quiet(QUIET, 3.0)))
+        parent.wait(says("error", message=texts.silent(4.0)))
         parent.wait(says("gone"))
 
 

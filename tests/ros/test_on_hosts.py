@@ -15,17 +15,20 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.safety.stops import Stops
+from improv_core.session.group import multi_host_stage
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import PlayScore
 from tests.remote.sshd import NAME, Host, a_host
-from tests.ros.conftest import LIMIT, Listen, be_patient
+from tests.ros.conftest import LIMIT, Listen, be_patient, with_limits
 from tests.ros.dance import moving, still
 from tests.ros.test_link import process_of
 
 pytestmark = pytest.mark.slow("starts a stage here and one through ssh")
 
-ROBOTS = read_robots(f'[robots.p]\nhost = "{NAME}"\nlink_patience = 10\n')
+ROBOTS = read_robots(f'[robots.p]\nhost = "{NAME}"\nlink_patience = 10\n\n[robots.q]\nhost = "{NAME}"\n')
+GAP = 18
+"""Twists of the robot here, 20 a second, while nothing passes to the other machine: 0.9 s."""
 
 
 @pytest.fixture
@@ -40,6 +43,7 @@ def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPat
         for name, value in {**alone, **made.env, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
             monkeypatch.setenv(name, value)
         be_patient(monkeypatch)
+        monkeypatch.setattr(multi_host_stage, "LATEST", LIMIT)
         yield made
 
 
@@ -101,6 +105,64 @@ def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joi
         for robot in (here, there):
             await asyncio.to_thread(robot.wait, still)
         await show.until(lambda message: message["type"] == "transport" and message["state"] == "stopped")
+
+    perform(test)
+
+
+def test_after_a_short_gap_in_the_link_robots_here_and_there_dance_on_together(
+    host: Host, listen: Listen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in with_limits(hosts__near__BEYOND=LIMIT).items():
+        monkeypatch.setenv(name, value)
+    host.config.write_text(host.slow(1, "--jitter", "0", "--loss", "0").read_text())
+    here, there = listen("/a/cmd_vel"), listen("/q/cmd_vel")
+
+    async def test(show: Show) -> None:
+        await show.play("a q $ repeat forward\n")
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, moving)
+        await show.until(lambda message: message["type"] == "link")
+        here.hear_all()
+        here.heard.clear()
+        way = process_of("slow_way.py")
+        os.kill(way, signal.SIGSTOP)
+        for _ in range(GAP):
+            await asyncio.to_thread(here.wait, moving)
+        os.kill(way, signal.SIGCONT)
+        await asyncio.to_thread(there.wait, still)
+        await asyncio.to_thread(there.wait, moving)
+        await show.until(lambda message: "they join the others again" in message.get("message", ""))
+        there.heard.clear()
+        for robot in (here, there):
+            robot.hear_all()
+            for _ in range(GAP):
+                await asyncio.to_thread(robot.wait, moving)
+            assert not any(map(still, robot.heard)), "one never stops, the other not again"
+        assert show.playback.stop().endswith(": 2 robots were moving")
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, still)
+
+    perform(test)
+
+
+def test_at_the_end_robots_behind_a_silent_link_are_named(host: Host, listen: Listen) -> None:
+    host.config.write_text(host.slow(1, "--jitter", "0", "--loss", "0").read_text())
+    here, there = listen("/a/cmd_vel"), listen("/p/cmd_vel")
+
+    async def test(show: Show) -> None:
+        await show.play("a p $ repeat forward\n")
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, moving)
+        way = process_of("slow_way.py")
+        os.kill(way, signal.SIGSTOP)
+        try:
+            await show.playback.close()
+            named = await show.until(lambda message: message["type"] == "unreached")
+            assert named["message"] == f"p may still be moving: {NAME} has not confirmed the stop"
+            await asyncio.to_thread(here.wait, still)
+        finally:
+            os.kill(way, signal.SIGCONT)
+        await asyncio.to_thread(there.wait, still)
 
     perform(test)
 

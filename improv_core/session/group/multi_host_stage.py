@@ -7,7 +7,7 @@ import asyncio
 import math
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 
@@ -15,11 +15,16 @@ from improv_core.ipc.stage_process import Heard, Stage, StageError
 from improv_core.protocol.commands import is_stop
 from improv_core.protocol.messages import VERSION, Ready, ToStage
 from improv_core.session.group import rules
-from improv_core.session.group.acts import Decided, Say, SendTo, StartHost, Times
+from improv_core.session.group.acts import Decided, Say, SendTo, StartHost, Times, warning
 from improv_core.session.group.state import HERE, Hosted, Troupe
 
 PAUSES = (1.0, 2.0, 4.0, 8.0, 15.0)
 """Seconds before each attempt to reach a host again; the last one is repeated."""
+
+SLOW = 5.0
+"""Seconds after which people are told which hosts have not answered."""
+LATEST = 15.0
+"""Seconds after which the others begin without a host that has not answered: its stage joins them once it does."""
 
 HearMember = Callable[[Stage, Heard, int], None]
 StartMember = Callable[[str, HearMember], Awaitable[Stage | None]]
@@ -43,20 +48,27 @@ class Ensemble:
 
     @classmethod
     async def start(cls, hosts: Sequence[str], start: StartMember, hear: HearAll) -> Ensemble:
-        """Start the stages of all hosts. One that can't be reached is tried again later. Raises StageError if none can,
-        or if the one here fails."""
+        """Start the stages of all hosts. One that can't be reached is tried again later, and one that doesn't answer is
+        waited for only so long. Raises StageError if none can be started, or if the one here fails."""
         made = cls(hosts, start, hear)
-        found = await asyncio.gather(*map(made._start, hosts), return_exceptions=True)
-        problems = {host: each for host, each in zip(hosts, found, strict=True) if isinstance(each, BaseException)}
+        starting = {host: asyncio.create_task(made._start(host)) for host in hosts}
         try:
+            await made._reach(starting)
+            problems = {host: each.exception() for host, each in starting.items() if each.done() and each.exception()}
             for host, problem in problems.items():
                 if host == HERE or not made._stages or not isinstance(problem, StageError):
                     raise problem
             if not made._stages:
                 raise StageError("no stage could be started")
         except BaseException:
+            for each in starting.values():
+                each.cancel()
+            await asyncio.gather(*starting.values(), return_exceptions=True)
             await made.close()
             raise
+        for host, each in starting.items():
+            if not each.done():
+                made._again[host] = asyncio.create_task(made._reach_late(host, each))
         for host, problem in problems.items():
             made._loop.call_soon(made._try_later, host, str(problem))
         return made
@@ -104,6 +116,32 @@ class Ensemble:
         if self._timer:
             self._timer.cancel()
         self._stages.clear()
+
+    async def _reach(self, starting: Mapping[str, asyncio.Task[None]]) -> None:
+        """Wait until all have started or failed, or only hosts are left that have been waited for long enough."""
+
+        def late() -> list[str]:
+            return [host for host, each in starting.items() if host != HERE and not each.done()]
+
+        await asyncio.wait(starting.values(), timeout=SLOW)
+        if late():
+            wait = f"the others wait for up to {LATEST:g} s"
+            self._do((self._troupe, [warning(f"{', '.join(late())} has not answered for {SLOW:g} s: {wait}")]))
+            await asyncio.wait(starting.values(), timeout=LATEST - SLOW)
+        if HERE in starting:
+            await asyncio.wait([starting[HERE]])
+        while late() and not self._stages:
+            await asyncio.wait([starting[host] for host in late()], return_when=asyncio.FIRST_COMPLETED)
+        if late():
+            line = f"{', '.join(late())} has not answered for {LATEST:g} s: the others begin, and it joins them"
+            self._do((self._troupe, [warning(line)]))
+
+    async def _reach_late(self, host: str, starting: asyncio.Task[None]) -> None:
+        """Wait for a host without which the others have begun."""
+        try:
+            await starting
+        except StageError as error:
+            self._try_later(host, str(error))
 
     async def _start(self, host: str) -> None:
         stage = await self._start_member(host, partial(self._heard, host))

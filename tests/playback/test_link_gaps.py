@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import First
+from improv_core.ipc.arrivals import First, Play
 from improv_core.protocol.commands import is_stop
-from improv_core.protocol.messages import read_first, read_from_stage
+from improv_core.protocol.messages import State, read_first, read_from_stage
 from improv_core.protocol.output import Alarm
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stage_watchdog import PING_PERIOD
@@ -290,6 +290,26 @@ def test_a_stage_that_moves_although_all_have_stopped_is_stopped_again() -> None
     assert story.is_at(PI, "playing", 1.0) == [], "it has yet to hear of the stop"
     story.is_at(PI, "stopped", 1.0)
     assert story.is_at(PI, "playing", 1.0) == [f"{PI}: stop"]
+
+
+def test_a_new_stage_stops_robots_that_moved_when_the_one_before_died() -> None:
+    story = Story.playing()
+    story.said(PI, "gone", message="it hung")
+    story.told("stop")
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    assert story.words == [f"{PI}: load"]
+    play = arrival(json.dumps(story.sent(PI)[0]).encode(), RowsRead())
+    assert isinstance(play, Play)
+    assert not play.moves
+    assert play.score.on(PI).parts.keys() >= {"p", "q"}
+    story.is_at(HERE, "stopped", 1.0)
+    story.said(HERE, "gone", message="it hung")
+    states: tuple[State, ...] = ("waiting", "playing", "ended")
+    for state in states:
+        assert story.is_at(PI, state) == [], "nothing plays"
+    story.said(PI, "gone", message="it hung")
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    assert story.words == [], "it had stopped them"
 
 
 def test_people_hear_of_another_stage_that_leads_while_the_one_that_did_is_away() -> None:

@@ -71,11 +71,14 @@ def in_time(troupe: Troupe, message: Any, now: Times) -> Any:
 
 
 def started(troupe: Troupe, host: str, now: Times) -> Decided:
-    """A stage has started, or started again."""
-    fresh = replace(troupe.members[host], alive=True, armed=False, transport=None, may_move=False)
+    """A stage has started, or started again. If nothing plays, it stops robots that moved when the one before died."""
+    halts = troupe.members[host].died_moving and not troupe.is_on
+    fresh = replace(troupe.members[host], alive=True, armed=False, transport=None, may_move=False, died_moving=halts)
     troupe = replace(troupe, members={**troupe.members, host: replace(fresh, misplaced={})})
     kept: list[Act] = [SendTo(host, message) for message in troupe.kept.values()]
     troupe, acts = _join(troupe, host, now)
+    if halts and troupe.load:
+        acts = [SendTo(host, troupe.load_for(host, _standing(troupe.load)))]
     return troupe, [*kept, *acts]
 
 
@@ -189,7 +192,7 @@ def _gather(troupe: Troupe, load: Load) -> Decided:
     whole: Load = {**load, "when": "restart", "arming": {}}  # who has sought a beat after a stop must not play already
     if troupe.anyway:
         whole["anyway"] = True
-    fresh = troupe.without_entry().with_all(troupe.alive, armed=False, misplaced={})
+    fresh = troupe.without_entry().with_all(troupe.alive, armed=False, misplaced={}, died_moving=False)
     troupe = replace(fresh, mode="gathering", joining=frozenset(), entering=frozenset())
     return troupe, [SendTo(host, troupe.load_for(host, whole)) for host in troupe.alive]
 
@@ -223,6 +226,20 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
     troupe = replace(troupe, joining=frozenset())
     # It was asked for before, and nobody has stopped it: so each may know of all presses that it has heard.
     return troupe, [SendTo(host, {**troupe.load_for(host, load), "stops": presses[host]}) for host in hosts]
+
+
+def _standing(load: Load) -> Load:
+    """A score whose robots only have to stop."""
+    parts = {robot: {**part, "scenes": [], "reset": None} for robot, part in load["score"]["parts"].items()}
+    score = {**load["score"], "movements": [], "parts": parts}  # nothing can build on it: what comes next is sent whole
+    standing: Load = {
+        "type": "load",
+        "generation": load["generation"],
+        "score": score,
+        "when": "restart",
+        "backend": load["backend"],
+    }
+    return standing
 
 
 def _resume(troupe: Troupe, resume: Resume | Anyway, now: Times) -> Decided:
@@ -268,6 +285,8 @@ def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
 
 def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:
     state, before = transport["state"], troupe.members[host].transport
+    if troupe.members[host].died_moving:  # it only stops robots, whatever it says of that
+        return troupe.with_member(host, died_moving=state not in ("stopped", "ended")), []
     moves = state in ("playing", "waiting")
     troupe = troupe.with_member(host, transport=transport, may_move=troupe.members[host].may_move and moves)
     if host in troupe.entering and transport["generation"] == troupe.generation and not transport.get("deserted"):
@@ -337,8 +356,11 @@ def _goes_on(troupe: Troupe, host: str, transport: TransportMessage, now: Times)
 
 
 def _gone(troupe: Troupe, host: str, why: str) -> Decided:
-    led, before = troupe.lead == host, troupe.members[host].transport
-    troupe = troupe.with_member(host, alive=False, armed=False, may_move=False)
+    led, member = troupe.lead == host, troupe.members[host]
+    before = member.transport
+    reported = before is not None and before["state"] in ("playing", "waiting")
+    moved = reported or member.may_move or member.died_moving
+    troupe = troupe.with_member(host, alive=False, armed=False, may_move=False, died_moving=moved)
     troupe = troupe.without(host)
     if not troupe.alive:
         return replace(troupe, mode="stopped"), [Say({"type": "gone", "message": why})]

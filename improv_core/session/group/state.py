@@ -47,7 +47,8 @@ class Owner:
 class Hosted:
     """A stage: what it said last, whether it is ready for beat 0 (`armed`), whether it is alive, and how many seconds a
     message may take to reach it (`lag`). `misplaced` are its robots that are not in their places. It `may_move` until
-    it has confirmed a stop. `pressed` is what it has said about emergency stops, and `vitals` how its robots are."""
+    it has confirmed a stop. If it `died_moving`, its robots may move until another one has stopped them. `pressed` is
+    what it has said about emergency stops, and `vitals` how its robots are."""
 
     alive: bool = True
     armed: bool = False
@@ -55,6 +56,7 @@ class Hosted:
     lag: float = 0.0
     misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
     may_move: bool = False
+    died_moving: bool = False
     vitals: Mapping[str, Any] = field(default_factory=dict)
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 

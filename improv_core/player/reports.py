@@ -13,6 +13,7 @@ from improv_core.protocol.messages import (
     Bar,
     Begins,
     Decided,
+    Deserting,
     ErrorLine,
     Measured,
     MeasuredRobot,
@@ -70,6 +71,7 @@ Told = (
 def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float) -> Told:
     """The playback position at a time on the clock, which is `wall` in Unix time."""
     beats = run.beats(over)
+    deserting: Deserting = {}  # only the stage's loop knows of its parent
     waiting: Waiting = {"waits_for": waits} if waits else {}
     if run.mode == "paused" and run.too_near:
         waiting["too_near"] = run.too_near
@@ -103,6 +105,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         **bar,
         **pace,
         **trailing,
+        **deserting,
     }
     return message
 

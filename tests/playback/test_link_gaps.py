@@ -108,9 +108,11 @@ class World:
                 self._send(host, timed)
         self._do(rules.told(self.troupe, message, self._times))
 
-    def play(self, program: str = DANCE, when: str = "restart") -> None:
+    def play(self, program: str = DANCE, when: str = "restart", **fields: Any) -> None:
         score = to_json(on_hosts(program), self._written if when != "restart" else RowsWritten())
-        self.ask("load", generation=self.troupe.generation + 1, score=score, when=when, backend="all", stops=0)
+        self.ask(
+            "load", generation=self.troupe.generation + 1, score=score, when=when, backend="all", stops=0, **fields
+        )
 
     def does(self, dice: random.Random) -> None:
         """A person does something, or a stage stops its robots by itself."""
@@ -238,6 +240,18 @@ def test_after_a_gap_all_dance_at_the_same_beat(hosts: Sequence[str], length: fl
     world.run(2 + length + SETTLED)
     assert world.troupe.mode == "playing"
     assert "stopped" not in states(world)
+    agree(world)
+
+
+def test_what_an_automation_has_all_play_again_goes_on_after_a_gap_too() -> None:
+    world = World((HERE, PI), [Gap(PI, 2.0, 2.9)])
+    world.play()
+    world.run(1.0)
+    world.ask("stop", by="osc")
+    world.run(0.2)
+    world.play(by="osc")
+    world.run(SETTLED)
+    assert world.troupe.mode == "playing"
     agree(world)
 
 

@@ -54,7 +54,7 @@ class Ensemble:
         starting = {host: asyncio.create_task(made._start(host)) for host in hosts}
         try:
             await made._reach(starting)
-            problems = {host: each.exception() for host, each in starting.items() if each.done() and each.exception()}
+            problems = {host: why for host, each in starting.items() if each.done() and (why := each.exception())}
             for host, problem in problems.items():
                 if host == HERE or not made._stages or not isinstance(problem, StageError):
                     raise problem

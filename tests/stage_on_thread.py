@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 
 import pytest
@@ -81,6 +81,10 @@ class StageOnThread:
     @property
     def alive(self) -> bool:
         return self._thread.is_alive() and not self._closing
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """None: it has no real robots."""
+        return []
 
     def send(self, message: ToStage) -> None:
         self._inbox.put(arrival(dumps(message), self._read))

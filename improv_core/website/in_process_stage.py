@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from improv_core.ipc.arrivals import End
 from improv_core.ipc.stage_process import Heard
@@ -41,6 +41,10 @@ class StageHere:
         """Tell the parent something, such as what a page asks for."""
         asked = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
         self._events.call_soon(self._told, message, asked)
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """None: it has no real robots."""
+        return []
 
     def send(self, message: ToStage) -> None:
         said = arrival(dumps(message), self._read)

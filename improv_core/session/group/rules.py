@@ -255,12 +255,15 @@ def _resume(troupe: Troupe, resume: Resume | Anyway, now: Times) -> Decided:
     if troupe.mode == "unplaced":
         return _gather(replace(troupe, anyway=anyway), troupe.load) if troupe.load else (troupe, [])
     if troupe.mode == "stopped" and position and position["state"] == "paused":
-        troupe = replace(troupe, mode="paused")  # somebody has sought since the stop: they go on from there
+        # Somebody has sought since the stop: they go on from there, and who could not seek joins them.
+        apart = {host for host in troupe.alive if not (said := troupe.members[host].transport) or said.get("deserted")}
+        troupe = replace(troupe, mode="paused", joining=frozenset(apart))
     if position is None or troupe.mode != "paused":
         return troupe, []
     if troupe.is_led and not anyway:
         return clock.enter(troupe, position["beat"], now)
-    return go(troupe, troupe.alive, position["beat"], now.at + troupe.ahead, resume)
+    # Who leads may have yet to say that it has paused.
+    return go(troupe, troupe.alive, beat_at(position, now.at), now.at + troupe.ahead, resume)
 
 
 def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:

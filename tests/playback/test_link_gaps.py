@@ -276,7 +276,7 @@ def entering() -> Story:
     story.now += 1.0
     story.said(PI, "deserted", seconds=0.5)
     assert story.is_at(PI, "stopped", 1.0, deserted=True) == []
-    assert story.troupe.entering == {PI}
+    assert story.troupe.entering == {PI: 1}
     return story
 
 
@@ -289,6 +289,17 @@ def test_a_stage_that_enters_after_a_gap_plays_from_when_it_says_so() -> None:
 
 def test_a_stage_that_cannot_enter_after_a_gap_stops_all() -> None:
     assert entering().is_at(PI, "stopped", 1.0) == ["here: stop", f"{PAD}: stop", "say stopped"]
+
+
+def test_a_stage_that_has_entered_after_a_gap_stops_all_although_it_has_yet_to_take_over_a_save() -> None:
+    story = entering()
+    story.plays(when="end")
+    assert story.is_at(PI, "playing", 2.0, generation=1) == []
+    assert story.said(PI, "lacks", generation=2) == [], "nobody plays that yet, so it waits for the others"
+    assert story.troupe.joining == {PI}
+    story = entering()
+    story.plays(when="end")
+    assert story.is_at(PI, "stopped", 1.0, generation=1) == ["here: stop", f"{PAD}: stop", "say stopped"]
 
 
 def test_whoever_is_about_to_enter_after_a_gap_is_stopped_if_the_dance_ends_meanwhile() -> None:

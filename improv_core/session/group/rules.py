@@ -91,7 +91,8 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
     if message["type"] == "armed":
         return _armed(troupe.with_member(host, armed=message["armed"]), host, message, now)
     if message["type"] == "lacks":
-        return (troupe, []) if host in troupe.entering else _join(troupe, host, now)  # it is being sent all already
+        is_sent = message["generation"] <= troupe.entering.get(host, -1)
+        return (troupe, []) if is_sent else _join(troupe, host, now)
     if message["type"] == "deserted":
         line = f"{host} heard nothing from here for {message['seconds']:g} s, so its robots stopped"
         if troupe.is_on and any(each != host for each in troupe.playing):
@@ -193,7 +194,7 @@ def _gather(troupe: Troupe, load: Load) -> Decided:
     if troupe.anyway:
         whole["anyway"] = True
     fresh = troupe.without_entry().with_all(troupe.alive, armed=False, misplaced={}, died_moving=False)
-    troupe = replace(fresh, mode="gathering", joining=frozenset(), entering=frozenset())
+    troupe = replace(fresh, mode="gathering", joining=frozenset(), entering={})
     return troupe, [SendTo(host, troupe.load_for(host, whole)) for host in troupe.alive]
 
 
@@ -220,7 +221,7 @@ def _admit(troupe: Troupe, now: Times) -> Decided:
         troupe = replace(troupe, mode="gathering")
     elif troupe.mode == "playing" and now.at >= troupe.settles and (entry := troupe.entry_at(instant(troupe, now))):
         load["entry"] = entry
-        troupe = replace(troupe, entering=troupe.entering | troupe.joining)
+        troupe = replace(troupe, entering={**troupe.entering, **dict.fromkeys(hosts, troupe.generation)})
     else:
         return troupe, []
     troupe = replace(troupe, joining=frozenset())
@@ -292,8 +293,8 @@ def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Time
         return troupe.with_member(host, died_moving=state not in ("stopped", "ended")), []
     moves = state in ("playing", "waiting")
     troupe = troupe.with_member(host, transport=transport, may_move=troupe.members[host].may_move and moves)
-    if host in troupe.entering and transport["generation"] == troupe.generation and not transport.get("deserted"):
-        troupe = replace(troupe, entering=troupe.entering - {host})
+    if transport["generation"] >= troupe.entering.get(host, math.inf) and not transport.get("deserted"):
+        troupe = replace(troupe, entering={each: sent for each, sent in troupe.entering.items() if each != host})
     by_lead: list[Act] = [Say(transport)] if host == troupe.lead else []
     if by_lead and state == "playing" and troupe.mode == "playing":
         troupe, acts = _admit(troupe, now)

@@ -68,7 +68,8 @@ class Troupe:
     `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
     person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
     themselves, of which the latest pause began with the one that `paused_first`. Those that are `joining` have yet to
-    be sent what the others play. Those that are `entering` have been sent that, and have yet to say that they play it.
+    be sent what the others play. Those that are `entering` have been sent that score, of this generation, and have yet
+    to say that they play it.
     They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts` on, in
     monotonic seconds, their clocks may have drifted apart. Once it `settles`, in monotonic seconds, it is known what
     came of all that was asked of them. `kept` holds for stages that start later.
@@ -93,7 +94,7 @@ class Troupe:
     drifts: float = math.inf
     settles: float = -math.inf
     joining: frozenset[str] = frozenset()
-    entering: frozenset[str] = frozenset()
+    entering: Mapping[str, int] = field(default_factory=dict)
     kept: Mapping[str, ToStage] = field(default_factory=dict)
     unconfirmed_at: float = math.inf
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
@@ -125,7 +126,7 @@ class Troupe:
     @property
     def playing(self) -> list[str]:
         """The hosts whose stages are alive and play along, if anything plays."""
-        return [host for host in self.alive if host not in self.joining | self.entering]
+        return [host for host in self.alive if host not in {*self.joining, *self.entering}]
 
     @property
     def position(self) -> TransportMessage | None:
@@ -208,14 +209,13 @@ class Troupe:
     def without(self, host: str) -> Troupe:
         """A stage neither joins the others nor keeps them waiting."""
         left = {host}
-        return replace(
-            self, joining=self.joining - left, entering=self.entering - left, paused_by=self.paused_by - left
-        )
+        entering = {each: generation for each, generation in self.entering.items() if each != host}
+        return replace(self, joining=self.joining - left, entering=entering, paused_by=self.paused_by - left)
 
     def stopped(self) -> Troupe:
         """Nothing plays, and nobody joins."""
         none: frozenset[str] = frozenset()
-        return replace(self.without_entry(), mode="stopped", joining=none, entering=none, paused_by=none)
+        return replace(self.without_entry(), mode="stopped", joining=none, entering={}, paused_by=none)
 
     def without_entry(self) -> Troupe:
         """Nobody begins or goes on by the clock."""

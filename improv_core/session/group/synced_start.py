@@ -39,8 +39,8 @@ def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, resume: Res
 def going_on(troupe: Troupe, at: float) -> Troupe:
     """All that are paused play from this time on."""
     # The pause may have made void what those were sent that are about to enter: they join anew.
-    joining = troupe.joining | troupe.entering
-    troupe = replace(troupe.without_entry(), mode="playing", joining=joining, entering=frozenset())
+    joining = troupe.joining | troupe.entering.keys()
+    troupe = replace(troupe.without_entry(), mode="playing", joining=joining, entering={})
     return replace(troupe, paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
 
 

@@ -1,4 +1,4 @@
-"""How much may be computed at once. Standard library only."""
+"""A limit for how much is computed at once. Standard library only."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 
 class TooLongError(Exception):
-    """What is asked would take too long to compute."""
+    """Raised where something would take too long to compute."""
 
 
 @dataclass(slots=True)
 class Budget:
-    """How many steps may still be computed."""
+    """The steps that may still be computed."""
 
     left: int
 

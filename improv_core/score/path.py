@@ -149,7 +149,7 @@ def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> P
 
 
 class Paths:
-    """Where robots ideally are. What is found out of a movement is kept, so that it is visited once."""
+    """The ideal poses of robots. Each part of a movement is visited once, even if many ask for it."""
 
     def __init__(self) -> None:
         self._outcomes: list[tuple[Profile, Outcomes[Pose], Outcomes[_Flight]]] = []
@@ -183,10 +183,10 @@ def displacement(movement: Movement, beats: Duration, profile: Profile, most_thr
 
 
 class _Chained(Protocol):
-    """What a stretch of a movement does, whatever was before it."""
+    """The effect of a stretch of a movement, whatever was before it."""
 
     def then(self: M, other: M, /) -> M:
-        """What both do, one after the other."""
+        """The effect of both, one after the other."""
         ...
 
 
@@ -198,14 +198,14 @@ def _moving(profile: Profile) -> Outcomes[Pose]:
 
 
 def _held(profile: Profile) -> Callable[[Velocity, float], Pose]:
-    """How velocities move a robot in so many beats."""
+    """The effect of velocities on a robot in so many beats."""
     moving = lru_cache(MOST_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
     return lambda velocity, beats: Pose().after(moving(velocity), beats)
 
 
 @dataclass(frozen=True, slots=True)
 class _Flight:
-    """How far a robot gets that no ground stops, and how far below its start it is on the way."""
+    """The pose that a robot reaches if no ground stops it, and its lowest height on the way, both from its start."""
 
     moved: Pose
     lowest: float
@@ -214,7 +214,7 @@ class _Flight:
         return _Flight(self.moved.then(other.moved), min(self.lowest, self.moved.z + other.lowest))
 
     def landing(self, start: Pose) -> Pose:
-        """Where it gets from a pose if the ground stops it: what it would have sunk below that, it is higher after."""
+        """The pose that it reaches from another one if the ground stops it: it is higher by what it would have sunk."""
         end = start.then(self.moved)
         return replace(end, z=end.z - min(start.z + self.lowest, 0.0))
 
@@ -230,7 +230,7 @@ def _flying(profile: Profile) -> Outcomes[_Flight]:
 
 
 class Outcomes(Generic[M]):
-    """What movements do, by what velocities do in so many beats. Repeats without dice are multiplied."""
+    """The effects of movements, by those of velocities in so many beats. Repeats without dice are multiplied."""
 
     def __init__(self, nothing: M, held: Callable[[Velocity, float], M]) -> None:
         self._nothing, self._held = nothing, held
@@ -238,7 +238,10 @@ class Outcomes(Generic[M]):
         self._budget = Budget(0)
 
     def until(self, movement: Movement, beats: Duration, budget: Budget) -> M:
-        """What the first beats of a movement do. Raises TooLongError if that visits more parts than the budget has."""
+        """Return the effect of the first beats of a movement.
+
+        Raises TooLongError if that visits more parts than the budget has.
+        """
         self._budget = budget
         return self.from_leg(PlayedPart.first(movement), beats)
 
@@ -287,7 +290,7 @@ class Outcomes(Generic[M]):
         return leg.is_walked
 
     def walked(self, leg: PlayedPart, until: Duration) -> M:
-        """What the first `until` beats of a leg that is walked do."""
+        """Return the effect of the first `until` beats of a leg that is walked."""
         if leg.movement.uniform is not None:
             return self._held(leg.movement.uniform.times(leg.gain), float(until))
         period = _period(leg.movement)
@@ -309,7 +312,7 @@ class Outcomes(Generic[M]):
         return done
 
     def _times(self, once: M, times: int) -> M:
-        """What is done so often, computed by repeated squaring."""
+        """Return the effect of doing it so often, computed by repeated squaring."""
         done = self._nothing
         while times:
             if times % 2:

@@ -42,7 +42,12 @@ def robots_near(folder: Path) -> Robots:
 
 def robots_in(path: Path) -> Robots:
     """The robots of an `improv.toml`. Raises ReadError."""
-    return robots_from(_read(path, LARGEST_ROBOTS_FILE), path)
+    return robots_from(read_robots_file(path), path)
+
+
+def read_robots_file(path: Path) -> str:
+    """The text of an `improv.toml`. Raises ReadError."""
+    return _read(path, LARGEST_ROBOTS_FILE)
 
 
 def robots_from(text: str, path: Path | None) -> Robots:

@@ -47,7 +47,8 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     worker = new Worker(new URL(address, document.baseURI), { type: "module" })
     worker.onmessage = (event) => take(event.data)
     worker.onerror = () => onLoad("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
-    worker.postMessage({ program: { ...program, beat } })
+    const { text, revision, toml } = program
+    worker.postMessage({ program: { text, revision, toml, beat } })
   }
 
   /** @param {FromWorker} said */
@@ -55,7 +56,8 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     if ("message" in said) {
       const message = read(said.message)
       if (message?.type === "source") {
-        program = { ...program, text: message.text, revision: message.revision }
+        const linked = program.linked && message.text === program.text
+        program = { ...program, text: message.text, revision: message.revision, linked }
         isKept = keep(program)
         if (!isKept) return // for the page, the text stays unsaved
       }
@@ -138,7 +140,7 @@ export const getToml = () => program.toml
 
 /** Has the program use another improv.toml. Returns whether this browser had room for it. @param {string} toml */
 export function setToml(toml) {
-  program = { ...program, toml }
+  program = { ...program, toml, linked: false }
   worker?.postMessage({ toml })
   return keep(program)
 }

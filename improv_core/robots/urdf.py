@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from io import BytesIO
 from typing import overload
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
@@ -24,6 +25,8 @@ MOST_ELEMENTS = 200_000
 """Elements and attributes of a URDF; the largest public ones have about a fifth."""
 DEEPEST = 100
 """Elements within one another; in a URDF, four are."""
+LONGEST_TAG = 200_000
+"""Bytes of a tag or of a text: what lies between two `<`."""
 
 
 class UrdfError(Exception):
@@ -81,13 +84,14 @@ def read_urdf(source: bytes) -> Urdf:
 
     if len(source) > LARGEST_URDF:
         raise UrdfError(0, f"it is larger than {LARGEST_URDF // 1_000_000} MB")
+    if _has_long_tag(source):  # parsing it could not be interrupted
+        raise UrdfError(0, f"it has a tag or a text of more than {LONGEST_TAG:,} bytes")
     reader = _Reader()
     parser = make_parser()
     parser.forbid_dtd = True
     parser.setContentHandler(reader)
     try:
-        parser.feed(source)
-        parser.close()
+        parser.parse(BytesIO(source))
     except DefusedXmlException:
         line = parser.getLineNumber() or 0
         raise UrdfError(line, "a URDF must not declare a document type or entities: remove them") from None
@@ -96,6 +100,15 @@ def read_urdf(source: bytes) -> Urdf:
     except (ValueError, LookupError):
         raise UrdfError(0, "this is not XML in a known encoding") from None
     return reader.robot()
+
+
+def _has_long_tag(source: bytes) -> bool:
+    begin = 0
+    while len(source) - begin > LONGEST_TAG:
+        begin = source.rfind(b"<", begin, begin + LONGEST_TAG + 1) + 1
+        if not begin:
+            return True
+    return False
 
 
 @dataclass(slots=True)
@@ -148,6 +161,9 @@ class _Reader(ContentHandler):
             self._open = _Open(line, {"joint": given})
         elif depth == 3 and self._open:
             self._open.elements[name] = given
+
+    def characters(self, content: str) -> None:
+        checkpoint()
 
     def endElement(self, name: str) -> None:  # noqa: N802
         if len(self._path) == 2 and self._open:

@@ -6,7 +6,7 @@ import asyncio
 import re
 import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from html import escape
@@ -92,9 +92,12 @@ class Application:
         assert self._index.count(NO_TOKEN) == 1
         self._files = _files()
 
-    def confirm(self, mark: str) -> None:
-        """Note that the stop with this mark has been obeyed, so its page can be told."""
+    def confirm(self, mark: str, waits_for: Sequence[str] = ()) -> None:
+        """Note that the stop with this mark has been obeyed, or who has yet to, so its page can be told."""
         page, _, number = mark.rpartition(" ")
+        if waits_for:
+            self._stops.wait(page, int(number), ", ".join(waits_for))
+            return
         self._stops.confirm(page, int(number))
         self._confirmed.set()
         self._confirmed = asyncio.Event()
@@ -192,7 +195,7 @@ class Application:
         return web.Response(text=repr(time.time()))
 
     async def _stop(self, request: web.Request) -> web.Response:
-        """A stop, over a connection of its own: 204 once it has been obeyed, 202 if it has only arrived."""
+        """A stop, over a connection of its own: 204 once it has been obeyed. 202 if not by all: who is to, if known."""
         from aiohttp import web
 
         self._check_token(request)
@@ -204,7 +207,9 @@ class Application:
             self._pass_stop(page, number)
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._is_confirmed(page, number), CONFIRM_LIMIT)
-        return web.Response(status=204 if self._stops.is_confirmed(page, number) else 202)
+        if self._stops.is_confirmed(page, number):
+            return web.Response(status=204)
+        return web.Response(status=202, text=self._stops.waits_for(page))
 
     async def _is_confirmed(self, page: str, number: int) -> None:
         while not self._stops.is_confirmed(page, number):

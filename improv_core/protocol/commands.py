@@ -34,7 +34,7 @@ class _Asked(TypedDict, total=False):
 
 
 class Marked(TypedDict, total=False):
-    """`mark` is how a page recognizes its stop when that comes back, obeyed by its stage."""
+    """`mark` is how a page recognizes its stop once that has been obeyed. It goes to the stages that have to say so."""
 
     mark: str
 

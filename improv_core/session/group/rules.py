@@ -7,6 +7,7 @@ long as the slowest message may take. Standard library only.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -37,6 +38,8 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
     if message["type"] == "stop":
         troupe = troupe.with_all(troupe.alive, may_move=troupe.is_on, armed=False)
         troupe = replace(troupe.without_entry(), mode="stopped", joining=frozenset(), paused_by=frozenset())
+        if "mark" in message:
+            troupe = replace(troupe, unobeyed={**troupe.unobeyed, message["mark"]: frozenset(troupe.alive)})
         return replace(troupe, unconfirmed_at=now.at + CONFIRM_LIMIT), []
     if message["type"] == "pause":
         troupe = troupe.without_entry()
@@ -74,8 +77,9 @@ def started(troupe: Troupe, host: str, now: Times) -> Decided:
     fresh = replace(troupe.members[host], alive=True, armed=False, transport=None, may_move=False)
     troupe = replace(troupe, members={**troupe.members, host: replace(fresh, misplaced={})})
     kept: list[Act] = [SendTo(host, message) for message in troupe.kept.values()]
+    troupe, told = _obeyed(troupe, host, troupe.unobeyed)  # the stage before it ended, which stops its robots
     troupe, acts = _join(troupe, host, now)
-    return troupe, [*kept, *acts]
+    return troupe, [*kept, *told, *acts]
 
 
 def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
@@ -86,6 +90,8 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         return _transport(troupe, host, message, now)
     if message["type"] == "armed":
         return _armed(troupe.with_member(host, armed=message["armed"]), host, message, now)
+    if message["type"] == "obeyed":
+        return _obeyed(troupe, host, [message["mark"]])
     if message["type"] == "lacks":
         return _join(troupe, host, now)
     if message["type"] == "deserted":
@@ -323,6 +329,19 @@ def _gone(troupe: Troupe, host: str, why: str) -> Decided:
     if troupe.is_on and not goes_on:
         troupe = replace(troupe, mode="stopped", joining=frozenset())
         acts += [Say({**before, "state": "stopped"})] if before else []
+    return troupe, acts
+
+
+def _obeyed(troupe: Troupe, host: str, marks: Iterable[str]) -> Decided:
+    """The stage of a host has obeyed these stops; say who has yet to."""
+    acts: list[Act] = []
+    for mark in [*marks]:
+        if host in troupe.unobeyed.get(mark, ()):
+            left = troupe.unobeyed[mark] - {host}
+            rest = {other: hosts for other, hosts in troupe.unobeyed.items() if other != mark}
+            troupe = replace(troupe, unobeyed={**rest, mark: left} if left else rest)
+            waits = [each or "the stage here" for each in sorted(left)]
+            acts.append(Say({"type": "obeyed", "mark": mark, "waits_for": waits}))
     return troupe, acts
 
 

@@ -68,6 +68,7 @@ class Troupe:
     themselves, of which the latest pause began with the one that `paused_first`, and those that are `joining` have yet
     to play along. They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts`
     on, in monotonic seconds, their clocks may have drifted apart. `kept` holds for stages that start later.
+    `unobeyed` are pages' stops, each with the hosts that have yet to obey it.
     `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
     count of presses that was told how many each stage had heard. `seen` are robots of which stages elsewhere have yet
     to be told where they are, from `passes_on` on, in monotonic seconds.
@@ -89,6 +90,7 @@ class Troupe:
     drifts: float = math.inf
     joining: frozenset[str] = frozenset()
     kept: Mapping[str, ToStage] = field(default_factory=dict)
+    unobeyed: Mapping[str, frozenset[str]] = field(default_factory=dict)
     unconfirmed_at: float = math.inf
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
     paused_first: str | None = None

@@ -14,11 +14,11 @@ const LONGEST_DELAY = 3000
 
 /**
  * Keeps a connection. `onChange` gets "refused" if the server expects another token. `onStop` gets whether a stop has
- * been waiting for a while to be confirmed. Returns a function that sends a request; while there is no connection, it
+ * been waiting for a while to be confirmed, and for whom if that is known. Returns a function that sends a request; while there is no connection, it
  * sends only stops, until one is confirmed.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @param {(waits: boolean) => void} onStop
+ * @param {(waits: boolean, who: string) => void} onStop
  * @returns {(request: Request) => void}
  */
 export function connect(onMessage, onChange, onStop) {

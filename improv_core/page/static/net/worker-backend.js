@@ -30,7 +30,7 @@ let beat = 0 // at which the program begins when it is first played as it was op
  * request.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @param {(waits: boolean) => void} onStop
+ * @param {(waits: boolean, who: string) => void} onStop
  * @param {(line: string) => void} onLoad
  * @returns {(request: Request) => void}
  */
@@ -75,7 +75,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
 
   function press() {
     pressed++
-    if (!timers.length) timers = [window.setTimeout(() => onStop(true), LATE), window.setTimeout(replace, HUNG)]
+    if (!timers.length) timers = [window.setTimeout(() => onStop(true, ""), LATE), window.setTimeout(replace, HUNG)]
     return pressed
   }
 
@@ -85,7 +85,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     if (obeyed < pressed) return
     timers.forEach(clearTimeout)
     timers = []
-    onStop(false)
+    onStop(false, "")
   }
 
   function replace() {

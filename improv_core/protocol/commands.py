@@ -156,8 +156,14 @@ class Tune(TypedDict):
     value: SongTime
 
 
-class Watched(TypedDict):
-    """Somebody opened a page."""
+class Framed(TypedDict, total=False):
+    """`framed` is how many pages are in a frame now, as in VS Code, if one of these was opened or closed."""
+
+    framed: int
+
+
+class Watched(Framed):
+    """Somebody opened a page, or closed one in a frame."""
 
     type: Literal["watched"]
 

@@ -487,6 +487,24 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
     assert commands.empty()
 
 
+def test_pages_in_frames_are_counted_as_they_come_and_go(viewer: Viewer, commands: Commands) -> None:
+    host, token = own(viewer)
+
+    async def told(session: aiohttp.ClientSession, *more: str) -> aiohttp.ClientWebSocketResponse:
+        return await session.ws_connect(f"http://{host}/live?{'&'.join((token, *more))}", origin=f"http://{host}")
+
+    async def check() -> list[Any]:
+        async with aiohttp.ClientSession() as session:
+            sockets = [await told(session, *more) for more in (["framed=true"], [], ["framed=true"])]
+            found = [await asyncio.to_thread(commands.get, timeout=LIMIT) for _ in sockets]
+            for socket in sockets:
+                await socket.close()
+            return found + [await asyncio.to_thread(commands.get, timeout=LIMIT) for _ in range(2)]
+
+    assert [each.get("framed") for each in asyncio.run(check())] == [1, None, 2, 1, 0]
+    assert commands.empty()
+
+
 def test_a_page_that_floods_is_cut_off(viewer: Viewer, commands: Commands) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:

@@ -3,7 +3,7 @@
 
 import { read } from "./messages.js"
 import { Stops } from "./stops.js"
-import { withToken } from "./token.js"
+import { framed, withToken } from "./token.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
@@ -23,7 +23,7 @@ const LONGEST_DELAY = 3000
  */
 export function connect(onMessage, onChange, onStop) {
   const stops = new Stops(onStop)
-  const address = withToken("live", { page: stops.page })
+  const address = withToken("live", { page: stops.page, ...(framed && { framed: "true" }) })
   address.protocol = address.protocol.replace("http", "ws")
   /** @type {WebSocket} */
   let socket

@@ -8,7 +8,8 @@ import { findA } from "../base/elements.js"
 const KEY = "improv.token"
 const given = findA("token", HTMLMetaElement).content
 
-const framed = window.top !== window.self
+/** Whether this page is in a frame, as in VS Code. */
+export const framed = window.top !== window.self
 
 /** Empty if the page was opened without a valid ticket, and this browser has no token for it. */
 export const token = framed ? given : given ? keep(given) : kept()

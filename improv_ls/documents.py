@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
@@ -11,7 +11,7 @@ from lsprotocol import types
 from pygls.uris import to_fs_path
 
 from improv_core.program.analysis import Analysis, unread
-from improv_core.program.files import robots_or_problem
+from improv_core.program.files import ReadError, read_robots_file, robots_or_problem
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.text import LineIndex, difference
 from improv_ls.positions import Encoding, to_span
@@ -64,6 +64,18 @@ def robots_of(uri: str) -> Robots:
     """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none."""
     path = path_of(uri)
     return robots_or_problem(path.parent) if path else Robots()
+
+
+def robots_file_now(uri: str, opened: Mapping[str, RobotsFile]) -> RobotsFile | None:
+    """The `improv.toml` that an edit is for: as the editor has it or, if it isn't open there, as it is on disk now,
+    since another program may just have written it. Empty if there is none, and None if it can't be read."""
+    path = path_of(uri)
+    try:
+        return opened.get(uri) or RobotsFile(
+            uri, None, LineIndex(read_robots_file(path) if path and path.exists() else "")
+        )
+    except ReadError:
+        return None
 
 
 def moved(uri: str, old: str, new: str) -> str:

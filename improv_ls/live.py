@@ -15,6 +15,7 @@ from typing import Any
 from improv_core.ide.moments import Places, lit_words
 from improv_core.protocol.messages import TransportMessage, beat_at, counted, is_silent
 from improv_core.score.movement import Duration
+from improv_core.session.state import Show
 from improv_core.text import Span
 from improv_ls.documents import Document
 from improv_ls.editor import Editor
@@ -34,12 +35,13 @@ Range = tuple[int, int, int, int]
 
 
 class Live:
-    """Sends these messages. `page` returns the URL of the simulator's page if there is one."""
+    """Sends these messages. `show` returns what plays, and on what, if anything has played."""
 
-    def __init__(self, editor: Editor, playing: Playing, page: Callable[[], str | None]) -> None:
+    def __init__(self, editor: Editor, playing: Playing, show: Callable[[], Show | None]) -> None:
         self._editor = editor
         self._playing = playing
-        self._page = page
+        self._show = show
+        self._framed = 0  # how many pages are in a frame, which ends with the editor's window
         self._timer: asyncio.TimerHandle | None = None  # what is lit, or the beat, is about to change
         self._lit: Mapping[str, Any] = {"ranges": []}  # as told last
         self._counted = ""  # as told last,
@@ -53,6 +55,12 @@ class Live:
         """Tell what the stage says, and from now on what changes as time passes."""
         if self._editor.takes_own_messages:
             self._tell(message, time.monotonic(), changed=True)
+
+    def framed(self, pages: int) -> None:
+        """Tell at once how many pages are in a frame now."""
+        self._framed = pages
+        if message := self._playing.transport:
+            self.follow(message)
 
     def sensed(self) -> None:
         """What robots sense may have changed what plays."""
@@ -133,7 +141,7 @@ class Live:
         return self._ranges[span]
 
     def _tell_transport(self, message: TransportMessage, beat: float) -> None:
-        document, self._counted = self._playing.document, counted(message, beat)
+        document, self._counted, show = self._playing.document, counted(message, beat), self._show()
         told = {
             "state": message["state"],
             "backend": message["backend"],
@@ -147,7 +155,9 @@ class Live:
             "soloed": message["soloed"],
             "robots": sorted(self._playing.replay.score.parts) if self._playing.replay else [],
             "uri": document.uri if document else None,
-            "page": self._page(),
+            "page": show.page if show else None,
+            "framed": self._framed,
+            "real": show is not None and show.is_real,
         }
         self._notify(TRANSPORT, told)
 

@@ -73,7 +73,7 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, lambda: self._playback.show.page if self._playback else None)
+        self.live = Live(editor, self.playing, lambda: self._playback.show if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
@@ -313,6 +313,8 @@ class Performance:
         if message["type"] == "transport":
             if leads and not self.playing.is_old(message):
                 self._follow(message)
+        elif message["type"] == "watched" and "framed" in message:
+            self.live.framed(message["framed"])
         elif message["type"] == "sensed" and message["generation"] == self.playing.generation:
             self.playing.sensed(message)
             self.live.sensed()
@@ -338,6 +340,8 @@ class Performance:
                 self._rest()
                 self.playing.gone()
                 self._hinting.clear()
+            if message["type"] == "gone":
+                self.live.framed(0)  # its pages come back to the next one
             self._editor.report(message["message"])
 
     def _tell_fault(self, message: FaultMessage) -> None:

@@ -16,8 +16,8 @@ from improv_core.program.analysis import Analysis
 from improv_core.protocol.commands import Form, PlaceRobots, Tune
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import set_first_beat
-from improv_core.text import LineIndex, Span, difference
-from improv_ls.documents import Document, RobotsFile, name_of
+from improv_core.text import Span, difference
+from improv_ls.documents import Document, RobotsFile, name_of, robots_file_now
 from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
@@ -63,9 +63,9 @@ class Placing:
             return document.uri, None if edits is None else ChangedText(document.version, lines, edits)
         cast = document.analysis.cast
         uri = (cast.path and from_fs_path(str(cast.path))) or FILE_NAME
-        file = self._robots_files.get(uri) or RobotsFile(uri, None, LineIndex(cast.text))
-        made = set_first_beat(file.lines.text, asked["value"])
-        if made is None:
+        file = robots_file_now(uri, self._robots_files)
+        made = set_first_beat(file.lines.text, asked["value"]) if file else None
+        if not file or made is None:
             return uri, None
         start, end, written = difference(file.lines.text, made)
         edits = [Edit(Span(start, end), written)] if start < end or written else []

@@ -105,6 +105,7 @@ def create_server() -> Session:
     """A server with every feature; it waits for a client."""
     server = Session()
     server.publish = partial(_loaded_later("publish_diagnostics.publish"), server)
+    server.urdfs_changed = partial(_loaded_later("workspace_files.urdfs_changed"), server)
     for method, handler in FEATURES.items():
         server.feature(method, OPTIONS.get(method))(_loaded_later(handler))
         if handler not in _ASYNCHRONOUS and method in _REQUESTS and method != types.INITIALIZE:

@@ -62,6 +62,8 @@ class Session(StdioServer):
         self.editor = Editor(self)
         self.publish: Callable[[Document], None] = lambda document: None
         """Sends the diagnostics of a program."""
+        self.urdfs_changed: Callable[[], None] = lambda: None
+        """Checks what depends on URDFs again."""
         self.documents: dict[str, Document] = {}
         """The open programs."""
         self.robots_files: dict[str, RobotsFile] = {}
@@ -118,11 +120,15 @@ class Session(StdioServer):
     @cached_property
     def settling(self) -> Settling:
         """What brings the open programs up to date. Made on the event loop."""
+        from improv_core.program.files import read_urdfs_by
         from improv_ls.settling import Settling
         from improv_ls.slices import Slices
+        from improv_ls.urdfs import Urdfs
 
         slices = Slices(asyncio.get_running_loop().call_soon)
-        return Settling(slices, self.documents, self.publish, self._look, self._refresh, self._fail)
+        urdfs = Urdfs(slices, self.urdfs_changed)
+        read_urdfs_by(urdfs.skeleton_in)
+        return Settling(slices, urdfs, self.documents, self.publish, self._look, self._refresh, self._fail)
 
     def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
         """Answer a request, in slices, as soon as what it is about is known."""

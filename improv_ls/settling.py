@@ -17,6 +17,7 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.text import difference
 from improv_ls.documents import Document, settled_further
 from improv_ls.slices import Slices
+from improv_ls.urdfs import Urdfs
 
 PATIENCE = 0.02
 """Seconds that a request waits for statements to be up to date. Then it is answered from what is known."""
@@ -48,6 +49,7 @@ class Settling:
     def __init__(
         self,
         slices: Slices,
+        urdfs: Urdfs,
         documents: dict[str, Document],
         publish: Callable[[Document], None],
         look: Callable[[Document], None],
@@ -55,6 +57,7 @@ class Settling:
         failed: Callable[[BaseException], None],
     ) -> None:
         self._slices = slices
+        self._urdfs = urdfs
         self._documents = documents
         self._publish = publish
         self._look_at = look
@@ -119,11 +122,12 @@ class Settling:
         return await asyncio.wrap_future(self._slices.begin(function))
 
     async def settled(self, document: Document, text: str | None = None) -> Document:
-        """This version of a document with everything up to date, no matter what is typed meanwhile.
+        """This version of a document with everything up to date, also its robots, no matter what is typed meanwhile.
 
         With a `text`, it is the document as it was saved with that: an editor sends it along if it had saved before we
         could hear of it. Words that are the same keep their places in the open document.
         """
+        await self._urdfs.all_read()
         document = await self._settled(document)
         if text is None or text == document.analysis.text:
             return document

@@ -57,6 +57,11 @@ class Slices:
                 self._soon(self._continue)
         return work.future
 
+    @property
+    def is_working(self) -> bool:
+        """Whether it is work in slices that asks."""
+        return self._running is not None and getcurrent() is self._running.worker
+
     def is_over(self) -> bool:
         """Whether the work that asks should keep what it has and `rest`: soon it will have to stop at a checkpoint."""
         work = self._running

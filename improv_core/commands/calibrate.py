@@ -52,7 +52,8 @@ from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 from improv_core.session.start import Options
-from improv_core.storage.atomic_write import replacing
+from improv_core.storage.atomic_write import why
+from improv_core.storage.compare_and_swap import swap_text
 
 USUAL_ROOM = 2.0
 """Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""
@@ -263,13 +264,11 @@ async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers
     if not write and (await answers.to(f"Write this into {path}? [y/N]")).lower() not in ("y", "yes"):
         answers.say(f"{path} was not changed")
         return 0
-    if robots_near(path.parent).text != robots.text:
-        raise CommandError(f"{path} has changed since the calibration began, so it was not written")
     try:
-        with replacing(path) as file:
-            file.write(text.encode())
+        if not swap_text(path, robots.text, text):
+            raise CommandError(f"{path} has changed since the calibration began, so it was not written")
     except OSError as error:
-        raise CommandError(f"{path} was not written: {(error.strerror or str(error)).lower()}") from None
+        raise CommandError(f"{path} was not written: {why(error)}") from None
     answers.say(f"{path} was written")
     return 0
 

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from improv_core.commands.finding import Finding, Mark
+from improv_core.storage.atomic_write import real
 
 VERSION_LIMIT = 10.0
 """Seconds a program may take to report its version."""
@@ -20,7 +21,7 @@ def server(path: str, scripts: Path) -> Finding:
     found, own = shutil.which("improv-ls", path=path), scripts / "improv-ls"
     if not found:
         return Finding(Mark.ABSENT, "improv-ls is not on the PATH", f"add {scripts} to it, for editors")
-    if Path(found).resolve() != own.resolve():
+    if real(Path(found)) != real(own):
         return Finding(Mark.ABSENT, f"{found} is another Improv's", f"put {scripts} before it on the PATH")
     return Finding(Mark.GOOD, f"improv-ls for editors: {found}")
 

@@ -26,6 +26,7 @@ from improv_core.protocol.editing import Analyze, EditorAnswer, Write
 from improv_core.protocol.messages import When
 from improv_core.robots.config import absolute, find_robots_file
 from improv_core.session.start import Options
+from improv_core.storage.atomic_write import real
 from improv_core.storage.program_file import Version, WriteError, latest, read_version, write_text
 from improv_core.storage.saves import changes, settle
 from improv_core.storage.song_offset import write_first_beat
@@ -229,7 +230,7 @@ def _content(path: Path) -> bytes:
 
 def _usual_port(path: Path) -> int:
     """The same port for the same file each time, if it is free: a browser keeps unsaved text by the page's address."""
-    port = PORTS[crc32(str(path.resolve()).encode()) % len(PORTS)]
+    port = PORTS[crc32(str(real(path)).encode()) % len(PORTS)]
     try:
         socket.create_server(("127.0.0.1", port)).close()
     except OSError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import difflib
 import re
 import sys
@@ -17,7 +16,8 @@ from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.commands.programs import files_in
 from improv_core.plain import printable
 from improv_core.program.files import ENDING, STANDARD_INPUT, ReadError, read_program
-from improv_core.storage.atomic_write import replacing
+from improv_core.storage.atomic_write import why
+from improv_core.storage.compare_and_swap import swap_text
 from improv_core.syntax.formatter import format_text
 
 PAGES = ".md"
@@ -105,13 +105,9 @@ def _file_lines(text: str) -> list[str]:
 
 
 def _rewrite(path: Path, before: str, after: str) -> None:
-    """Replace the file in one step, if it still holds the text that was read. Raises RewriteError."""
+    """Replace what a file holds, if that is still what was read. Raises ReadError and RewriteError."""
     try:
-        with replacing(path) as file:
-            old = path.read_bytes()
-            mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
-            if old != mark + before.encode():
-                raise RewriteError(f"{path}: it changed while it was being formatted: run this again")
-            file.write(mark + after.encode())
+        if not swap_text(path, before, after):
+            raise RewriteError(f"{path}: it changed while it was being formatted: run this again")
     except OSError as error:
-        raise RewriteError(f"{path}: {(error.strerror or 'it cannot be written').lower()}") from None
+        raise RewriteError(f"{path}: {why(error)}") from None

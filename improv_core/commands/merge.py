@@ -12,7 +12,8 @@ from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import files_in
 from improv_core.ide.merging import Dance, MergeError, merge
 from improv_core.program.files import ENDING, analyze_file
-from improv_core.storage.atomic_write import replacing
+from improv_core.storage.atomic_write import why
+from improv_core.storage.compare_and_swap import swap
 
 
 @click.command("merge")
@@ -33,8 +34,9 @@ def command(files: tuple[Path, ...], output: Path | None) -> None:
     if output is None:
         echo_text(merged.text)
         return
-    if output.exists():
-        raise CommandError(f"{output} exists already: name a new file")
-    with replacing(output) as file:
-        file.write(merged.text.encode())
+    try:
+        if not swap(output, None, merged.text.encode()):
+            raise CommandError(f"{output} exists already: name a new file")
+    except OSError as error:
+        raise CommandError(f"{output}: {why(error)}") from None
     echo(f"merged {len(sources)} programs into {output}")

@@ -13,7 +13,7 @@ from improv_core.commands.programs import read_to_play
 from improv_core.program.compiler import score_of
 from improv_core.score.meetings import check_room
 from improv_core.score.svg import plot
-from improv_core.storage.atomic_write import replacing
+from improv_core.storage.atomic_write import replacing, why
 
 PIXELS = 2
 """Pixels of a PNG for each pixel of the SVG, so that it is sharp on a projector."""
@@ -39,7 +39,7 @@ def command(file: Path, output: Path, timeline: bool) -> None:
         with replacing(output) as target:
             target.write(picture.encode() if ending == ".svg" else _png(picture))
     except OSError as error:
-        raise CommandError(f"{output}: {(error.strerror or 'it cannot be written').lower()}") from None
+        raise CommandError(f"{output}: {why(error)}") from None
 
 
 def _png(picture: str) -> bytes:

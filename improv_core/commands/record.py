@@ -25,7 +25,7 @@ from improv_core.player.reports import Told
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import ENDLESS
 from improv_core.session.start import Options
-from improv_core.storage.atomic_write import replacing
+from improv_core.storage.atomic_write import replacing, why
 
 
 @click.command("record")
@@ -120,8 +120,8 @@ def recording(output: Path) -> Iterator[Recorder]:
             if not recorder.setpoints:
                 raise _NothingRecordedError
     except (OSError, ValueError, OverflowError) as error:
-        why = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
-        raise RecordError(f"{output} was not written: {why}") from None
+        reason = why(error) if isinstance(error, OSError) else str(error)
+        raise RecordError(f"{output} was not written: {reason}") from None
 
 
 class _NothingRecordedError(Exception):

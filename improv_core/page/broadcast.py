@@ -22,7 +22,8 @@ Soon = Callable[..., None]
 class Broadcast:
     """Passes on to the pages what they have to know. Its methods may be called from any thread.
 
-    `confirm` gets the mark of each stop that was obeyed. With `takes_start_poses`, pages may ask for other ones.
+    `confirm` gets the mark of each stop that was obeyed, or also by whom it has yet to be. With `takes_start_poses`,
+    pages may ask for other ones.
     """
 
     def __init__(
@@ -30,7 +31,7 @@ class Broadcast:
         pages: Pages,
         answers: Answers,
         soon: Soon,
-        confirm: Callable[[str], None],
+        confirm: Callable[..., None],
         *,
         takes_start_poses: bool,
         meetings: Meetings | None = None,
@@ -56,6 +57,9 @@ class Broadcast:
         """
         if message["type"] == "stop":
             self._soon(self._confirm, message["mark"])
+            return
+        if message["type"] == "obeyed":
+            self._soon(self._confirm, message["mark"], message["waits_for"])
             return
         if message["type"] == "answer":
             answer = message["answer"]

@@ -6,7 +6,7 @@ import asyncio
 import re
 import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from html import escape
@@ -42,7 +42,6 @@ MAX_MESSAGE = 1024 * 1024
 """Bytes of a message from a page: enough for the longest text, however JSON writes it."""
 CONFIRM_LIMIT = 1.0
 """Seconds that a stop may wait to be confirmed, until the page is told that it has only arrived."""
-WATCHED: Watched = {"type": "watched"}
 FOLDER = Path(__file__).parent / "static"
 NO_TOKEN = '<meta id="token" name="improv-token" content="">'
 """What index.html has in the place of the token."""
@@ -67,7 +66,8 @@ HEADERS = {
 class Application:
     """Serves the page on a socket: with the token if the URL has a valid ticket. All but the page's files need it.
 
-    `command` gets each command from a page, and `WATCHED` when one is opened. `music` returns the song that plays.
+    `command` gets each command from a page, and `watched` when one is opened, or closed in a frame. `music` returns the
+    song that plays.
     """
 
     def __init__(
@@ -88,13 +88,17 @@ class Application:
         self._stops = PageStops()
         self._confirmed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
         self._open: dict[PageOutbox, web.Request] = {}
+        self._framed = 0  # of these, how many are in a frame
         self._index = (FOLDER / "index.html").read_text(encoding="utf-8")
         assert self._index.count(NO_TOKEN) == 1
         self._files = _files()
 
-    def confirm(self, mark: str) -> None:
-        """Note that the stop with this mark has been obeyed, so its page can be told."""
+    def confirm(self, mark: str, waits_for: Sequence[str] = ()) -> None:
+        """Note that the stop with this mark has been obeyed, or who has yet to, so its page can be told."""
         page, _, number = mark.rpartition(" ")
+        if waits_for:
+            self._stops.wait(page, int(number), ", ".join(waits_for))
+            return
         self._stops.confirm(page, int(number))
         self._confirmed.set()
         self._confirmed = asyncio.Event()
@@ -192,7 +196,7 @@ class Application:
         return web.Response(text=repr(time.time()))
 
     async def _stop(self, request: web.Request) -> web.Response:
-        """A stop, over a connection of its own: 204 once it has been obeyed, 202 if it has only arrived."""
+        """A stop, over a connection of its own: 204 once it has been obeyed. 202 if not by all: who is to, if known."""
         from aiohttp import web
 
         self._check_token(request)
@@ -204,7 +208,9 @@ class Application:
             self._pass_stop(page, number)
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._is_confirmed(page, number), CONFIRM_LIMIT)
-        return web.Response(status=204 if self._stops.is_confirmed(page, number) else 202)
+        if self._stops.is_confirmed(page, number):
+            return web.Response(status=204)
+        return web.Response(status=202, text=self._stops.waits_for(page))
 
     async def _is_confirmed(self, page: str, number: int) -> None:
         while not self._stops.is_confirmed(page, number):
@@ -224,13 +230,14 @@ class Application:
         page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MAX_MESSAGE, writer_limit=0)
         outbox = self._pages.join()
         self._open[outbox] = request
-        name, flood = read_page(request.query.get("page")), Flood()
+        name, framed, flood = read_page(request.query.get("page")), "framed" in request.query, Flood()
+        self._framed += framed
         order = Order(self._stops, name)
         tasks: list[asyncio.Task[None]] = []
         try:
             await page.prepare(request)
             tasks = [asyncio.create_task(outbox.empty_into(page)), asyncio.create_task(self._answer(outbox))]
-            self._command(WATCHED)
+            self._command(self._watched(framed))
             async for message in page:
                 if flood.counts(asyncio.get_running_loop().time()):
                     _abort(request)  # what it has sent so far counts, and what waits behind that is dropped
@@ -242,7 +249,13 @@ class Application:
                 task.cancel()
             del self._open[outbox]
             self._pages.leave(outbox)
+            self._framed -= framed
+            if framed:
+                self._command(self._watched(framed))
         return page
+
+    def _watched(self, framed: bool) -> Watched:
+        return {"type": "watched", "framed": self._framed} if framed else {"type": "watched"}
 
     def _receive(self, text: str, outbox: PageOutbox, name: str, order: Order) -> None:
         request = read(text)

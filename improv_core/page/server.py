@@ -27,9 +27,9 @@ class Viewer:
     """The page's server, on this machine's loopback address only.
 
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
-    `WATCHED` when one is opened), both from the server's thread: they must return at once. With `takes_start_poses`,
-    one of them may be `place`. `tell` gets a line if robots will meet because of a score that has taken over. A page
-    survives a new server if that has the same `port` and `token`.
+    `watched` when one is opened, or closed in a frame), both from the server's thread: they must return at once. With
+    `takes_start_poses`, one of them may be `place`. `tell` gets a line if robots will meet because of a score that has
+    taken over. A page survives a new server if that has the same `port` and `token`.
     Raises OSError if the port is taken; port 0 is any free one.
     """
 

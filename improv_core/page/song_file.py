@@ -51,14 +51,13 @@ def open_song(music: Music | None) -> Song:
     if not is_song(music.file) or not is_inside(music.file):
         raise SongError(f"{name} can't be played.")
     try:
-        folder = Path(music.folder).resolve(strict=True)
-        path = (folder / music.file).resolve(strict=True)
+        folder = Path(os.path.realpath(music.folder, strict=True))
+        path = Path(os.path.realpath(folder / music.file, strict=True))
         if not path.is_relative_to(folder):
             raise SongError(f"{name} is a link out of the folder of improv.toml: put the song itself there.")
         if not is_song(path.name):
             raise SongError(f"{name} can't be played.")
-        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-        opened = os.open(path, flags)
+        opened = _opened(folder, path.relative_to(folder))
     except FileNotFoundError:
         raise SongError(f"{name} is not beside improv.toml: put it there, and play again.") from None
     except (OSError, ValueError) as problem:
@@ -76,6 +75,24 @@ def open_song(music: Music | None) -> Song:
         raise
     tag = f'"{about.st_mtime_ns:x}-{about.st_size:x}"'
     return Song(file, about.st_size, CONTENT_TYPES[path.suffix.lower()], tag)
+
+
+def _opened(folder: Path, inside: Path) -> int:
+    """Open a file in a folder, by a path without links. Whatever becomes a link meanwhile is not followed, where the
+    system can open a file from a folder. Raises OSError."""
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    if os.open not in os.supports_dir_fd:
+        return os.open(folder / inside, flags)
+    *folders, name = inside.parts
+    place = os.open(folder, os.O_RDONLY)
+    try:
+        for part in folders:
+            deeper = os.open(part, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=place)
+            os.close(place)
+            place = deeper
+        return os.open(name, flags, dir_fd=place)
+    finally:
+        os.close(place)
 
 
 def range_of(header: str | None, size: int) -> range | None:

@@ -17,6 +17,7 @@ MOST_PAGES = 256
 class _Page:
     arrived: int = 0  # the number of its latest stop
     confirmed: int = 0  # the latest that has been obeyed
+    waits_for: str = ""  # who has yet to obey the latest
 
 
 class PageStops:
@@ -29,13 +30,23 @@ class PageStops:
         """Note that a page has sent this stop. Returns whether it is new, so that it has to be obeyed."""
         known = self._known(page)
         is_new = number > known.arrived
-        known.arrived = max(number, known.arrived)
+        if is_new:
+            known.arrived, known.waits_for = number, ""
         return is_new
 
     def confirm(self, page: str, number: int) -> None:
         """Note that this stop has been obeyed, and with it everything that the page sent earlier."""
         known = self._known(page)
         known.confirmed = max(number, known.confirmed)
+
+    def wait(self, page: str, number: int, names: str) -> None:
+        """Note who has yet to obey this stop."""
+        known = self._known(page)
+        known.waits_for = names if number == known.arrived else known.waits_for
+
+    def waits_for(self, page: str) -> str:
+        """Who has yet to obey the latest stop from a page, as far as that is known."""
+        return self._known(page).waits_for
 
     def is_confirmed(self, page: str, number: int) -> bool:
         return number <= self._known(page).confirmed

@@ -12,8 +12,10 @@ from itertools import chain, takewhile
 from improv_core.player.open_part import OpenPart, TooManyChangesError
 from improv_core.player.run import Run
 from improv_core.player.setpoints import Setpoint, setpoints, zeros
+from improv_core.score.budget import Budget
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.performance import Mover
+from improv_core.score.performer import MOST_SKIPPED
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 
@@ -23,6 +25,7 @@ class Cast:
 
     def __init__(self, value: Callable[[RobotSense], bool | None]) -> None:
         self._value = value
+        self._budget = Budget(MOST_SKIPPED)  # for all that begins together
         self._over: dict[Mover, Duration] = {}  # the beats at which parts are over, if that is known
         self.over: Duration = 0
         """The last of them."""
@@ -52,12 +55,13 @@ class Cast:
             sensed = lambda sense: self._value(RobotSense(mover.robot, sense))  # noqa: E731
             self.open[mover] = OpenPart(movement, begins, sensed, has_poses)
             if begins < beat:
-                self.open[mover].skip(beat)
+                self.open[mover].skip(beat, self._budget)
         self.open[mover].due = max(beat, begins)
         return self.open[mover]
 
     def complete(self, run: Run) -> None:
         """Note that all robots of the scene have begun."""
+        self._budget = Budget(MOST_SKIPPED)
         self._find_end()
         robots = [mover.robot for mover in self.open if not mover.part]
         self.asked = tuple(RobotSense(robot, sense) for robot in robots for sense in run.score.parts[robot].senses)

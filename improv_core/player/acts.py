@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from improv_core.player.events import Event, Load
 from improv_core.protocol.messages import Armed, ErrorLine, Misplaced, Pressed, StageWarning
 from improv_core.protocol.robot_messages import Unreached
 from improv_core.safety.fault_monitor import RobotNews
-from improv_core.score.motion import Twist
+from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Exact
 from improv_core.score.score import Score
 
@@ -118,9 +118,11 @@ class ForgetEdges:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Move simulated robots to where they ideally are at a beat. Real ones count as being there."""
+    """Move simulated robots to where they ideally are at a beat. Real ones count as being there. These poses follow
+    from the beat; None if they have yet to be found out."""
 
     beat: Exact
+    poses: Mapping[str, Pose] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,8 @@ from improv_core.player.events import Event, Listened
 from improv_core.player.start_rules import may_be_brought
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
-from improv_core.score.path import pose_at
+from improv_core.score.path import Paths
+from improv_core.score.seeking import known_poses
 
 
 def do(act: Act, tracks: Tracks, now: float) -> Event | None:
@@ -65,7 +66,10 @@ def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
     tracks.sink.prepare(score, True)
     tracks.start_poses = reports.as_json(tracks.sink.poses())
     tracks.queue.restart(both, performed)
+    tracks.paths = Paths()
     tracks.limbs.restart(both, performed)
+    if not tracks.sink.real:
+        tracks.limbs.learn(new.values(), score.tempo)
     tracks.queue.stop_leaving(old, new, 0.0)
     tracks.advanced, tracks.measured = 0.0, -math.inf
     tracks.odometry.begin(new, now)
@@ -104,6 +108,7 @@ def _send_until(act: acts.SendUntil, tracks: Tracks, now: float) -> None:
 def _prepare(act: acts.Prepare, tracks: Tracks, now: float) -> None:
     old, new = tracks.run.score.parts, act.score.parts
     tracks.queue.leave_topics(old, new, act.at)
+    tracks.paths = Paths()
     tracks.sink.prepare(act.score, False)
     tracks.listeners.begin(act.score, act.entering, now)
     tracks.queue.stop_leaving(old, new, act.at)
@@ -121,8 +126,8 @@ def _forget_edges(act: acts.ForgetEdges, tracks: Tracks, now: float) -> None:
 def _place(act: acts.Place, tracks: Tracks, now: float) -> None:
     real = tracks.sink.real
     parts = {robot: part for robot, part in tracks.run.score.parts.items() if part.odom or not real}
-    ideal = {robot: pose_at(part, act.beat) for robot, part in parts.items()}
-    poses = {robot: pose for robot, pose in ideal.items() if pose}
+    known = known_poses(parts.values(), act.beat, tracks.paths) if act.poses is None else act.poses
+    poses = {robot: known[robot] for robot in parts if robot in known}
     tracks.odometry.place(poses, now)
     if not real:
         tracks.sink.place(poses)

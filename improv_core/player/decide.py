@@ -45,14 +45,16 @@ from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
 from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
-from improv_core.score.path import pose_at
 from improv_core.score.score import Score
+from improv_core.score.seeking import TooFarError, arrive
 
 SEEN = 0.5
 """Seconds: whoever unmutes a robot this soon after a fault made it stand can't have known that it stands."""
 LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
+
+TOO_FAR = "can't jump to beat {beat:,g}: it takes too long to find out what {robot} does there, so jump less far"
 
 
 def decide(run: Run, event: Event, facts: Facts) -> Decided:
@@ -107,24 +109,23 @@ def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
     if run.score is EMPTY or run.mode == "waiting":
         return run, []
     passed = event.late / run.beat_period if run.mode == "playing" else 0.0
-    beat = near(min(max(event.beat, 0.0) + passed, float(run.begun.beats), LAST_BEAT))
+    asked, last = min(max(event.beat, 0.0) + passed, LAST_BEAT), run.begun.beats
+    beat = near(asked) if isinstance(last, float) or asked < last else last
+    try:
+        poses = arrive(run.begun, beat, facts.paths)
+    except TooFarError as error:
+        return run, [warning_line(TOO_FAR.format(beat=float(beat) + 1, robot=error.robot))]
     run = run.at_scene_of(run.begun, beat)
     acts: list[Act] = [Dismiss(), ForgetEdges()]
     if run.mode == "playing" and comes_in(run):
         run, stands = stop_rules.leave(run, "paused", facts)
         run = coming_in(replace(run.left_at(beat), continues=True), facts)
-        return run, [*stands, *acts, Place(beat), Report()]
+        return run, [*stands, *acts, Place(beat, poses), Report()]
     if run.mode == "playing":
-        places = _places_at(run.score, beat, facts)
+        places = {each: preflight.Standing(poses[each], at.pose) for each, at in facts.places.items() if each in poses}
         run, more = play_from(run, beat, run.transport.performed(facts.now), facts, places)
-        return run, [*acts, Place(beat), *more]
-    return replace(run.left_at(beat), mode="paused"), [*acts, Place(beat), Report()]
-
-
-def _places_at(score: Score, beat: Exact, facts: Facts) -> Mapping[str, preflight.Standing]:
-    """Where robots stand, and where they should be at a beat."""
-    ideal = {robot: pose_at(score.parts[robot], beat) for robot in facts.places if robot in score.parts}
-    return {robot: preflight.Standing(pose, facts.places[robot].pose) for robot, pose in ideal.items() if pose}
+        return run, [*acts, Place(beat, poses), *more]
+    return replace(run.left_at(beat), mode="paused"), [*acts, Place(beat, poses), Report()]
 
 
 def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:

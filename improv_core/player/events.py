@@ -17,6 +17,7 @@ from improv_core.safety.preflight import Standing
 from improv_core.safety.separation import Near
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Duration, Exact
+from improv_core.score.path import Paths
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.score.transport import BEATS_PER_BAR
@@ -217,7 +218,8 @@ class Facts:
     `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved,
     and `places` where robots should be and stand whose poses are in the world. While a gate holds
     beat 0 back, `wall` is the wall clock, in Unix time. `unseen` are robots that must be seen and aren't.
-    `unreached` are robots that have moved and are out of reach, as far as is known.
+    `unreached` are robots that have moved and are out of reach, as far as is known. `paths` knows where robots ideally
+    are.
     """
 
     now: float = 0.0
@@ -231,3 +233,4 @@ class Facts:
     wall: float = 0.0
     unseen: Collection[str] = ()
     unreached: Collection[str] = ()
+    paths: Paths = field(default_factory=Paths, compare=False)

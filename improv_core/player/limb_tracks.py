@@ -5,19 +5,22 @@ It never reads a clock. Times are performance times, in seconds.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from fractions import Fraction
-from itertools import islice
+from itertools import zip_longest
 
 from improv_core.player import setpoints
 from improv_core.score.body import Body
-from improv_core.score.joints import JointMotion, Limb, joint_moments
+from improv_core.score.budget import Budget, TooLongError
+from improv_core.score.joints import DisturbedError, JointMotion, JointOutcomes, Limb
 from improv_core.score.movement import Exact, Movement, Velocity
 from improv_core.score.performance import Mover
 from improv_core.score.score import Part
+from improv_core.score.walk import walk
 
-MOST_MOMENTS = 10_000
-"""How many moments a jump to another beat walks through to find where joints stand there. It takes about 0.2 s."""
+MOST_LEARNED = 100_000
+"""The most parts of movements that are visited before a dance begins, to find out where they lead joints."""
 
 
 class LimbTrack:
@@ -29,6 +32,9 @@ class LimbTrack:
         self._told: Mapping[str, float] = {}  # how fast its joints move from then on
         self._begins: Exact | None = None  # the beat at which the part that it plays began
         self._entered = limb.positions
+        self._scenes: tuple[Movement, ...] = ()  # that it may perform, and what it performs of them
+        self._performed: dict[int, Movement] = {}
+        self._outcomes = JointOutcomes(limb.part, limb.body)
 
     def settle(self, at: float) -> None:
         """Bring it to a time, unless that has passed."""
@@ -57,19 +63,47 @@ class LimbTrack:
         if begins != self._begins:
             self._begins, self._entered = begins, dict(self.limb.positions)
 
-    def place(self, movement: Movement, beats: Exact, tempo: Fraction) -> None:
-        """Stand where a part's movement ideally leads after some beats, as if no sense ever held.
+    def performs(self, scene: Movement) -> Movement:
+        """Return the part of a scene that it performs. It has to know the scene."""
+        if id(scene) not in self._performed:
+            self._performed[id(scene)] = self.limb.performs(scene)
+        return self._performed[id(scene)]
 
-        Ends at the last of `MOST_MOMENTS` if it has more.
+    def meet(self, scenes: tuple[Movement, ...]) -> None:
+        """It may perform these scenes from now on, and no others."""
+        if not all(one is other for one, other in zip_longest(scenes, self._scenes)):
+            self._scenes, self._outcomes = scenes, JointOutcomes(self.limb.part, self.limb.body)
+            known = set(map(id, scenes))
+            self._performed = {key: each for key, each in self._performed.items() if key in known}
+
+    def learn(self, budget: Budget) -> None:
+        """Find out where all scenes that it knows lead, so that a jump takes no time. Raises TooLongError."""
+        for scene in self._scenes:
+            if scene.dice:
+                continue  # each turn may lead elsewhere
+            with suppress(DisturbedError):
+                self._outcomes.positions({}, self.performs(scene), scene.duration, budget)
+
+    def place(self, part: Part, beat: Exact, budget: Budget) -> None:
+        """Stand where a part ideally leads at a beat, as if no sense ever held.
+
+        Raises TooLongError if that takes too long to find out; then it stands where the part has led before.
         """
-        moving = Limb(self.limb.part, self.limb.body, tempo)
-        moving.positions = dict(self._entered)
         self.limb.positions, self._told = dict(self._entered), {}
-        for moment, velocities, begin in islice(joint_moments(movement, moving), MOST_MOMENTS):
-            if moment.start >= beats:
-                break
-            self.limb.tempo, self.limb.positions = tempo, dict(begin)
-            self.limb.move(velocities, min(moment.duration, beats - moment.start))
+        begins = (part.begins, *part.scene_begins[1:])
+        for scene, begin in zip(part.scenes[part.scene :], begins, strict=False):
+            if begin < beat:
+                self._pass(self.performs(scene), beat - begin, budget)
+
+    def _pass(self, movement: Movement, beats: Exact, budget: Budget) -> None:
+        try:
+            self.limb.positions = self._outcomes.positions(self.limb.positions, movement, beats, budget)
+        except DisturbedError:
+            for moment in walk(movement, merge=True):
+                if moment.start >= beats:
+                    break
+                budget.spend(1)
+                self.limb.move(self.limb.velocities(moment.velocity), min(moment.duration, beats - moment.start))
 
     def renew(self, body: Body) -> None:
         """Have the joints of a body that was changed. They stay where they are, as far as there are any."""
@@ -77,6 +111,7 @@ class LimbTrack:
         for name in self.limb.positions.keys() & before.positions.keys():
             self.limb.positions[name] = body.joint[name].within(before.positions[name])
         self._told = {}
+        self._scenes, self._performed = (), {}
 
 
 class Limbs:
@@ -92,6 +127,14 @@ class Limbs:
             track.settle(performed)
             track._at = 0.0
 
+    def learn(self, parts: Iterable[Part], tempo: Fraction) -> None:
+        """Find out where all parts lead the joints, before robots play them."""
+        budget = Budget(MOST_LEARNED)
+        with suppress(TooLongError):
+            for part in parts:
+                for mover in self.cast(part, tempo):
+                    self.track[mover].learn(budget)
+
     def cast(self, part: Part, tempo: Fraction) -> list[Mover]:
         """Meet the body parts that a robot's part moves in any scene."""
         body = part.profile.body
@@ -105,4 +148,5 @@ class Limbs:
                 self.track[mover] = LimbTrack(Limb(body.part[mover.part], body, tempo))
             elif known.limb.body != body:
                 known.renew(body)
+            self.track[mover].meet(part.scenes)
         return movers

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from improv_core.player.setpoints import SHORTEST
+from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.movement import ENDLESS, FINEST, Duration, Exact, Movement, Velocity, exact
-from improv_core.score.performer import Performer
+from improv_core.score.performer import Performer, performer_at
 from improv_core.score.performing import Decision
 from improv_core.score.transport import Transport
 
@@ -59,19 +60,12 @@ class OpenPart:
             return max(beat, self._begins)
         return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
 
-    def perform(self, beat: Exact) -> list[Decision]:
-        """Perform up to a beat by what is sensed. Raises TooManyChangesError."""
-        return self._perform(beat, self._sensed)
-
-    def skip(self, beat: Exact) -> None:
-        """Perform up to a beat as if no sense were true. Stops early if that takes too many changes."""
-        if not self._movement.open:
-            self._performer = Performer(self._movement, beat, beat - self._begins)
-            return
+    def skip(self, beat: Exact, budget: Budget) -> None:
+        """Be where it is at a beat if no sense was true until then. It begins there if that takes too long to find."""
         try:
-            self._perform(beat, lambda sense: False)
-        except TooManyChangesError:
-            return
+            self._performer = performer_at(self._movement, self._begins, beat, budget)
+        except TooLongError:
+            self._performer = Performer(self._movement, beat)
 
     def plan(self, transport: Transport, performed: float, limit_at: float = math.inf) -> float:
         """Decide when to perform it next, after this performance time: at its next change or when a joint reaches its
@@ -86,15 +80,18 @@ class OpenPart:
             self.due = min(at, self.due) if due < changes else max(at, self.due)
         return due
 
-    def _perform(self, beat: Exact, sensed: Callable[[str], bool | None]) -> list[Decision]:
+    def perform(self, beat: Exact) -> list[Decision]:
+        """Perform up to a beat by what is sensed. Raises TooManyChangesError."""
         decisions: list[Decision] = []
+        if self.is_over:  # a jump has led past its end
+            return decisions
         for _ in range(MOST_CHANGES):
             if self.has_begun and self.beat < beat:
                 until = min(self._performer.until, beat)
                 assert not isinstance(until, float)
                 self._performer.advance(until)
             self.has_begun = True
-            decisions += self._performer.settle(sensed)
+            decisions += self._performer.settle(self._sensed)
             if self.is_over or self.beat >= beat:
                 return decisions
         raise TooManyChangesError

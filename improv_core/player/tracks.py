@@ -29,15 +29,19 @@ from improv_core.protocol.messages import SIMULATED, Poses
 from improv_core.protocol.output import RawJoints, RawPose, Sink
 from improv_core.safety.fault_monitor import RobotNews, Watches
 from improv_core.safety.odometry import Odometry
+from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
+from improv_core.score.path import Paths
 from improv_core.score.performance import Mover
 from improv_core.score.score import twist
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 
 VITALS_PERIOD = 1.0
 """Seconds between two reports of how real robots are."""
+MOST_PLACED = 3_000
+"""The most parts of movements that a jump visits to find out how all joints stand then. It takes 0.1 s at most."""
 MEASURE_PERIOD = 0.05
 """Seconds between two measurements of a simulated robot."""
 
@@ -57,6 +61,7 @@ class Tracks:
         self.sensing = Sensing()
         self.cast = Cast(self._value)
         self.limbs = Limbs()
+        self.paths = Paths()
         self.listeners = Listeners(sink)
         self.odometry = Odometry()
         self.watches = Watches()
@@ -169,7 +174,7 @@ class Tracks:
         part = self.run.score.parts[mover.robot]
         movement = whole = part.of_scene(self.run.scene)
         if mover.part:
-            movement = self.limbs.track[mover].limb.performs(whole)
+            movement = self.limbs.track[mover].performs(whole)
         if open_part := self.cast.begin(self.run, mover, movement, beat, whole.body_words.has_poses):
             self.queue.begin_open(mover, self.run.transport.end(open_part.due))
         elif not mover.part:
@@ -187,11 +192,18 @@ class Tracks:
 
     def place_limbs(self, beat: Exact) -> None:
         """Have the joints of simulated robots stand where they ideally are at a beat."""
-        for robot, part in self.run.score.parts.items():
-            for mover in self.limbs.cast(part, self.run.tempo):
-                track = self.limbs.track[mover]
-                track.place(part.movement, max(beat - part.begins, 0), self.run.tempo)
-                self.sink.send_joints(robot, track.tell(STILL, self.advanced), self.advanced)
+        parts, far = self.run.score.parts, dict[str, None]()
+        movers = [mover for part in parts.values() for mover in self.limbs.cast(part, self.run.tempo)]
+        for mover in movers:
+            robot, track = mover.robot, self.limbs.track[mover]
+            try:
+                track.place(parts[robot], beat, Budget(MOST_PLACED // len(movers)))
+            except TooLongError:
+                far[robot] = None
+            self.sink.send_joints(robot, track.tell(STILL, self.advanced), self.advanced)
+        if far:
+            line = f"the joints of {', '.join(far)} stand otherwise than at this beat"
+            self.tell({"type": "warning", "message": f"{line}: it takes too long to find out how, so jump less far"})
 
     # What is sensed
 
@@ -334,6 +346,7 @@ class Tracks:
             self.wall() if self.run.gate else 0.0,
             self.guard.unseen(self.run, now),
             self.watches.unreached if self.sink.real else (),
+            self.paths,
         )
 
     def whereabouts(self) -> Poses:

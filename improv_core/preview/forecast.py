@@ -149,8 +149,8 @@ class Outlook:
                     return
                 count += 1
                 passed = (start - begin + beats * chord / chords) * beat_seconds
-                yield passed, pose.after(moving, seconds * chord / chords)
-            pose = pose.after(moving, seconds)
+                yield passed, pose.after(moving, seconds * chord / chords).above_ground()
+            pose = pose.after(moving, seconds).above_ground()
 
     def _sight(self, robot: str, now: float) -> Sight:
         """The same, in the world of the score."""
@@ -163,7 +163,7 @@ class Outlook:
                 break
             inside = beat < start + beats
             words = [self._word(*source) for source in sources] if inside else []
-            pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start)))
+            pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start))).above_ground()
         return Sight(pose, words)
 
     def _score_of(self, message: TransportMessage) -> Score:

@@ -9,12 +9,17 @@ import errno
 import os
 import stat
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import FILE_NAME, Robots, find_robots_file, read_robots
 from improv_core.text import Span
+
+if TYPE_CHECKING:
+    from improv_core.robots.skeletons import Skeleton
 
 ENDING = ".improv"
 """The ending of the names of programs."""
@@ -42,7 +47,12 @@ def robots_near(folder: Path) -> Robots:
 
 def robots_in(path: Path) -> Robots:
     """The robots of an `improv.toml`. Raises ReadError."""
-    return robots_from(_read(path, LARGEST_ROBOTS_FILE), path)
+    return robots_from(read_robots_file(path), path)
+
+
+def read_robots_file(path: Path) -> str:
+    """The text of an `improv.toml`. Raises ReadError."""
+    return _read(path, LARGEST_ROBOTS_FILE)
 
 
 def robots_from(text: str, path: Path | None) -> Robots:
@@ -50,9 +60,18 @@ def robots_from(text: str, path: Path | None) -> Robots:
     robots = read_robots(text, path)
     if not robots.urdfs:
         return robots
-    from improv_core.robots.skeletons import with_skeletons  # few need it: reading XML takes a while to import
+    from improv_core.robots.skeletons import skeleton_in, with_skeletons  # few need it: XML takes a while to import
 
-    return with_skeletons(robots, _bytes_or_problem)
+    return with_skeletons(robots, _bytes_or_problem, _read_urdf or skeleton_in)
+
+
+_read_urdf: Callable[[bytes], Skeleton | str] | None = None
+
+
+def read_urdfs_by(read: Callable[[bytes], Skeleton | str] | None) -> None:
+    """Set what reads URDFs; None for `skeleton_in`. The language server must not wait for one."""
+    global _read_urdf
+    _read_urdf = read
 
 
 def robots_or_problem(folder: Path) -> Robots:

@@ -8,12 +8,10 @@ from fractions import Fraction
 from itertools import islice
 
 from improv_core.robots.limits import top_speed
-from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Lengths, Movement, brief
-from improv_core.score.path import MOST_MEASURED_THROWS, extent, pose_at
+from improv_core.score.path import MOST_MEASURED_THROWS, displacement, extent
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import reactions
-from improv_core.score.score import Part
 
 
 def in_beats(length: Duration | Lengths) -> str:
@@ -105,7 +103,7 @@ def ends(movement: Movement, profile: Profile) -> str:
     """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
-    pose = pose_at(Part("", (movement,), profile, Pose(), ""), movement.duration, MOST_MEASURED_THROWS)
+    pose = displacement(movement, movement.duration, profile, MOST_MEASURED_THROWS)
     if pose is None:
         return ""
     sides = (("ahead", "behind", pose.x), ("left", "right", pose.y), ("up", "down", pose.z))

@@ -34,7 +34,7 @@ class _Asked(TypedDict, total=False):
 
 
 class Marked(TypedDict, total=False):
-    """`mark` is how a page recognizes its stop when that comes back, obeyed by its stage."""
+    """`mark` is how a page recognizes its stop once that has been obeyed. It goes to the stages that have to say so."""
 
     mark: str
 
@@ -156,8 +156,14 @@ class Tune(TypedDict):
     value: SongTime
 
 
-class Watched(TypedDict):
-    """Somebody opened a page."""
+class Framed(TypedDict, total=False):
+    """`framed` is how many pages are in a frame now, as in VS Code, if one of these was opened or closed."""
+
+    framed: int
+
+
+class Watched(Framed):
+    """Somebody opened a page, or closed one in a frame."""
 
     type: Literal["watched"]
 

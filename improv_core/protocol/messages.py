@@ -243,6 +243,14 @@ class Ping(TypedDict):
     number: int
 
 
+class Obeyed(TypedDict):
+    """A page's stop with this `mark` has been obeyed, except by the stages in `waits_for`: their names."""
+
+    type: Literal["obeyed"]
+    mark: str
+    waits_for: Sequence[str]
+
+
 ToPages = (
     ProgramMessage
     | ProgramSource
@@ -254,6 +262,7 @@ ToPages = (
     | Vitals
     | Link
     | WhyStill
+    | Obeyed
     | JointPositions
 )
 """From the parent to the pages, through their stage."""
@@ -401,6 +410,7 @@ FromStage = (
     | Deserted
     | Link
     | Pong
+    | Obeyed
     | Lacks
     | Stopped
 )

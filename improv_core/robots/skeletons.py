@@ -17,22 +17,27 @@ from improv_core.score.body import Body
 from improv_core.score.profiles import Profile
 from improv_core.score.skeleton import Bone
 
+Skeleton = tuple[Bone, ...]
 
-def with_skeletons(robots: Robots, read: Callable[[Path, int], bytes | str]) -> Robots:
+
+def with_skeletons(
+    robots: Robots, read: Callable[[Path, int], bytes | str], skeleton_in: Callable[[bytes], Skeleton | str]
+) -> Robots:
     """The robots with the skeletons in the URDFs that their profiles name, from the folder of the `improv.toml` on.
 
-    `read` has the content of a file of at most so many bytes, or what is wrong with it. A URDF that can't be used, or
-    that contradicts what a profile says of its joints, is an error where it is named.
+    `read` has the content of a file of at most so many bytes, or what is wrong with it, and `skeleton_in` the skeleton
+    in that. A URDF that can't be used, or that contradicts what a profile says of its joints, is an error where it is
+    named.
     """
     named = {name: each.body for name, each in robots.profiles.items() if each.body and each.body.urdf}
     if not robots.path:
         return robots
-    skeletons: dict[str, tuple[Bone, ...]] = {}
+    skeletons: dict[str, Skeleton] = {}
     wrong: dict[tuple[str, str], str] = {}  # a URDF and what is said of it, and the first profile that names it
     for name, body in named.items():
         assert body.urdf
         source = read(robots.path.parent / body.urdf, LARGEST_URDF)
-        found = f": {source}" if isinstance(source, str) else _skeleton(source)
+        found = f": {source}" if isinstance(source, str) else skeleton_in(source)
         if isinstance(found, str):
             wrong.setdefault((body.urdf, found), name)
         else:
@@ -58,7 +63,7 @@ def with_skeletons(robots: Robots, read: Callable[[Path, int], bytes | str]) -> 
 
 
 @lru_cache(maxsize=4)  # each key in an improv.toml asks for it
-def _skeleton(source: bytes) -> tuple[Bone, ...] | str:
+def skeleton_in(source: bytes) -> Skeleton | str:
     """The skeleton in a URDF, or what is wrong with it."""
     try:
         return bones(read_urdf(source))

@@ -11,14 +11,22 @@ from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
 from xml.sax.xmlreader import AttributesImpl, Locator
 
+from improv_core.slices import checkpoint
+
 Vector = tuple[float, float, float]
 
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
 """The types of joints that one number moves."""
 _STILL = ("fixed", "floating", "planar")
-LARGEST_URDF = 20_000_000
+LARGEST_URDF = 5_000_000
 """Bytes of a URDF; the largest public ones have about one million."""
+MOST_ELEMENTS = 200_000
+"""Elements and attributes of a URDF; the largest public ones have about a fifth."""
+DEEPEST = 100
+"""Elements within one another; in a URDF, four are."""
+LONGEST_TAG = 200_000
+"""Bytes of a tag or of a text: what lies between two `<`."""
 
 
 class UrdfError(Exception):
@@ -76,6 +84,8 @@ def read_urdf(source: bytes) -> Urdf:
 
     if len(source) > LARGEST_URDF:
         raise UrdfError(0, f"it is larger than {LARGEST_URDF // 1_000_000} MB")
+    if _has_long_tag(source):  # parsing it could not be interrupted
+        raise UrdfError(0, f"it has a tag or a text of more than {LONGEST_TAG:,} bytes")
     reader = _Reader()
     parser = make_parser()
     parser.forbid_dtd = True
@@ -92,6 +102,15 @@ def read_urdf(source: bytes) -> Urdf:
     return reader.robot()
 
 
+def _has_long_tag(source: bytes) -> bool:
+    begin = 0
+    while len(source) - begin > LONGEST_TAG:
+        begin = source.rfind(b"<", begin, begin + LONGEST_TAG + 1) + 1
+        if not begin:
+            return True
+    return False
+
+
 @dataclass(slots=True)
 class _Open:
     """A joint of which the end is not read yet."""
@@ -106,6 +125,7 @@ class _Reader(ContentHandler):
     def __init__(self) -> None:
         super().__init__()
         self._path: list[str] = []
+        self._work = 0
         self._name = ""
         self._links: dict[str, int] = {}
         self._joints: dict[str, UrdfJoint] = {}
@@ -116,27 +136,37 @@ class _Reader(ContentHandler):
         self._locator = locator
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802
+        checkpoint()
         line = (self._locator and self._locator.getLineNumber()) or 0
         given: dict[str, str] = dict(attrs.items())
+        self._work += 1 + len(given)
+        if self._work > MOST_ELEMENTS:
+            raise UrdfError(line, f"it has more than {MOST_ELEMENTS:,} elements and attributes: no robot needs so many")
         if not self._path and name != "robot":
             raise UrdfError(line, f"a URDF begins with <robot>, not with <{name}>")
         if name.startswith("xacro:"):
             raise UrdfError(line, "this is a xacro file: run `xacro FILE > robot.urdf`, and read that")
         self._path.append(name)
-        if self._path == ["robot"]:
+        depth = len(self._path)
+        if depth > DEEPEST:
+            raise UrdfError(line, f"more than {DEEPEST} elements are in one another: no URDF needs that")
+        if depth == 1:
             self._name = given.get("name", "")
-        elif self._path == ["robot", "link"]:
+        elif depth == 2 and name == "link":
             link = _needed(given, "name", "a link", line)
             if link in self._links:
                 raise UrdfError(line, f"there are two links {link!r}")
             self._links[link] = line
-        elif self._path == ["robot", "joint"]:
+        elif depth == 2 and name == "joint":
             self._open = _Open(line, {"joint": given})
-        elif self._path[:-1] == ["robot", "joint"] and self._open:
+        elif depth == 3 and self._open:
             self._open.elements[name] = given
 
+    def characters(self, content: str) -> None:
+        checkpoint()
+
     def endElement(self, name: str) -> None:  # noqa: N802
-        if self._path == ["robot", "joint"] and self._open:
+        if len(self._path) == 2 and self._open:
             joint = _joint(self._open.elements, self._open.line)
             if joint.name in self._joints:
                 raise UrdfError(joint.line, f"there are two joints {joint.name!r}")

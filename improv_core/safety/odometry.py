@@ -170,7 +170,7 @@ class _Leg(NamedTuple):
     speed: Twist = STILL
 
     def pose_at(self, at: float) -> Pose:
-        return self.pose.after(self.twist, at - self.at)
+        return self.pose.after(self.twist, at - self.at).above_ground()
 
 
 @dataclass(slots=True)

@@ -34,7 +34,7 @@ class Stops:
 
     def __init__(self, asleep: Callable[[], float] = asleep) -> None:
         self._lock = threading.Lock()
-        self._stages: list[Receiver] = []
+        self._stages: dict[Receiver, bool] = {}  # each with whether its robots are real
         self._tell: list[Callable[[], object]] = []
         self._asleep = asleep
         self._slept = asleep()
@@ -54,23 +54,26 @@ class Stops:
         with self._lock:
             return self._counted()
 
-    def add(self, stage: Receiver) -> None:
+    def add(self, stage: Receiver, *, real: bool = False) -> None:
         """From now on, this stage is stopped too."""
         with self._lock:
-            self._stages.append(stage)
+            self._stages[stage] = real
 
     def discard(self, stage: Receiver) -> None:
         with self._lock:
-            if stage in self._stages:
-                self._stages.remove(stage)
+            self._stages.pop(stage, None)
 
     def stop(self, message: Stop | Pause | None = None) -> None:
-        """Have all stages stop at once, or pause."""
+        """Have all stages stop at once, or pause. If some have real robots, only these say that they obeyed a mark."""
         timed = message.copy() if message else Stop(type="stop")
         timed["at"] = time.monotonic()
+        unmarked = timed.copy()
+        if unmarked["type"] == "stop":
+            unmarked.pop("mark", None)
         with self._lock:
-            for stage in self._stages:
-                stage.send(timed)
+            any_real = any(self._stages.values())
+            for stage, real in self._stages.items():
+                stage.send(timed if real == any_real else unmarked)
             self._note(stop=timed["type"] == "stop")
 
     def on_stop(self, tell: Callable[[], object]) -> None:

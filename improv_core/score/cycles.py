@@ -10,7 +10,7 @@ from typing import NamedTuple
 from improv_core.score.algebra import Parallel, Repeat
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, NOTHING_AROUND, Exact, InTurn, Movement, Through
-from improv_core.score.path import common_multiple, pose_at
+from improv_core.score.path import MOST_MEASURED_LIVE, common_multiple, displacement
 from improv_core.score.score import Part
 from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.score.walk import walk
@@ -42,7 +42,10 @@ def closed_cycle(part: Part) -> Cycle | None:
     if found.beats == 0:
         beats = _circle(part, found.begins)
         return None if beats is None else Cycle(begins, beats)
-    before, after = pose_at(part, begins), pose_at(part, begins + found.beats)
+    before, after = (
+        displacement(part.movement, beats, part.profile, MOST_MEASURED_LIVE)
+        for beats in (found.begins, found.begins + found.beats)
+    )
     if before is None or after is None:
         return None
     gone = once = before.inverse().then(after)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Pose, Twist
@@ -99,8 +99,7 @@ class Motion:
     def pose_at(self, time: float) -> Pose:
         """Its pose at a later time on the exact arc, as long as its twist stays the same. It stays on the ground
         instead of going below it."""
-        pose = self.pose.after(self.twist if self.real is None else self.real, time - self.at)
-        return pose if pose.z >= 0 else replace(pose, z=0.0)
+        return self.pose.after(self.twist if self.real is None else self.real, time - self.at).above_ground()
 
 
 def follow(motion: Motion, setpoints: Iterable[tuple[float, Twist]], to: float, motors: Motors | None) -> Motion:

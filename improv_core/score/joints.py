@@ -9,14 +9,21 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
+from improv_core.score.algebra import Parallel
 from improv_core.score.body import Body, BodyPart, Joint
-from improv_core.score.movement import Movement, Velocity
-from improv_core.score.projection import project
+from improv_core.score.budget import Budget
+from improv_core.score.inner_first import inner_first
+from improv_core.score.movement import STILL, Duration, Movement, Velocity
+from improv_core.score.path import Outcomes, PlayedPart
+from improv_core.score.projection import Reach, project
 from improv_core.score.score import Part
 from improv_core.score.walk import Moment, walk
 
 REACHED = 1e-9
 """Radians or meters to a limit at which a joint counts as being there: times are rounded."""
+
+DEEPEST = 50
+"""How deeply voices may be nested in which only one moves a body part, to be followed without performing them."""
 
 
 @lru_cache(maxsize=1_000)  # the same few, again and again, when joints must not be late
@@ -122,3 +129,93 @@ def joint_moments(movement: Movement, limb: Limb, *, merge: bool = True) -> Iter
         velocities, begin = limb.velocities(moment.velocity), dict(limb.positions)
         limb.move(velocities, moment.duration)
         yield JointMoment(moment, velocities, begin)
+
+
+class DisturbedError(Exception):
+    """Raised where two voices move a body part, one of them to a pose: that has to be performed to be known."""
+
+
+class _Turned(NamedTuple):
+    """The way of a joint from `x` in a movement: to `share * x + added`, but not beyond `least` and `most`."""
+
+    share: float
+    added: float
+    least: float
+    most: float
+
+    def of(self, position: float) -> float:
+        from_it = self.share * position if self.share else 0.0  # 0 times infinity is no number
+        return min(max(from_it + self.added, self.least), self.most)
+
+    def then(self, other: _Turned) -> _Turned:
+        added = other.share * self.added + other.added
+        return _Turned(self.share * other.share, added, other.of(self.least), other.of(self.most))
+
+
+@dataclass(frozen=True, slots=True)
+class _AllTurned:
+    """The ways of joints in a movement. Those that are not named stay."""
+
+    joints: Mapping[str, _Turned]
+
+    def then(self, other: _AllTurned) -> _AllTurned:
+        if not other.joints:
+            return self
+        turned = dict(self.joints)
+        for name, each in other.joints.items():
+            turned[name] = turned[name].then(each) if name in turned else each
+        return _AllTurned(turned)
+
+
+class JointOutcomes(Outcomes[_AllTurned]):
+    """The effects of movements on the joints of a body part, computed without performing them."""
+
+    def __init__(self, part: BodyPart, body: Body) -> None:
+        super().__init__(_AllTurned({}), self._turned)
+        self._part, self._joints = part, body.joint
+
+    def positions(
+        self, begin: Mapping[str, float], movement: Movement, beats: Duration, budget: Budget
+    ) -> dict[str, float]:
+        """Return where joints are after the first beats of a movement, as the body part performs it.
+
+        The movement has to live as long as this. Raises TooLongError or DisturbedError.
+        """
+        turned = self.until(movement, beats, budget).joints
+        return {name: turned[name].of(at) if name in turned else at for name, at in begin.items()}
+
+    def walked(self, leg: PlayedPart, until: Duration) -> _AllTurned:
+        movement = leg.movement
+        if isinstance(movement, Reach):
+            return self._reached(movement, float(until))
+        if isinstance(movement, Parallel) and movement.uniform is None and not leg.backward:
+            voices = enumerate(movement.items)
+            moving = [(place, voice) for place, voice in voices if voice.duration and voice.uniform != STILL]
+            if len(moving) == 1 and movement.depth < DEEPEST:  # the others only end it
+                ((place, voice),) = moving
+                dice = leg.dice.inside(place) if leg.dice and voice.dice else None
+                return self.from_leg(PlayedPart(voice, leg.gain, False, dice), until)
+            if len(moving) == 1 or any(_has_pose(voice) for _, voice in moving):
+                raise DisturbedError
+        return super().walked(leg, until)
+
+    def _turned(self, velocity: Velocity, beats: float) -> _AllTurned:
+        steps = ((drive, float(getattr(velocity, drive.direction))) for drive in self._part.drives)
+        moved = ((drive.joint, each * drive.per_step * beats) for drive, each in steps if each)
+        return _AllTurned({name: _Turned(1.0, added, *self._range(name)) for name, added in moved})
+
+    def _reached(self, pose: Reach, share: float) -> _AllTurned:
+        turned = {}
+        for direction in pose.moved:
+            if drive := self._part.drive(direction):
+                goal = float(getattr(pose.goal, direction)) * drive.per_step
+                turned[drive.joint] = _Turned(1 - share, share * goal, *self._range(drive.joint))
+        return _AllTurned(turned)
+
+    def _range(self, name: str) -> tuple[float, float]:
+        joint = self._joints[name]
+        return -math.inf if joint.min is None else joint.min, math.inf if joint.max is None else joint.max
+
+
+def _has_pose(movement: Movement) -> bool:
+    return any(isinstance(each, Reach) for each in inner_first(movement, lambda part: part.parts))

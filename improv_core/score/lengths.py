@@ -19,12 +19,22 @@ def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
     """
     if not movement.open:
         return _closed(movement, rate)
-    known: dict[tuple[int, Fraction], Lengths] = {}
-    for part, at in inner_first((movement, rate), _open_inside, lambda each: (id(each[0]), each[1])):
-        inner = _rate_inside(part, at)
-        found = [known[id(each), inner] if each.open else _closed(each, inner) for each in part.parts]
-        known[id(part), at] = part.lasts(found)
-    return known[id(movement), rate]
+    known = movement.known_lengths
+    if rate not in known:
+        for part, at in inner_first((movement, rate), _unknown_inside, lambda each: (id(each[0]), each[1])):
+            part.known_lengths[at] = _lengths(part, at)
+    return known[rate]
+
+
+def _lengths(part: Movement, rate: Fraction) -> Lengths:
+    """How long an open movement lasts, once that is known of what is `_unknown_inside`."""
+    known = part.known_lengths
+    if rate != NORMAL and known.scale:
+        shortest, longest, may_be_empty = known[NORMAL]
+        return Lengths(_at(shortest, rate), _at(longest, rate), may_be_empty)
+    inner = _rate_inside(part, rate)
+    known.scale = not part.waits and all(each.known_lengths.scale for each in part.parts if each.open)
+    return part.lasts([each.known_lengths[inner] if each.open else _closed(each, inner) for each in part.parts])
 
 
 def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], list[Lengths]]:
@@ -49,10 +59,20 @@ def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], l
     return begins, ends
 
 
-def _open_inside(at_rate: tuple[Movement, Fraction]) -> list[tuple[Movement, Fraction]]:
-    """The open movements directly inside one that is played at a rate, with their own rates."""
-    inner = _rate_inside(*at_rate)
-    return [(each, inner) for each in at_rate[0].parts if each.open]
+def _unknown_inside(at_rate: tuple[Movement, Fraction]) -> list[tuple[Movement, Fraction]]:
+    """The open movements directly inside one that is played at a rate, with their own rates, of which nobody has asked
+    yet how long they last: in a chain of definitions, that is at most the one before.
+
+    Before that of another rate comes the usual one, from which nearly all others follow.
+    """
+    part, rate = at_rate
+    if rate != NORMAL:
+        if NORMAL not in part.known_lengths:
+            return [(part, NORMAL)]
+        if part.known_lengths.scale:
+            return []
+    inner = _rate_inside(part, rate)
+    return [(each, inner) for each in part.parts if each.open and inner not in each.known_lengths]
 
 
 def _rate_inside(part: Movement, rate: Fraction) -> Fraction:
@@ -61,9 +81,12 @@ def _rate_inside(part: Movement, rate: Fraction) -> Fraction:
 
 
 def _closed(movement: Movement, rate: Fraction) -> Lengths:
-    is_plain = rate is NORMAL or isinstance(movement.duration, float)
-    lasts = movement.duration if is_plain else movement.duration / rate
+    lasts = _at(movement.duration, rate)
     return Lengths(lasts, lasts, not lasts)
+
+
+def _at(duration: Duration, rate: Fraction) -> Duration:
+    return duration if rate is NORMAL or isinstance(duration, float) else duration / rate
 
 
 def _whole(beat: Duration) -> Duration:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeVar
 
@@ -90,6 +90,10 @@ class Pose:
         """The pose of the world in the frame of this pose: `pose.then(pose.inverse())` is the origin."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, -self.z, -self.heading)
+
+    def above_ground(self) -> Pose:
+        """This pose, or the one above it on the ground: nobody sinks into that."""
+        return self if self.z >= 0 else replace(self, z=0.0)
 
     def apart(self, other: Pose) -> tuple[float, float]:
         """How far it is from another one, in meters, and how far turned from it, in radians from 0 to π."""

@@ -249,8 +249,30 @@ WHERE = frozenset({"span", "statement"})
 """The fields that only say where a movement is written."""
 
 
+class KnownLengths(dict[Fraction, "Lengths"]):
+    """How long an open movement lasts at some rates. If its lengths `scale`, they are half as long at twice the rate:
+    nowhere in it does a robot stand until a whole beat."""
+
+    scale = True
+
+
+class _Measured:
+    """Keeps how long it lasts, once somebody has asked. That is no field of a movement: it follows from them."""
+
+    __slots__ = ("_lengths",)
+    _lengths: KnownLengths
+
+    @property
+    def known_lengths(self) -> KnownLengths:
+        try:
+            return self._lengths
+        except AttributeError:
+            object.__setattr__(self, "_lengths", KnownLengths())  # a movement is frozen
+            return self._lengths
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Movement:
+class Movement(_Measured):
     """A movement. Made by the functions beside each kind, never directly.
 
     `uniform` is its velocity if that never changes. `FIELDS` are what makes it besides its parts. `make` makes one of
@@ -285,6 +307,11 @@ class Movement:
     def lasts(self, parts: Sequence[Lengths]) -> Lengths:
         """How long it lasts if it is open, by how long its parts last."""
         return one_after_another(parts)
+
+    @property
+    def waits(self) -> bool:
+        """Whether that includes standing until a whole beat, which takes as long at any rate."""
+        return False
 
     @property
     def peak(self) -> Peak:

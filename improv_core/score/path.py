@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from itertools import islice
-from typing import NamedTuple
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from improv_core.score.algebra import Hold, Parallel, Repeat, reverse
+from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
 from improv_core.score.movement import (
@@ -26,6 +28,7 @@ from improv_core.score.movement import (
     Visit,
 )
 from improv_core.score.profiles import Profile
+from improv_core.score.projection import Reach
 from improv_core.score.reactions import Reaction
 from improv_core.score.score import Part, twist
 from improv_core.score.throws import ROBOTS, Dice, dice_of
@@ -39,6 +42,8 @@ MOST_MEASURED_THROWS = 100_000
 """The most throws that are looked at: the turns of a repeat with dice differ, so they can't be multiplied."""
 MOST_MEASURED_LIVE = 10_000
 """The same limit for a pose, which is computed while robots play."""
+MOST_VELOCITIES = 1_000
+"""How many velocities in meters are kept: most are those of a few words."""
 VISITS_PER_THROW = 5
 """How many parts may be visited for each of these throws."""
 A_BEAT_A_SECOND = Fraction(60)
@@ -53,28 +58,7 @@ class Extent:
     turns: float
 
 
-class _TooLongError(Exception):
-    """A movement is too long to measure."""
-
-
-@dataclass(slots=True)
-class _Budget:
-    """How many parts may still be visited."""
-
-    left: int
-
-    def spend(self, visits: int) -> None:
-        self.left -= visits
-        if self.left < 0:
-            raise _TooLongError
-
-    def allow(self, throws: int) -> None:
-        """Give up at once if so many throws cost too much."""
-        if throws * VISITS_PER_THROW > self.left:
-            raise _TooLongError
-
-
-class _Leg(NamedTuple):
+class PlayedPart(NamedTuple):
     """A part of a movement as it plays: with its velocities multiplied, perhaps backward, and with its dice if any."""
 
     movement: Movement
@@ -83,20 +67,20 @@ class _Leg(NamedTuple):
     dice: Dice | None
 
     @classmethod
-    def first(cls, movement: Movement) -> _Leg:
+    def first(cls, movement: Movement) -> PlayedPart:
         return cls(movement, SAME, False, dice_of(ROBOTS) if movement.dice else None)
 
-    def to(self, visit: Visit) -> _Leg:
+    def to(self, visit: Visit) -> PlayedPart:
         """The leg of a part that plays in place of this one."""
         part, _, backward, dice = visit
         around = self.movement.within(NOTHING_AROUND)
         gain = self.gain if around is NOTHING_AROUND else self.gain.times(around.gain)
-        return _Leg(part, gain, backward, dice if part.dice else None)
+        return PlayedPart(part, gain, backward, dice if part.dice else None)
 
     @property
     def is_walked(self) -> bool:
         """Whether it is measured as a whole."""
-        return self.movement.uniform is not None or isinstance(self.movement, Parallel)
+        return self.movement.uniform is not None or isinstance(self.movement, (Parallel, Reach))
 
 
 def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
@@ -108,13 +92,13 @@ def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
         return None
     known: dict[int, Extent] = {}
     steps, turns = [], []
-    budget = _Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
+    budget = Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
     try:
-        for leg in _decided(_Leg.first(movement), budget):
+        for leg in _decided(PlayedPart.first(movement), budget):
             each = _walked(leg, budget) if leg.dice else _extent(leg.movement, known, most)
             steps.append(each.steps * float(abs(leg.gain.x)))
             turns.append(each.turns * float(leg.gain.yaw))
-    except _TooLongError:
+    except TooLongError:
         return None
     return Extent(math.fsum(steps), math.fsum(turns))
 
@@ -126,7 +110,7 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
 
     for part in inner_first(movement, lambda part: [each for each in _measured(part) if id(each) not in known]):
         if isinstance(part, (Hold, Parallel)):
-            known[id(part)] = _walked(_Leg.first(part), _Budget(most))
+            known[id(part)] = _walked(PlayedPart.first(part), Budget(most))
             continue
         inner = [known[id(each)] for each in _measured(part)]
         gain = part.within(NOTHING_AROUND).gain
@@ -143,7 +127,7 @@ def _measured(part: Movement) -> Sequence[Movement]:
     return (part.assumed,) if isinstance(part, Reaction) else part.parts
 
 
-def _walked(leg: _Leg, budget: _Budget) -> Extent:
+def _walked(leg: PlayedPart, budget: Budget) -> Extent:
     steps, turns = [], []
     for moment in walk(leg.movement, merge=True, dice=leg.dice):
         budget.spend(1)
@@ -158,28 +142,188 @@ def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> P
 
     Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
     """
-    passed = min(max(beat - part.begins, 0), part.movement.duration)
-    budget = _Budget(most_throws * VISITS_PER_THROW)
     try:
-        return (part.entered or part.start).then(_displacement(_Leg.first(part.movement), passed, part.profile, budget))
-    except _TooLongError:
+        return Paths().pose(part, beat, Budget(most_throws * VISITS_PER_THROW))
+    except TooLongError:
         return None
 
 
-def _displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget) -> Pose:
-    """How the first `until` beats of a leg move a robot, as a pose relative to its start."""
-    known: dict[tuple[int, Velocity, bool], Pose] = {}
-    moved = Pose()
-    while until < leg.movement.duration and not leg.is_walked:
-        before, leg, until = _split(leg, until, budget)
-        for each, times in before:
-            moved = moved.then(_times(_whole(each, profile, known, budget), times))
-    if until < leg.movement.duration:
-        return moved.then(_walked_displacement(leg, until, profile, budget if leg.dice else None))
-    return moved.then(_whole(leg, profile, known, budget))
+class Paths:
+    """The ideal poses of robots. Each part of a movement is visited once, even if many ask for it."""
+
+    def __init__(self) -> None:
+        self._outcomes: list[tuple[Profile, Outcomes[Pose], Outcomes[_Flight]]] = []
+        self._movements: dict[int, Movement] = {}  # that have to live as long as what is known of them
+
+    def pose(self, part: Part, beat: Exact, budget: Budget) -> Pose:
+        """A robot's pose at a beat of the performance. Raises TooLongError if that visits more than the budget has."""
+        movement, start = part.movement, part.entered or part.start
+        passed = min(max(beat - part.begins, 0), movement.duration)
+        self._movements[id(movement)] = movement
+        moving, flying = self._outcomes_of(part.profile)
+        if movement.peak.z:
+            return flying.until(movement, passed, budget).landing(start)
+        return start.then(moving.until(movement, passed, budget))
+
+    def _outcomes_of(self, profile: Profile) -> tuple[Outcomes[Pose], Outcomes[_Flight]]:
+        for known, moving, flying in self._outcomes:
+            if known == profile:
+                return moving, flying
+        self._outcomes.append((profile, _moving(profile), _flying(profile)))
+        return self._outcomes[-1][1:]
 
 
-def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
+def displacement(movement: Movement, beats: Duration, profile: Profile, most_throws: int) -> Pose | None:
+    """How the first beats of a movement move a robot that no ground stops, as a pose relative to its start; None like
+    `pose_at`."""
+    try:
+        return _moving(profile).until(movement, beats, Budget(most_throws * VISITS_PER_THROW))
+    except TooLongError:
+        return None
+
+
+class _Chained(Protocol):
+    """The effect of a stretch of a movement, whatever was before it."""
+
+    def then(self: M, other: M, /) -> M:
+        """The effect of both, one after the other."""
+        ...
+
+
+M = TypeVar("M", bound=_Chained)
+
+
+def _moving(profile: Profile) -> Outcomes[Pose]:
+    return Outcomes(Pose(), _held(profile))
+
+
+def _held(profile: Profile) -> Callable[[Velocity, float], Pose]:
+    """The effect of velocities on a robot in so many beats."""
+    moving = lru_cache(MOST_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
+    return lambda velocity, beats: Pose().after(moving(velocity), beats)
+
+
+@dataclass(frozen=True, slots=True)
+class _Flight:
+    """The pose that a robot reaches if no ground stops it, and its lowest height on the way, both from its start."""
+
+    moved: Pose
+    lowest: float
+
+    def then(self, other: _Flight) -> _Flight:
+        return _Flight(self.moved.then(other.moved), min(self.lowest, self.moved.z + other.lowest))
+
+    def landing(self, start: Pose) -> Pose:
+        """The pose that it reaches from another one if the ground stops it: it is higher by what it would have sunk."""
+        end = start.then(self.moved)
+        return replace(end, z=end.z - min(start.z + self.lowest, 0.0))
+
+
+def _flying(profile: Profile) -> Outcomes[_Flight]:
+    moved = _held(profile)
+
+    def held(velocity: Velocity, beats: float) -> _Flight:
+        pose = moved(velocity, beats)
+        return _Flight(pose, min(pose.z, 0.0))
+
+    return Outcomes(_Flight(Pose(), 0.0), held)
+
+
+class Outcomes(Generic[M]):
+    """The effects of movements, by those of velocities in so many beats. Repeats without dice are multiplied."""
+
+    def __init__(self, nothing: M, held: Callable[[Velocity, float], M]) -> None:
+        self._nothing, self._held = nothing, held
+        self._known: dict[tuple[int, Velocity, bool], M] = {}  # by movements that live as long as this
+        self._budget = Budget(0)
+
+    def until(self, movement: Movement, beats: Duration, budget: Budget) -> M:
+        """Return the effect of the first beats of a movement.
+
+        Raises TooLongError if that visits more parts than the budget has.
+        """
+        self._budget = budget
+        return self.from_leg(PlayedPart.first(movement), beats)
+
+    def from_leg(self, leg: PlayedPart, beats: Duration) -> M:
+        done = self._nothing
+        while beats < leg.movement.duration and not leg.is_walked:
+            before, leg, beats = _split(leg, beats, self._budget)
+            for each, times in before:
+                done = done.then(self._times(self._whole(each), times))
+        if beats < leg.movement.duration:
+            return done.then(self.walked(leg, beats))
+        return done.then(self._whole(leg))
+
+    def _whole(self, leg: PlayedPart) -> M:
+        if not leg.dice:
+            return self._without_dice(leg)
+        done = self._nothing
+        for each in _decided(leg, self._budget):
+            done = done.then(self.walked(each, each.movement.duration) if each.dice else self._without_dice(each))
+        return done
+
+    def _without_dice(self, leg: PlayedPart) -> M:
+        if self._is_known(leg):
+            return self._known[_key(leg)]
+        for now in inner_first(leg, self._unknown_inside, _key):
+            self._budget.spend(1)
+            done = self._nothing
+            for each in _inside(now):
+                done = done.then(self._known[_key(each)])
+            if isinstance(now.movement, Repeat):
+                done = self._times(done, now.movement.times or 0)
+            self._known[_key(now)] = done
+        return self._known[_key(leg)]
+
+    def _unknown_inside(self, leg: PlayedPart) -> Iterable[PlayedPart]:
+        return [each for each in _inside(leg) if not self._is_known(each)]
+
+    def _is_known(self, leg: PlayedPart) -> bool:
+        """Whether it is known what a leg does. One that is walked is from now on: most are a word."""
+        key = _key(leg)
+        if key in self._known:
+            return True
+        if leg.is_walked:
+            self._budget.spend(1)
+            self._known[key] = self.walked(leg, leg.movement.duration)
+        return leg.is_walked
+
+    def walked(self, leg: PlayedPart, until: Duration) -> M:
+        """Return the effect of the first `until` beats of a leg that is walked."""
+        if leg.movement.uniform is not None:
+            return self._held(leg.movement.uniform.times(leg.gain), float(until))
+        period = _period(leg.movement)
+        if period and until > period:
+            turns, rest = divmod(until, period)
+            once, last = (self.walked(leg, beats) for beats in (period, rest))
+            return self._times(once, int(turns)).then(last)
+        movement = reverse(leg.movement) if leg.backward else leg.movement
+        own = None if leg.dice else Budget(MOST_WALKED)
+        done = self._nothing
+        for moment in walk(movement, merge=True, dice=leg.dice):
+            left = until - moment.start
+            if left <= 0:
+                break
+            self._budget.spend(1)
+            if own:
+                own.spend(1)
+            done = done.then(self._held(moment.velocity.times(leg.gain), float(min(moment.duration, left))))
+        return done
+
+    def _times(self, once: M, times: int) -> M:
+        """Return the effect of doing it so often, computed by repeated squaring."""
+        done = self._nothing
+        while times:
+            if times % 2:
+                done = done.then(once)
+            once, times = once.then(once), times // 2
+        return done
+
+
+def _split(
+    leg: PlayedPart, until: Duration, budget: Budget
+) -> tuple[Iterable[tuple[PlayedPart, int]], PlayedPart, Duration]:
     """The inner legs that finish within `until` beats and how often; the one that doesn't, and how far it gets."""
     part, _, backward, dice = leg
     at = part.duration - until if backward else until
@@ -191,7 +335,7 @@ def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[
         inner = leg.to(next(part.visits(at, backward, dice)))
         done = [(inner, turns)]
         if dice:
-            budget.allow(turns * part.body.throws)
+            budget.allow(turns * max(part.body.throws * VISITS_PER_THROW, 1))
             done = [(each, 1) for each in islice(_inside(leg), turns)]
         return done, inner, until % part.body.duration
     done = []
@@ -200,94 +344,42 @@ def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[
             break
         done.append((inner, 1))
         until -= inner.movement.duration
-    budget.allow(sum(each.movement.throws for each, _ in done))
+    budget.allow(sum(each.movement.throws for each, _ in done) * VISITS_PER_THROW)
     return done, inner, until
 
 
-def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: _Budget) -> Pose:
-    """How a whole leg moves a robot."""
-    moved = Pose()
-    for each in _decided(leg, budget):
-        if each.dice:
-            moved = moved.then(_walked_displacement(each, each.movement.duration, profile, budget))
-        else:
-            moved = moved.then(_whole_without_dice(each, profile, known))
-    return moved
-
-
-def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose]) -> Pose:
-    if found := known.get(_key(leg)):
-        return found
-
-    def inside(leg: _Leg) -> Iterable[_Leg]:
-        return () if leg.is_walked else [each for each in _inside(leg) if _key(each) not in known]
-
-    for now in inner_first(leg, inside, _key):
-        if now.is_walked:
-            known[_key(now)] = _walked_displacement(now, now.movement.duration, profile)
-            continue
-        moved = Pose()
-        for each in _inside(now):
-            moved = moved.then(known[_key(each)])
-        known[_key(now)] = _times(moved, now.movement.times or 0) if isinstance(now.movement, Repeat) else moved
-    return known[_key(leg)]
-
-
-def _key(leg: _Leg) -> tuple[int, Velocity, bool]:
+def _key(leg: PlayedPart) -> tuple[int, Velocity, bool]:
     return id(leg.movement), leg.gain, leg.backward
 
 
-def _decided(leg: _Leg, budget: _Budget) -> Iterator[_Leg]:
+def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
     """A leg as a series of legs without dice, and of voices with dice."""
     stack = [iter((leg,))]
     while stack:
         each = next(stack[-1], None)
         if each is None:
             stack.pop()
-        elif each.dice is None or each.is_walked:
+            continue
+        budget.spend(1)  # also for what is known: a repeat may have it billions of times
+        if each.dice is None or each.is_walked:
             yield each
         elif each.movement.duration:  # an endless repeat of nothing is over at once
-            budget.allow(each.movement.throws)
-            budget.spend(1)
+            budget.allow(each.movement.throws * VISITS_PER_THROW)
             stack.append(_inside(each))
 
 
-def _inside(leg: _Leg) -> Iterator[_Leg]:
+def _inside(leg: PlayedPart) -> Iterator[PlayedPart]:
     """The inner legs in the order they play; the body of a repeat without dice only once."""
     part, gain, backward, dice = leg
     at = part.duration if backward else 0
     if isinstance(part, Through):
         yield leg.to(part.inner(at, backward, dice))
     elif isinstance(part, Repeat) and not dice:
-        yield _Leg(part.body, gain, backward, None)
+        yield PlayedPart(part.body, gain, backward, None)
     else:
         assert isinstance(part, InTurn)
         for each, _, _, own in part.visits(at, backward, dice):
-            yield _Leg(each, gain, backward, own if each.dice else None)
-
-
-def _walked_displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
-    """How the first `until` beats of a leg of constant velocity or of voices move a robot."""
-    if leg.movement.uniform is not None:
-        moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
-        return Pose().after(moving, float(until))
-    period = _period(leg.movement)
-    if period and until > period:
-        turns, rest = divmod(until, period)
-        once, last = (_walked_displacement(leg, beats, profile, budget) for beats in (period, rest))
-        return _times(once, int(turns)).then(last)
-    movement = reverse(leg.movement) if leg.backward else leg.movement
-    budget = budget or _Budget(MOST_WALKED)
-    moved = Pose()
-    for moment in walk(movement, merge=True, dice=leg.dice):
-        left = until - moment.start
-        if left <= 0:
-            break
-        budget.spend(1)
-        velocity = moment.velocity.times(leg.gain)
-        moving = twist(velocity, profile, A_BEAT_A_SECOND)
-        moved = moved.after(moving, float(min(moment.duration, left)))
-    return moved
+            yield PlayedPart(each, gain, backward, own if each.dice else None)
 
 
 def _period(movement: Movement) -> Exact | None:
@@ -295,12 +387,12 @@ def _period(movement: Movement) -> Exact | None:
 
     0 if the velocity never changes. The period is the same backward.
     """
-    if movement.dice or movement.open:
+    if movement.dice:
         return None
     rate = Fraction(1)
     while movement.uniform is None and isinstance(movement, Through) and not isinstance(movement, Piecewise):
         rate *= movement.within(NOTHING_AROUND).rate
-        (movement,) = movement.parts
+        movement = movement.assumed if isinstance(movement, Reaction) else movement.parts[0]
     if movement.uniform is not None:
         return 0
     if isinstance(movement, Repeat) and movement.body.duration != ENDLESS:
@@ -321,13 +413,3 @@ def common_multiple(one: Fraction, other: Fraction) -> Fraction:
     if not one:
         return other
     return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
-
-
-def _times(moved: Pose, times: int) -> Pose:
-    """The pose after a path is repeated `times` times, computed by repeated squaring."""
-    gone = Pose()
-    while times:
-        if times % 2:
-            gone = gone.then(moved)
-        moved, times = moved.then(moved), times // 2
-    return gone

@@ -8,19 +8,25 @@ from __future__ import annotations
 
 from copy import copy
 
+from improv_core.score.budget import Budget
 from improv_core.score.movement import STILL, Around, Duration, Exact, Movement
-from improv_core.score.performing import Decision, Performed, Sensed, act
+from improv_core.score.performing import Decision, Performed, Sensed, UnforeseenError, act
 from improv_core.score.throws import ROBOTS, dice_of
+
+MOST_SKIPPED = 1_000
+"""The most changes of all robots that are performed to find out what plays at a beat that playback jumps to."""
 
 
 class Performer:
-    """The performance of a movement that begins at a beat, for one robot. Beats are those of the performance. A closed
-    movement may be performed from its beat `start` on.
+    """The performance of a movement for one robot, from its beat `start` on, which is `beat` of the performance.
+
+    Beats are those of the performance. Up to the start, it is as if no sense had been true: raises UnforeseenError
+    where that has to be performed to be known.
 
     Call `settle` when something may have changed, then ask, then `advance`.
     """
 
-    def __init__(self, movement: Movement, beat: Exact = 0, start: Exact = 0) -> None:
+    def __init__(self, movement: Movement, beat: Exact = 0, start: Duration = 0) -> None:
         self._act = act(movement, dice_of(ROBOTS) if movement.dice else None, Around(), start)
         self._missed: set[str] = set()  # senses that were silent when something had to be decided by them
         self.beat = beat
@@ -79,3 +85,28 @@ class Performer:
         fork = copy(self)
         fork._act = self._act.fork()
         return fork
+
+
+def performer_at(movement: Movement, begins: Exact, beat: Exact, budget: Budget) -> Performer:
+    """Return the performance of a movement that begins at `begins`, at a later beat, if no sense is true until then.
+
+    It stays where it is over, if that is before. Raises TooLongError if it would have to be performed for too long.
+    """
+    passed = min(beat - begins, movement.duration)
+    assert not isinstance(passed, float)
+    try:
+        return Performer(movement, begins + passed, passed)
+    except UnforeseenError:
+        performer = Performer(movement, begins)
+        while True:
+            performer.settle(_never)
+            if performer.is_over or performer.beat >= beat:
+                return performer
+            budget.spend(1)
+            until = min(performer.until, beat)
+            assert not isinstance(until, float)
+            performer.advance(until)
+
+
+def _never(sense: str) -> bool:
+    return False

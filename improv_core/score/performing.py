@@ -25,7 +25,7 @@ from improv_core.score.movement import (
     Visit,
     all_by,
 )
-from improv_core.score.reactions import If, Pause, Until
+from improv_core.score.reactions import If, Pause, Until, reactions
 from improv_core.score.throws import Dice
 from improv_core.score.walk import Moment, walk
 
@@ -35,18 +35,38 @@ Performed = tuple[Velocity, tuple[Source, ...]]
 """A velocity, and the words that play."""
 
 
-def act(movement: Movement, dice: Dice | None, around: Around, start: Exact = 0) -> Act:
-    """The act of a movement, with its dice and what surrounds it. What is closed is walked as a whole, from its beat
-    `start` on."""
+class UnforeseenError(Exception):
+    """Raised where a movement has to be performed to be known at a beat, even if no sense is true until then."""
+
+
+def act(movement: Movement, dice: Dice | None, around: Around, start: Duration = 0) -> Act:
+    """The act of a movement from its beat `start` on, before it ends, with its dice and what surrounds it.
+
+    Up to that beat, it is as if no sense had been true. That is computed, not performed: it takes time in proportion to
+    how deeply the movement is nested. Raises UnforeseenError where that can't be.
+    """
+    if start and start >= movement.duration:
+        _require_foreseen(movement)
+        return _Closed(movement, dice, around, start)
     while movement.open:
         if kind := _ACTS.get(movement.NAME):
-            return kind(movement, dice, around)
+            return kind(movement, dice, around, start)
         around = movement.within(around)
         if isinstance(movement, InTurn):
-            return _Sequence(movement.visits(0, False, dice), around)
+            return _Sequence(movement, dice, around, start)
         assert isinstance(movement, Through)
-        movement, _, _, dice = movement.inner(0, False, dice)
+        movement, start, _, dice = movement.inner(start, False, dice)
     return _Closed(movement, dice, around, start)
+
+
+def _require_foreseen(movement: Movement) -> None:
+    """Raise UnforeseenError unless a movement surely lasts as long as its `duration` says if no sense is true."""
+    for each in reactions(movement):
+        if isinstance(each, If) or each.wanted:
+            continue
+        # An `until not` stands until the next whole beat, so that it matters when it begins.
+        if isinstance(each, Until) or not each.body.duration:
+            raise UnforeseenError
 
 
 class Decision(NamedTuple):
@@ -97,7 +117,8 @@ class Act(ABC):
 class _Closed(Act):
     """A closed movement. It reads nothing."""
 
-    def __init__(self, movement: Movement, dice: Dice | None, around: Around, start: Exact) -> None:
+    def __init__(self, movement: Movement, dice: Dice | None, around: Around, start: Duration) -> None:
+        assert not isinstance(start, float)
         self._around = around
         self._walk = partial(walk, movement, dice=dice, statement=around.statement)
         self._moments = self._walk(start)
@@ -177,14 +198,17 @@ class _Through(Act):
 class _Sequence(_Through):
     """Movements one after another. Each begins when the one before it is over."""
 
-    def __init__(self, visits: Iterator[Visit], around: Around) -> None:
-        self._visits = visits
+    def __init__(self, movement: InTurn, dice: Dice | None, around: Around, start: Duration) -> None:
+        self._visits = movement.visits(start, False, dice)
         self._around = around
-        self._next()
+        first = next(self._visits, None)
+        if start and first and (first.part is not movement.parts[0] or first.at != start):
+            _require_foreseen(movement)
+        self._begin(first)
 
     def is_over(self, beat: Exact) -> bool:
         while self._act and self._act.is_over(beat):
-            self._next()
+            self._begin(next(self._visits, None))
         return self._act is None
 
     def fork(self) -> Act:
@@ -193,20 +217,29 @@ class _Sequence(_Through):
         self._visits, fork._visits = tee(self._visits)
         return fork
 
-    def _next(self) -> None:
-        visit = next(self._visits, None)
-        self._act = act(visit.part, visit.dice, self._around) if visit else None
+    def _begin(self, visit: Visit | None) -> None:
+        self._act = act(visit.part, visit.dice, self._around, visit.at) if visit else None
 
 
 class _Rounds(Act):
     """A repeat. A round that takes no time ends it or, if it is endless, makes it stand until the next whole beat."""
 
-    def __init__(self, movement: Repeat, dice: Dice | None, around: Around) -> None:
+    def __init__(self, movement: Repeat, dice: Dice | None, around: Around, start: Duration) -> None:
         self._endless = movement.times is None
         self._repeats = movement, dice, around
-        self._turn = -1
-        self._round = self._next()
-        self._took: Exact = 0
+        body, turn, at = movement.body, 0, start
+        if start and not body.duration:
+            if dice:
+                raise UnforeseenError  # how many turns have taken no time decides what it throws
+            at = 0
+        elif start and not isinstance(body.duration, float):
+            turns, at = divmod(start, body.duration)
+            turn = int(turns)
+        if turn:
+            _require_foreseen(body)
+        self._turn = turn - 1
+        self._round = self._next(at)
+        self._took: Duration = at
         self._stands: Exact = 0
 
     def is_over(self, beat: Exact) -> bool:
@@ -242,21 +275,26 @@ class _Rounds(Act):
         assert self._round
         return iter(()) if self._stands else self._round.watched()
 
-    def _next(self) -> Act | None:
+    def _next(self, at: Duration = 0) -> Act | None:
         movement, dice, around = self._repeats
         self._turn += 1
         if movement.times is not None and self._turn >= movement.times:
             return None
-        return act(movement.body, dice and movement.dice_at(self._turn, dice), around)
+        return act(movement.body, dice and movement.dice_at(self._turn, dice), around, at)
 
 
 class _Together(Act):
     """Voices at once. The first that is over ends all, except that a voice that is empty when it begins is ignored."""
 
-    def __init__(self, movement: Parallel, dice: Dice | None, around: Around) -> None:
+    def __init__(self, movement: Parallel, dice: Dice | None, around: Around, start: Duration) -> None:
         dice = dice if movement.dice else None
-        self._voices = [act(voice, dice and dice.inside(index), around) for index, voice in enumerate(movement.items)]
-        self._begins = True
+        self._voices = []
+        for index, voice in enumerate(movement.items):
+            if voice.duration or not start:
+                self._voices.append(act(voice, dice and dice.inside(index), around, start))
+            else:
+                _require_foreseen(voice)
+        self._begins = not start
 
     def is_over(self, beat: Exact) -> bool:
         over = [voice for voice in self._voices if voice.is_over(beat)]
@@ -295,13 +333,15 @@ class _Together(Act):
 class _Until(Act):
     """An `until`: as soon as its condition holds, the robot stands until the next whole beat, or until it would end."""
 
-    def __init__(self, movement: Until, dice: Dice | None, around: Around) -> None:
+    def __init__(self, movement: Until, dice: Dice | None, around: Around, start: Duration) -> None:
+        if start and not movement.wanted:
+            raise UnforeseenError
         self._until = movement
         self._source = around.at(movement.span)
-        self._act = act(movement.body, dice, around)
+        self._act = act(movement.body, dice, around, start)
         self._stands: Exact | None = None
         body = movement.body
-        self._left: Duration = ENDLESS if body.open else body.duration / around.rate
+        self._left: Duration = ENDLESS if body.open else (body.duration - start) / around.rate
 
     def is_over(self, beat: Exact) -> bool:
         return self._act.is_over(beat) if self._stands is None else not self._stands
@@ -337,11 +377,13 @@ class _Until(Act):
 class _Pause(Act):
     """A `pause`: while its condition holds, the robot stands still, beat by beat, and then continues from there."""
 
-    def __init__(self, movement: Pause, dice: Dice | None, around: Around) -> None:
+    def __init__(self, movement: Pause, dice: Dice | None, around: Around, start: Duration) -> None:
         self._pause = movement
         self._source = around.at(movement.span)
-        self._act = act(movement.body, dice, around)
+        self._act = act(movement.body, dice, around, start if movement.wanted else 0)
         self._stands: Exact = 0
+        if not movement.wanted and not isinstance(start, float):  # it has not moved at all
+            self._stands = -(start / around.rate) % 1
 
     def is_over(self, beat: Exact) -> bool:
         return not self._stands and self._act.is_over(beat)
@@ -375,11 +417,11 @@ class _Pause(Act):
 class _If(_Through):
     """An `if`: its condition decides, when it begins, which of two movements is performed."""
 
-    def __init__(self, movement: If, dice: Dice | None, around: Around) -> None:
+    def __init__(self, movement: If, dice: Dice | None, around: Around, start: Duration) -> None:
         self._if = movement
         self._dice = dice
         self._around = around
-        self._act = None
+        self._act = act(*movement.side(not movement.wanted, dice), around, start) if start else None
 
     def is_over(self, beat: Exact) -> bool:
         return self._act is not None and self._act.is_over(beat)

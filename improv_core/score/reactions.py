@@ -67,7 +67,11 @@ class Until(Reaction):
     def lasts(self, parts: Sequence[Lengths]) -> Lengths:
         (body,) = parts
         # In a movement that is open itself, the robot stands until the next whole beat, which is up to a beat later.
-        return Lengths(0, body.longest + (1 if self.body.open else 0), body.may_be_empty)
+        return Lengths(0, body.longest + (1 if self.waits else 0), body.may_be_empty)
+
+    @property
+    def waits(self) -> bool:
+        return self.body.open
 
 
 @dataclass(frozen=True, slots=True, eq=False)

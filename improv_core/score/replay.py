@@ -13,13 +13,15 @@ from itertools import chain, islice, takewhile
 from typing import NamedTuple
 
 from improv_core.score.algebra import Use
+from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.joints import limbs_of
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
-from improv_core.score.path import pose_at
-from improv_core.score.performer import Performer
+from improv_core.score.path import Paths, pose_at
+from improv_core.score.performer import MOST_SKIPPED, Performer, performer_at
 from improv_core.score.projection import BASE, base_of
 from improv_core.score.score import Part, Score, twist
+from improv_core.score.seeking import MOST_VISITED
 from improv_core.score.senses import CUE, BuiltIn
 from improv_core.score.walk import Moment, walk
 
@@ -48,6 +50,7 @@ class Replay:
         self._now: dict[str, tuple[Iterator[Moment], Moment | None]] = {}
         self._open: dict[_Track, _OpenPart] = {}
         self._closed: dict[_Track, Movement] = {}  # that have been projected
+        changes, visits = Budget(MOST_SKIPPED), Budget(MOST_VISITED)
         for robot, part in score.parts.items():
             whole = part.of_scene(score.scene)
             if not whole.open:
@@ -56,7 +59,7 @@ class Replay:
                 movement, track = self._performed(part, whole, body_part), _Track(robot, body_part)
                 if kept := before and before._part_that_plays_on(part, track, beat):
                     kept.written_as(movement)
-                self._open[track] = kept or _OpenPart(score, part, movement, beat)
+                self._open[track] = kept or _OpenPart(score, part, movement, beat, changes, visits)
 
     def body_parts(self, robot: str) -> Sequence[str]:
         """The body parts that a robot's part moves."""
@@ -145,7 +148,9 @@ class Replay:
 class _OpenPart:
     """A part of a scene that senses decide. `past` is what has certainly been performed; the rest is tried out."""
 
-    def __init__(self, score: Score, part: Part, movement: Movement, beat: Exact) -> None:
+    def __init__(
+        self, score: Score, part: Part, movement: Movement, beat: Exact, changes: Budget, visits: Budget
+    ) -> None:
         self._score = score
         self._part = part
         self._movement = movement
@@ -153,12 +158,15 @@ class _OpenPart:
         self._statements: dict[int, int] = {}  # that a later version of the program has in the places of these
         self._edges: deque[tuple[Exact, str, bool | None]] = deque()  # that have not been performed
         self._past: deque[Moment] = deque()
-        self._entered = part.entered or part.start  # where the robot is at the beginning of the past
+        self._entered: Pose | None = part.entered or part.start  # where the robot is at the beginning of the past
         self._cue = isinstance(part.senses.get(CUE), BuiltIn)  # it holds for an instant
         self._values: dict[str, bool | None] = dict.fromkeys(part.senses, False)
         self._line: tuple[int, Exact] | None = None  # that played before the past
         if part.begins < beat:
-            self._perform(beat)
+            try:
+                self._perform(beat, changes)
+            except TooLongError:
+                self._jump(beat, visits)
             self._performer.settle(self._values.get)
         self._values = {CUE: False} if self._cue else {}
 
@@ -189,18 +197,30 @@ class _OpenPart:
             return None
         pose = self._entered
         for moment in takewhile(lambda each: each.start < beat, self.moments()):
-            pose = self._moved(pose, moment, min(moment.duration, beat - moment.start))
+            pose = pose and self._moved(pose, moment, min(moment.duration, beat - moment.start))
         return pose
 
-    def _perform(self, beat: Exact) -> None:
+    def _jump(self, beat: Exact, visits: Budget) -> None:
+        """Be at a beat without a past. It begins there if that takes too long to find."""
+        self._past.clear()
+        try:
+            self._performer = performer_at(self._movement, self._part.begins, beat, Budget(MOST_SKIPPED))
+            self._entered = Paths().pose(self._part, self._performer.beat, visits)
+        except TooLongError:
+            self._performer, self._entered = Performer(self._movement, beat), None
+
+    def _perform(self, beat: Exact, budget: Budget | None = None) -> None:
         """Perform up to a beat. Changes that come later can't alter that."""
         for _ in range(MOST_AHEAD):
             if self._performer.beat >= beat or not (moment := self._step(beat)):
                 return
+            if budget:
+                budget.spend(1)
             self._past.append(moment)
             if len(self._past) > MOST_PAST:
                 first = self._past.popleft()
-                self._entered, self._line = self._moved(self._entered, first, first.duration), _line(self._line, first)
+                self._line = _line(self._line, first)
+                self._entered = self._entered and self._moved(self._entered, first, first.duration)
 
     def _step(self, end: Duration) -> Moment | None:
         """Perform up to a beat, or the next change before it; None if nothing is left."""
@@ -227,7 +247,7 @@ class _OpenPart:
 
     def _moved(self, pose: Pose, moment: Moment, beats: Exact) -> Pose:
         velocity = twist(moment.velocity, self._part.profile, self._score.tempo)
-        return pose.after(velocity, self._score.seconds(beats))
+        return pose.after(velocity, self._score.seconds(beats)).above_ground()
 
 
 def _walked(part: Part, movement: Movement, start: Exact) -> Iterator[Moment]:

@@ -53,8 +53,10 @@ def walk(
 
     With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
     `dice` are those at its beginning: by default, the first of the robots' stream. `statement` is the ID of the
-    statement that it stands in. An open movement is walked as if no sense ever held.
+    statement that it stands in. An open movement is walked as if no sense ever held. There are none after its end.
     """
+    if start >= movement.duration:
+        return
     if movement.dice and not dice:
         dice = dice_of(ROBOTS)
     for duration, velocity, sources in _pieces(Visit(movement, start, False, dice), merge, statement):

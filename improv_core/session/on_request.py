@@ -5,12 +5,13 @@ Standard library only.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import COMMANDS, Anyway, PageRequest, Resume, Watched
 from improv_core.protocol.editing import Answer, ProgramSource
-from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
+from improv_core.protocol.messages import Obeyed, Pressed, ProgramMessage, refused_by
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session.acts import Act, Announce, PassOn, Send, SendScore
 from improv_core.session.state import Change, PlayScore, Show
@@ -63,9 +64,24 @@ def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: No
         resume["at"] = now.at
         twin = None if show.armed else show.twin  # it begins with the leader
         return show, [Send(name, resume, unless=now.stops) for name in (show.leader, twin) if name]
+    if request["type"] == "stop" and "mark" in request:
+        return _await_obeyed(show, request["mark"])
     if request["type"] == "stop" or request["type"] == "pause":
         return show, []
     return _change(show, request, now)
+
+
+def _await_obeyed(show: Show, mark: str) -> Decided:
+    """Let pages know who has to obey a stop, unless that is the simulator, which confirms it itself."""
+    if not show.real:
+        return show, []
+    return replace(show, unobeyed=show.unobeyed | {mark}), obeyed(show, mark, ["the real robots"])
+
+
+def obeyed(show: Show, mark: str, waits_for: Sequence[str] = ()) -> list[Act]:
+    """Let pages know that a stop was obeyed, except by those that it waits for."""
+    message: Obeyed = {"type": "obeyed", "mark": mark, "waits_for": waits_for}
+    return [Send(name, message) for name, ready in show.stages.items() if "page" in ready]
 
 
 def _play(show: Show, play: PlayScore, now: Now) -> Decided:

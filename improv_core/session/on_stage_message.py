@@ -11,11 +11,11 @@ from dataclasses import replace
 from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.messages import Armed, Ready, Takeover, ToStage, TransportMessage
+from improv_core.protocol.messages import Armed, Obeyed, Ready, Takeover, ToStage, TransportMessage
 from improv_core.protocol.play_again import stop_of
 from improv_core.score.score import Part, Score
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, Send, SendScore, StartAgain
-from improv_core.session.on_request import Decided, Now, asked
+from improv_core.session.on_request import Decided, Now, asked, obeyed
 from improv_core.session.start import SinkName
 from improv_core.session.state import PlayScore, Show
 
@@ -25,11 +25,21 @@ BEHIND = 0.1
 
 def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now) -> Decided:
     """What is known once a stage has said something, has started, or is gone, and what to do about it."""
+    after, acts = _heard(show, name, message, now)
+    if after.obeys and not show.obeys:  # the robots of a dead stage stand
+        acts += [act for mark in sorted(after.unobeyed) for act in obeyed(after, mark)]
+        after = replace(after, unobeyed=frozenset())
+    return after, acts
+
+
+def _heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now) -> Decided:
     leads = show.leads(name)
     if message["type"] == "request":
         return asked(show, message["command"], now)
     if message["type"] == "lacks":
         return _send_again(show, name, message["generation"])
+    if message["type"] == "obeyed":
+        return _obeyed(show, message)
     if message["type"] == "loaded":
         return _loaded(show, message["play"])
     if message["type"] == "ready":
@@ -64,6 +74,14 @@ def heard(show: Show, name: SinkName, message: Heard | Loaded | Failed, now: Now
     elif message["type"] == "armed" and leads:
         show, acts = replace(show, armed=message["armed"]), _to(show.twin, message)
     return show, [*acts, Announce(message, leads)]
+
+
+def _obeyed(show: Show, message: Obeyed) -> Decided:
+    """Let pages know that real robots have obeyed a stop, or who has yet to."""
+    if not message["waits_for"] and not show.obeys:
+        return show, []  # it never moved those of the dead stage
+    unobeyed = show.unobeyed if message["waits_for"] else show.unobeyed - {message["mark"]}
+    return replace(show, unobeyed=unobeyed), obeyed(show, message["mark"], message["waits_for"])
 
 
 def _to(name: SinkName | None, message: ToStage) -> list[Act]:

@@ -242,8 +242,6 @@ class Playback:
         self._listen({"type": "warning", "message": line}, True)
 
     def _hear(self, name: SinkName, stage: RunningStage, message: Heard, stops: int) -> None:
-        if message["type"] == "gone":
-            self.stops.discard(stage)
         if message["type"] == "pressed":
             self.stops.pressed = message
             asyncio.get_running_loop().call_later(KNOWN, self.stops.know, message["count"])
@@ -335,9 +333,11 @@ class Playback:
         if "page" in stage.ready:
             # Reuse the port, so a restarted stage serves the pages that are already open.
             self._port = urlsplit(stage.ready["page"]).port or 0
+        if dead := self._stages.get(name):
+            self.stops.discard(dead)  # not before: until then, nobody says for its robots that they stand
         self._stages[name], self._written[name] = stage, RowsWritten()
         self._heard(name, stage.ready)
-        self.stops.add(stage)
+        self.stops.add(stage, real=stage.ready["real"])
         return True
 
     async def _start_again(self, name: SinkName) -> None:

@@ -86,6 +86,8 @@ class Show:
     kept: Mapping[str, Kept] = field(default_factory=dict)
     halting: SinkName | None = None
     still: bool = True
+    unobeyed: frozenset[str] = frozenset()
+    """The marks of pages' stops that the stage of real robots has yet to obey."""
     idle_score: Score | None = None
     clock: OutsideClock | None = None
     """The clock of music that is listened to."""
@@ -99,6 +101,16 @@ class Show:
     def idle(self) -> SinkName | None:
         """The stage of real robots, while the simulator plays alone."""
         return next((name for name, ready in self.stages.items() if name != self.leader and ready["real"]), None)
+
+    @property
+    def real(self) -> SinkName | None:
+        """The stage of real robots."""
+        return next((name for name, ready in self.stages.items() if ready["real"]), None)
+
+    @property
+    def obeys(self) -> bool:
+        """Whether real robots stand once their stage says so: it isn't one that still stops those of a dead one."""
+        return self.real is not None and self.real not in self.gone and self.still
 
     @property
     def is_open(self) -> bool:

@@ -319,6 +319,7 @@ class Loop:
             or message["type"] == "misplaced"
             or message["type"] == "armed"
             or message["type"] == "why_still"
+            or message["type"] == "obeyed"
         ):
             if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
                 self.player.stand(message["robot"], now)
@@ -344,9 +345,11 @@ class Loop:
         OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
 
     def obey_stop(self, message: Stop, now: float) -> None:
-        """Stop all robots, and let the page know whose stop that was."""
+        """Stop all robots. If that was a page's stop, let our own pages know, or the parent if our robots are real."""
         self.player.stop(now, message.get("by"))
-        if "mark" in message:
+        if "mark" in message and self._opened.sink.real:
+            self._tell({"type": "obeyed", "mark": message["mark"], "waits_for": []})
+        elif "mark" in message:
             self._opened.present(message)
 
     def hold(self, held: bool | None, now: float) -> None:

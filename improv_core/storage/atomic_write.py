@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import errno
+import glob
 import os
+import secrets
+import stat
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -16,35 +19,190 @@ from typing import BinaryIO
 def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
     """A new file that takes the place of `path` in one step at the end; if the body raises, nothing changes.
 
-    Until then it has a random name in the same folder, only its owner can read it, and no link is followed. It gets
-    the permissions of the file it replaces, unless it is to stay `private`. If `path` is a link, it stays one. Raises
-    OSError.
+    Until then only its owner can read it, and no link is followed. It gets the owner, the group, and the permissions of
+    the file it replaces, unless it is to stay `private`. If `path` is a link, it stays one. Raises OSError.
     """
-    target = path.resolve()
+    with beside(real(path)) as new:
+        yield new.file
+        new.complete(private=private)
+        remove_left(new.target)
+        if not new.put():
+            new.named().replace(new.target)
+
+
+@contextmanager
+def beside(target: Path) -> Iterator[NewFile]:
+    """A file that may take the place of another one. Raises OSError, also if nothing may take that place."""
     check_replaceable(target)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")  # exclusively, with mode 0600
-    temporary = Path(name)
+    new = NewFile(target)
     try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-            file.flush()
-            if sys.platform != "win32" and not private:
-                os.fchmod(handle, target.stat().st_mode if target.exists() else usual_mode())
-            os.fsync(handle)
-        temporary.replace(target)
+        yield new
     finally:
-        temporary.unlink(missing_ok=True)
+        new.close()
+
+
+class NewFile:
+    """A file that may take the place of another one, in the same folder.
+
+    On Linux it has no name while it is written, so nothing of it stays if its process is killed. Elsewhere, and while
+    two files change places, it has a hidden name and a lock, so that others know what nobody needs any more.
+    """
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+        self._hidden: Path | None = None
+        self.file = self._opened()
+        self._lock = _locked(str(self._hidden or f"/proc/self/fd/{self.file.fileno()}"))
+
+    def complete(self, *, private: bool = False) -> None:
+        """Nothing more will be written. Raises OSError."""
+        self.file.flush()
+        if not private:
+            _take_after(self.file.fileno(), self.target)
+        os.fsync(self.file.fileno())
+        self.file.close()
+
+    def put(self) -> bool:
+        """Give it its name, unless something has that; whether it did. Raises OSError."""
+        try:
+            self._link(self.target)
+        except FileExistsError:
+            return False
+        except OSError:  # this file system has no links
+            self.named().replace(self.target)
+        return True
+
+    def named(self) -> Path:
+        """Its hidden name, which it gets if it has none. Raises OSError."""
+        if not self._hidden:
+            hidden = self.target.with_name(f"{_prefix(self.target)}{secrets.token_hex(4)}")
+            self._link(hidden)
+            self._hidden = hidden
+        return self._hidden
+
+    def close(self) -> None:
+        """Remove whatever has its hidden name."""
+        self.file.close()
+        if self._hidden:
+            self._hidden.unlink(missing_ok=True)
+        if self._lock is not None:
+            os.close(self._lock)
+
+    def _opened(self) -> BinaryIO:
+        """Open it for writing, exclusively, and with mode 0600."""
+        if sys.platform == "linux" and Path("/proc/self/fd").exists():
+            try:
+                return os.fdopen(os.open(self.target.parent, os.O_WRONLY | os.O_TMPFILE, 0o600), "wb")
+            except OSError as error:
+                if error.errno not in (errno.EOPNOTSUPP, errno.EISDIR, errno.EINVAL):  # not every file system has them
+                    raise
+        handle, name = tempfile.mkstemp(dir=self.target.parent, prefix=_prefix(self.target))
+        self._hidden = Path(name)
+        return os.fdopen(handle, "wb")
+
+    def _link(self, name: Path) -> None:
+        if self._hidden:
+            os.link(self._hidden, name)
+            return
+        folder = os.open(name.parent, os.O_RDONLY)  # only with one does Python follow the link to an open file
+        try:
+            os.link(f"/proc/self/fd/{self._lock}", name.name, src_dir_fd=folder, dst_dir_fd=folder)
+        finally:
+            os.close(folder)
+
+
+def remove_left(target: Path, keep: Callable[[bytes], None] = lambda text: None) -> None:
+    """Remove what processes left beside a file when they were killed. `keep` gets each text first: it may be the only
+    copy of what another program wrote."""
+    if sys.platform == "win32":
+        return
+    import fcntl
+
+    for path in target.parent.glob(f"{glob.escape(_prefix(target))}*"):
+        with suppress(OSError):  # another process uses it, or has removed it
+            left = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+            with os.fdopen(left, "rb") as file:
+                fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if stat.S_ISREG(os.fstat(left).st_mode):
+                    keep(file.read(_MOST_KEPT))
+                    path.unlink()
+
+
+_MOST_KEPT = 10_000_000
+"""Bytes of a text that is kept: no text that we write is longer."""
 
 
 def check_replaceable(target: Path) -> None:
-    """Raise OSError if something is there that is no file, or may not be written."""
-    if target.exists() and not target.is_file():
+    """Raise OSError if something is there that is no file, may not be written, or has further names."""
+    if not target.exists():
+        return
+    if not target.is_file():
         raise FileExistsError(errno.EEXIST, "something else has that name")
-    if target.exists() and not os.access(target, os.W_OK):
+    if not os.access(target, os.W_OK):
+        if sys.platform != "win32" and os.statvfs(target).f_flag & os.ST_RDONLY:
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    if (names := target.stat().st_nlink) > 1:
+        raise OSError(errno.EMLINK, f"it has {names} names (hard links), and only one would change: change a copy")
 
 
-def usual_mode() -> int:
+def why(error: OSError) -> str:
+    """The reason why a file can't be written, for people."""
+    if error.errno == errno.EROFS:
+        return "its file system is read-only: write elsewhere"
+    return (error.strerror or "it cannot be written").lower()
+
+
+def real(path: Path) -> Path:
+    """The file that a path leads to, through links, as far as it is there.
+
+    Unlike `Path.resolve`, it never raises: if a link leads to itself, opening the file says so.
+    """
+    return Path(os.path.realpath(path))
+
+
+def _prefix(target: Path) -> str:
+    """The beginning of all hidden names of files that may take a file's place."""
+    return f".{target.name}.improv-"
+
+
+def _locked(name: str) -> int | None:
+    """Open a file for as long as others are to leave it alone, and lock it. None if this system has no such locks."""
+    if sys.platform == "win32":
+        return None
+    import fcntl
+
+    opened = os.open(name, os.O_RDONLY)
+    with suppress(OSError):  # this file system has no locks
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    return opened
+
+
+def _take_after(new: int, target: Path) -> None:
+    """Give a new file the owner, the group, the permissions, and the attributes of the one whose place it takes, or the
+    usual permissions if there is none. Raises OSError."""
+    if sys.platform == "win32":
+        return
+    try:
+        old = target.stat()
+    except FileNotFoundError:
+        os.fchmod(new, _usual_mode())
+        return
+    own = os.fstat(new)
+    if (own.st_uid, own.st_gid) != (old.st_uid, old.st_gid):
+        try:
+            os.fchown(new, old.st_uid, old.st_gid)
+        except OSError:
+            raise PermissionError(errno.EPERM, "you can't keep its owner and its group: change a copy") from None
+    if sys.platform == "linux":
+        with suppress(OSError):  # not every file system has them
+            for name in os.listxattr(target):
+                with suppress(OSError):  # some are only for the system
+                    os.setxattr(new, name, os.getxattr(target, name))
+    os.fchmod(new, stat.S_IMODE(old.st_mode))
+
+
+def _usual_mode() -> int:
     """The permissions that a new file gets here."""
     mask = os.umask(0o077)  # it can only be read by setting it
     os.umask(mask)

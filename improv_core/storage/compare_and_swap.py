@@ -6,18 +6,23 @@ written in between, its text goes back. Elsewhere, the file is read once more ju
 
 from __future__ import annotations
 
+import codecs
 import ctypes
 import errno
 import os
+import secrets
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from datetime import datetime, timezone
 from pathlib import Path
 
-from improv_core.storage.atomic_write import usual_mode
+from improv_core.program.files import ENDING, read_bytes
+from improv_core.storage.atomic_write import beside, real, remove_left
+from improv_core.storage.history import VARIABLE, HistoryError
+from improv_core.storage.history import keep as keep_in_history
 
 WRITER_LIMIT = 1.0
 """Seconds to wait for a program that has the file open for writing, or has locked it."""
@@ -28,28 +33,51 @@ _EXCHANGE = 2
 _HERE = -100  # AT_FDCWD: paths are as seen from the current folder
 
 
-def swap(path: Path, before: bytes | None, after: bytes, keep: Callable[[bytes], None]) -> bool:
+def swap(path: Path, before: bytes | None, after: bytes, keep: Callable[[bytes], None] | None = None) -> bool:
     """Replace what a file holds, `before` (None: there is no file), by `after`. Whether it did.
 
     If not, another program has written the file, and it holds that program's text. If several have, it holds the latest
-    text, and `keep` gets the others. Raises OSError.
+    text, and `keep` gets the others: see `kept`. Raises OSError.
     """
-    target = path.resolve()
-    with _locked(target), _written(target, after) as temporary:
+    target = real(path)
+    keep = keep or (lambda text: kept(path, text))
+    with _locked(target), beside(target) as new:
+        new.file.write(after)
+        new.complete()
+        remove_left(target, lambda text: None if text in (before, after) else keep(text))
         if before is None:
-            return _put(temporary, target)
+            return new.put()
+        hidden = new.named()
         try:
-            if not _exchange(temporary, target):
+            if not _exchange(hidden, target):
                 if target.read_bytes() != before:
                     return False
-                temporary.replace(target)
+                hidden.replace(target)
                 return True
         except FileNotFoundError:  # nothing can be lost
-            return _put(temporary, target)
-        if _last(temporary) == before:
+            return new.put()
+        if _last(hidden) == before:
             return True
-        _put_back(temporary, target, after, keep)
+        _put_back(hidden, target, after, keep)
         return False
+
+
+def swap_text(path: Path, before: str, after: str) -> bool:
+    """The same for texts in UTF-8; a byte order mark, which is in neither, stays. Raises OSError and ReadError."""
+    mark = codecs.BOM_UTF8 if read_bytes(path).startswith(codecs.BOM_UTF8) else b""
+    return swap(path, mark + before.encode(), mark + after.encode())
+
+
+def kept(path: Path, text: bytes) -> None:
+    """Keep a text that another program wrote into a file just before a third one did: a program in the history, if that
+    is on and can be written, and everything else beside the file. Raises OSError."""
+    try:
+        if path.suffix == ENDING and os.environ.get(VARIABLE) != "off":
+            keep_in_history(str(path.absolute()), text.decode(), datetime.now(timezone.utc))
+            return
+    except (UnicodeDecodeError, HistoryError):
+        pass
+    path.with_name(f"{path.stem}.kept-{secrets.token_hex(4)}{path.suffix}").write_bytes(text)
 
 
 def _put_back(temporary: Path, target: Path, own: bytes, keep: Callable[[bytes], None]) -> None:
@@ -63,33 +91,6 @@ def _put_back(temporary: Path, target: Path, own: bytes, keep: Callable[[bytes],
         placed = newest
     if (rest := temporary.read_bytes()) != own:
         keep(rest)
-
-
-def _put(temporary: Path, target: Path) -> bool:
-    """Give a file its name, unless something has it."""
-    try:
-        os.link(temporary, target)
-    except FileExistsError:
-        return False
-    except OSError:  # this file system has no links
-        temporary.replace(target)
-    return True
-
-
-@contextmanager
-def _written(target: Path, data: bytes) -> Iterator[Path]:
-    """A complete file beside another one, with its permissions, that is gone in the end unless it was renamed."""
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")  # exclusively, with mode 0600
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            if sys.platform != "win32":
-                os.fchmod(handle, target.stat().st_mode if target.exists() else usual_mode())
-            os.fsync(handle)
-        yield Path(name)
-    finally:
-        Path(name).unlink(missing_ok=True)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from improv_core.program.files import ReadError, read_program
-from improv_core.storage.atomic_write import replacing
+from improv_core.storage.atomic_write import replacing, why
 
 MOST = 200
 """Programs that are kept; then the oldest makes room."""
@@ -98,8 +98,8 @@ def keep(file: str, text: str, now: datetime) -> None:
         for old in _files()[MOST:]:
             old.unlink(missing_ok=True)  # another process may have done so
     except (OSError, ValueError) as error:
-        why = (getattr(error, "strerror", None) or "it is not text").lower()
-        raise HistoryError(f"this program was not kept in the history: {folder()}: {why}") from None
+        reason = why(error) if isinstance(error, OSError) else "it is not text"
+        raise HistoryError(f"this program was not kept in the history: {folder()}: {reason}") from None
 
 
 def read() -> History:

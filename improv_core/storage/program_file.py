@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import codecs
 import hashlib
-import os
-import secrets
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from pathlib import Path
 
 from improv_core.program.files import ENDING, ReadError, read_bytes, refuse_robots_file
 from improv_core.protocol.fields import LONGEST_TEXT
-from improv_core.storage.atomic_write import check_replaceable
+from improv_core.storage.atomic_write import check_replaceable, real, why
 from improv_core.storage.compare_and_swap import swap
-from improv_core.storage.history import VARIABLE, HistoryError, keep
 from improv_core.text import LINE_END
 
 TEMPLATE = """\
@@ -75,29 +71,17 @@ def write_text(path: Path, text: str, revision: str) -> Version:
     Raises WriteError if it can't be written, or holds another version that would be lost.
     """
     try:
-        check_replaceable(path.resolve())
+        check_replaceable(real(path))
         before = read_version(path) if path.exists() else None
         after = (before or Version(b"")).edited(text)
         is_other = before is not None and before.data and revision != before.revision and after != before
-        if is_other or not swap(path, before.data if before else None, after.data, lambda other: _keep(path, other)):
+        if is_other or not swap(path, before.data if before else None, after.data):
             raise WriteError(f"{path.name}: another program has changed it")
     except OSError as error:
-        raise WriteError(f"{path.name}: {(error.strerror or 'it cannot be written').lower()}") from None
+        raise WriteError(f"{path.name}: {why(error)}") from None
     except ReadError as error:
         raise WriteError(str(error)) from None
     return after
-
-
-def _keep(path: Path, data: bytes) -> None:
-    """Keep a text that another program wrote into a file just before a third one did: in the history or, if that is off
-    or can't be written, beside the file."""
-    try:
-        if os.environ.get(VARIABLE) != "off":
-            keep(str(path.absolute()), data.decode(), datetime.now(timezone.utc))
-            return
-    except (UnicodeDecodeError, HistoryError):
-        pass
-    path.with_name(f"{path.stem}.kept-{secrets.token_hex(4)}{path.suffix}").write_bytes(data)
 
 
 def create(path: Path | None = None) -> Path:
@@ -110,7 +94,7 @@ def create(path: Path | None = None) -> Path:
         except FileExistsError:
             continue
         except OSError as error:
-            raise WriteError(f"{name}: {(error.strerror or 'it cannot be made').lower()}") from None
+            raise WriteError(f"{name}: {why(error)}") from None
         return name
     raise WriteError(f"{names[0]}: it exists already: choose another name, or edit it with `improv edit`")
 

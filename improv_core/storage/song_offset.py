@@ -7,8 +7,8 @@ from pathlib import Path
 from improv_core.program.files import ReadError, read_bytes
 from improv_core.robots.config import FILE_NAME, find_robots_file
 from improv_core.robots.edits import set_first_beat
-from improv_core.storage.atomic_write import check_replaceable
-from improv_core.storage.compare_and_swap import swap
+from improv_core.storage.atomic_write import why
+from improv_core.storage.compare_and_swap import swap_text
 
 
 def write_first_beat(folder: Path, seconds: float) -> str:
@@ -19,14 +19,14 @@ def write_first_beat(folder: Path, seconds: float) -> str:
     if not path:
         return f"there is no {FILE_NAME}: {by_hand}"
     try:
-        check_replaceable(path.resolve())
-        before = read_bytes(path)
-        made = set_first_beat(before.decode("utf-8"), seconds)
+        before = read_bytes(path).decode("utf-8-sig")
+        made = set_first_beat(before, seconds)
         if made is None:
             return f"{FILE_NAME} has no section [music] that can be changed: {by_hand}"
-        if not swap(path, before, made.encode(), lambda other: None):
+        if not swap_text(path, before, made):
             return f"another program has just changed {FILE_NAME}: try again"
-    except (ReadError, OSError, UnicodeDecodeError) as problem:
-        reason = getattr(problem, "strerror", None) or "it can't be read"
-        return f"{FILE_NAME}: {reason.lower()}: {by_hand}"
+    except OSError as problem:
+        return f"{FILE_NAME}: {why(problem)}: {by_hand}"
+    except (ReadError, UnicodeDecodeError):
+        return f"{FILE_NAME}: it can't be read: {by_hand}"
     return ""

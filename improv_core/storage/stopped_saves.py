@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from improv_core.program.files import ReadError, read_bytes
 from improv_core.safety.stops import Stops
+from improv_core.storage.atomic_write import real
 
 LOCAL = frozenset(
     (
@@ -112,7 +113,7 @@ def is_shared(path: Path, mounts: Path = Path("/proc/self/mountinfo")) -> bool:
     except OSError:
         return False
     found, kind = Path("/"), ""
-    whole = path.resolve()
+    whole = real(path)
     for line in lines:
         before, _, after = line.partition(" - ")
         place = Path(before.split()[4].replace("\\040", " "))

@@ -18,8 +18,8 @@ from improv_core.ide.scenes import Scenes
 from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import add, place
-from improv_core.text import LineIndex, Span, difference
-from improv_ls.documents import Document, RobotsFile, path_of
+from improv_core.text import Span, difference
+from improv_ls.documents import Document, RobotsFile, path_of, robots_file_now
 from improv_ls.handlers import robots_file
 from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
 from improv_ls.positions import to_range, to_scenes, to_span
@@ -86,7 +86,8 @@ def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Ac
     uri = from_fs_path(str(robots.path)) if robots.path else None
     if not uri:
         return
-    file = ls.robots_files.get(uri) or RobotsFile(uri, None, LineIndex(robots.text))
+    if not (file := robots_file_now(uri, ls.robots_files)):
+        return
     for problem in document.analysis.diagnostics:
         if problem.code == "unknown-robot" and problem.span.start <= span.end and span.start <= problem.span.end:
             name = text[slice(*problem.span)]
@@ -101,7 +102,8 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
     if not (program and symbol and symbol.is_robot) or cast.robots or not (cast.path or ls.editor.creates_files):
         return
     uri = from_fs_path(str(cast.path or program.parent / FILE_NAME)) or ""
-    file = ls.robots_files.get(uri) or RobotsFile(uri, None, LineIndex(cast.text))
+    if not (file := robots_file_now(uri, ls.robots_files)):
+        return
     text = place(file.lines.text, {}, document.analysis.robots)
     if text and text != file.lines.text:
         start, end, written = difference(file.lines.text, text)

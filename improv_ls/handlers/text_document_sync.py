@@ -24,7 +24,7 @@ from improv_ls.session import Session
 
 
 def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
-    given = params.text_document
+    given, _ = params.text_document, ls.settling  # from now on, that reads URDFs, in slices
     if is_robots_file(given.uri):
         _keep_robots(ls, RobotsFile(given.uri, given.version, LineIndex(given.text)))
     elif is_program(given.uri, given.language_id):

@@ -15,10 +15,17 @@ from improv_ls.session import Session
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
     """An `improv.toml`, a URDF that one may name, or a program was created, changed or deleted."""
     ls.files_changed()
-    has_urdf = any(each.uri.endswith(".urdf") for each in params.changes)
-    if has_urdf or any(is_robots_file(each.uri) for each in params.changes):
+    if any(each.uri.endswith(".urdf") for each in params.changes):
+        urdfs_changed(ls)
+    elif any(is_robots_file(each.uri) for each in params.changes):
         refresh_robots(ls)
-    for file in ls.robots_files.values() if has_urdf else ():
+
+
+def urdfs_changed(ls: Session) -> None:
+    """Check all programs and open `improv.toml` files against what URDFs say now."""
+    ls.files_changed()
+    refresh_robots(ls)
+    for file in ls.robots_files.values():
         publish_robots_file(ls, file)
 
 

@@ -97,8 +97,9 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_formatted(unt
     ("place", "stand_in", "problem"),
     [
         ("os.access", lambda *_: False, "permission denied"),
-        ("tempfile.mkstemp", fails_with(errno.ENOSPC), "no space left on device"),
-        ("pathlib.Path.replace", fails_with(errno.EPERM), "operation not permitted"),
+        ("os.fsync", fails_with(errno.ENOSPC), "no space left on device"),
+        ("os.fsync", fails_with(errno.EROFS), "its file system is read-only: write elsewhere"),
+        ("os.link", fails_with(errno.EPERM), "operation not permitted"),
     ],
 )
 def test_what_can_not_be_written_stays_as_it_was(

@@ -11,6 +11,7 @@ from lsprotocol import types
 
 from improv_core.text import LineIndex
 from improv_ls.documents import RobotsFile, changed_file
+from improv_ls.urdfs import SMALL
 from tests.ls.client import QUIET, Client
 from tests.robots.test_skeletons import TOML, URDF
 
@@ -67,6 +68,21 @@ def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
         urdf.write_text("<robot/>")
         client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
         assert client.codes_of(robots) == ["robots"]
+
+
+def test_a_program_waits_for_a_large_urdf_and_then_plays(tmp_path: Path) -> None:
+    program, robots, urdf = tmp_path / "dance.improv", tmp_path / "improv.toml", tmp_path / "r.urdf"
+    robots.write_text(TOML)
+    padding = "<gazebo/>" * (4 * SMALL // 9)
+    urdf.write_text(URDF.replace("</robot>", f"{padding}</robot>"))
+    with Client(QUIET, hurries=True) as client:
+        assert client.play(program.as_uri(), "ada $ head left\n").startswith("▶ ada 1 beat")
+        assert client.codes_of(program) == []
+        while client.codes_of(robots):
+            pass
+        urdf.write_text(URDF.replace("</robot>", f"{padding}<link/></robot>"))
+        client.save(program.as_uri())
+        assert client.wait_for_line("✗").startswith("✗ improv.toml has errors")
 
 
 @pytest.mark.parametrize(

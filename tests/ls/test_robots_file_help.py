@@ -177,6 +177,19 @@ def test_an_unknown_robot_is_added(folder: Folder) -> None:
         assert new_texts(change["edits"]) == [(6, 0, 0, '\n[robots.bert]\nprofile = "rover"\n')]
 
 
+def test_a_fix_of_a_closed_file_is_made_for_what_another_program_has_just_saved_there(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        client.open(folder.opened.as_uri(), "anna bert $ forward\n")
+        for saved, line in ((ROBOTS, 5), ("# mine\n" + ROBOTS, 6)):
+            folder.robots.write_text(saved)
+            found = client.actions(folder.opened.as_uri(), 0, 6, only=["quickfix"])
+            (change,) = next(each["edit"]["documentChanges"] for each in found if "Add" in each["title"])
+            assert new_texts(change["edits"]) == [(line, 0, 0, '\n[robots.bert]\nprofile = "rover"\n')]
+        folder.robots.write_bytes(b"\xff")
+        found = client.actions(folder.opened.as_uri(), 0, 6, only=["quickfix"])
+        assert not [each for each in found if "Add" in each["title"]]
+
+
 def listing(client: Client, program: Path) -> list[dict[str, Any]]:
     """The changes of the action that lists a program's robots; none if it is not offered."""
     found = client.actions(program.as_uri(), 0, 1)

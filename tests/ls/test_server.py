@@ -15,6 +15,7 @@ from improv_core.ipc.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
 from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place
+from tests.page import connected, live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.stage_on_thread import StageOnThread
 
@@ -153,6 +154,21 @@ def test_a_command_with_wrong_arguments_says_what_it_takes(client: Client) -> No
         assert client.wait_for_line("improv.") == line
 
 
+def test_an_editor_is_told_whether_its_window_shows_the_page() -> None:
+    with Client({"backend": "sim"}, capabilities={**TOLD, "window": {"showDocument": {"support": True}}}) as client:
+        client.open(URI, "")
+        client.change(URI, 2, {"text": "r $ repeat forward\n"})
+        client.save(URI)
+        live = live_behind(client.wait_for_page()[0])
+
+        async def show() -> None:
+            async with connected(f"{live}&framed=true"):
+                await asyncio.to_thread(client.wait, "improv/transport", lambda told: told["framed"] == 1)
+            await asyncio.to_thread(client.wait, "improv/transport", lambda told: told["framed"] == 0)
+
+        asyncio.run(show())
+
+
 def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
     with Client(QUIET, capabilities=TOLD) as client:
         client.open(URI, "")
@@ -161,7 +177,7 @@ def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
         assert client.wait("improv/lit") == {"uri": URI, "version": 2, "ranges": [[1, 4, 1, 11], [2, 11, 2, 15]]}
         first = client.wait("improv/transport", lambda params: params["state"] == "playing")
         assert (first["generation"], first["tempo"], first["beats"], first["uri"]) == (1, 6, None, URI)
-        assert (first["counted"], first["robots"]) == ("beat 1/∞", ["r", "s"])
+        assert (first["counted"], first["robots"], first["real"]) == ("beat 1/∞", ["r", "s"], False)
         client.command("seek", 1)
         assert client.wait("improv/lit")["ranges"] == [[1, 13, 1, 17], [2, 11, 2, 15]]
         later = client.wait("improv/transport")

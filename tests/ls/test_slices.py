@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
@@ -13,6 +13,7 @@ from improv_core.slices import checkpoint
 from improv_ls.documents import Document, opened
 from improv_ls.settling import Settling
 from improv_ls.slices import SLICE, Slices
+from improv_ls.urdfs import BEING_READ, SMALL, Urdfs
 from tests.heavy import HEAVY
 from tests.ls.client import Client, place
 
@@ -106,6 +107,33 @@ def test_another_file_is_answered_before_the_worst_one_is_analyzed() -> None:
         assert whole not in answered
 
 
+def test_a_large_urdf_is_read_in_slices_and_by_other_work_and_other_threads_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    turns, read = Turns(), list[str]()
+
+    def skeleton_in(source: bytes) -> str:
+        return turns.work("urdf", 5 if len(source) > SMALL else 1)()
+
+    monkeypatch.setattr("improv_core.robots.skeletons.skeleton_in", skeleton_in)
+    urdfs = Urdfs(turns.slices, lambda: read.append("read"))
+    large = [bytes([number]) * (SMALL + 1) for number in range(3)]
+    assert urdfs.skeleton_in(b"small") == "urdf"
+    for _ in range(2):
+        assert urdfs.skeleton_in(large[0]) == BEING_READ
+    turns.turn()
+    assert (urdfs.skeleton_in(large[0]), read) == (BEING_READ, [])
+    turns.turn()
+    assert (urdfs.skeleton_in(large[0]), read) == ("urdf", ["read"])
+    request = turns.slices.begin(lambda: urdfs.skeleton_in(large[1]))
+    while not request.done():
+        turns.turn()
+    assert request.result(0) == "urdf"
+    with ThreadPoolExecutor() as thread:
+        assert thread.submit(urdfs.skeleton_in, large[2]).result() == "urdf"
+    assert turns.seen == ["urdf"] * (1 + 5 + 5 + 5)
+
+
 def test_a_request_about_an_older_text_is_dropped() -> None:
     with Client({"onSave": "off"}, hurries=True) as client:
         client.open(WORST, HEAVY["phrases in phrases"])
@@ -123,7 +151,8 @@ def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -
     def ignore(*_: object) -> None:
         pass
 
-    settling = Settling(turns.slices, documents, ignore, ignore, ignore, lambda error: told.append(str(error)))
+    urdfs = Urdfs(turns.slices, ignore)
+    settling = Settling(turns.slices, urdfs, documents, ignore, ignore, ignore, lambda error: told.append(str(error)))
     plain = opened(OTHER, 1, "r $ up\n")
 
     @dataclasses.dataclass(frozen=True)

@@ -421,6 +421,34 @@ def test_all_who_confirm_a_stop_are_no_news() -> None:
     assert story.waits() == []
 
 
+def test_a_page_is_told_which_hosts_have_yet_to_obey_its_stop() -> None:
+    story = Story.playing()
+    story.told("stop", mark="page 1")
+
+    def waits_for(host: str) -> list[list[str]]:
+        story.said(host, "obeyed", mark="page 1", waits_for=[])
+        return [[*act.message["waits_for"]] for act in story.acts]  # type: ignore[union-attr, typeddict-item]
+
+    assert [waits_for(host) for host in (PI, PI, HERE, PAD)] == [[["the stage here", PAD]], [], [[PAD]], [[]]]
+
+
+def test_a_host_that_died_while_it_moved_has_obeyed_once_its_next_stage_has_stopped_its_robots() -> None:
+    story = Story.playing(HERE, PI)
+    story.told("stop", mark="page 1")
+    assert story.said(HERE, "obeyed", mark="page 1", waits_for=[]) == ["say obeyed"]
+    assert "say obeyed" not in story.said(PI, "gone", message="the link was silent")
+    story.told("stop", mark="page 2")
+    assert story.said(HERE, "obeyed", mark="page 2", waits_for=[]) == ["say obeyed"]
+    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    assert story.words == [f"{PI}: load"]
+    story.is_at(PI, "stopped")
+    assert story.acts == [Say({"type": "obeyed", "mark": f"page {number}", "waits_for": []}) for number in (1, 2)]
+    story.said(PI, "gone", message="the link was silent")
+    story.told("stop", mark="page 3")
+    story.said(HERE, "obeyed", mark="page 3", waits_for=[])
+    assert story.acts == [Say({"type": "obeyed", "mark": "page 3", "waits_for": []})]
+
+
 def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     story = Story.playing()
     assert story.said(PI, "gone", message="it was rebooted") == [

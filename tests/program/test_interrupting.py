@@ -74,6 +74,22 @@ def test_every_program_of_the_suite() -> None:
         assert [seen(each) for each in found] == [expected[each] for each in texts]
 
 
+@pytest.mark.parametrize("link", ["{} left", "(left {}) || left", "until cue {}", "slow 2 {} left", "[{} left]"])
+def test_a_definition_costs_as_much_however_many_open_ones_it_rests_on(link: str) -> None:
+    def steps(definitions: int) -> int:
+        chain = "".join(f"x{number + 1} = {link.format(f'x{number}')}\n" for number in range(definitions))
+        passed: list[None] = []
+        on_checkpoint(lambda: passed.append(None))
+        try:
+            analyze(f"room 6 4\nx0 = until near repeat forward\n{chain}r $ x{definitions}\n")
+        finally:
+            on_checkpoint(None)
+        return len(passed)
+
+    few, more, most = map(steps, (10, 30, 50))
+    assert most - more <= 1.1 * (more - few)
+
+
 @given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join), st.integers(1, 9))
 def test_any_text(text: str, every: int) -> None:
     texts = [f"r $ left up\n{text}", f"{text}\nr $ left up"]

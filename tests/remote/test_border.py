@@ -27,6 +27,7 @@ BORDER = Border(
     ("message", "there"),
     [
         ({"type": "pause", "at": 5.0, "after": 3}, {"type": "pause", "at": 1_005.0, "after": 3}),
+        ({"type": "stop", "at": 5.0, "mark": "page 1"}, {"type": "stop", "at": 1_005.0, "mark": "page 1"}),
         ({"type": "resume"}, {"type": "resume"}),
         (
             {"type": "load", "asleep": 1.5, "at": 1.0, "entry": {"beat": 4.0, "monotonic": 7.0}, "score": {"at": 1}},

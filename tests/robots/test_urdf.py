@@ -14,6 +14,7 @@ from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
 from improv_core.robots.urdf_sections import sections
+from improv_core.slices import on_checkpoint
 
 
 def revolute(name: str, parent: str, child: str, axis: str, place: str, more: str = "") -> str:
@@ -178,6 +179,7 @@ def test_joints_that_transmissions_and_controllers_name_are_not_read_twice() -> 
 
 
 NAME = attrgetter("name")
+ATTRIBUTES = " ".join(f'a{number}=""' for number in range(999))
 LINKS = '<link name="a"/>\n<link name="b"/>\n'
 ENDS = '<parent link="a"/><child link="b"/>'
 
@@ -263,10 +265,41 @@ def test_a_part_that_can_t_be_is_refused(tips: dict[str, str], message: str) -> 
     assert str(refused.value) == message
 
 
-def test_huge_files_and_long_chains_end() -> None:
-    with pytest.raises(UrdfError) as refused:
-        read_urdf(b" " * (LARGEST_URDF + 1))
-    assert str(refused.value) == "it is larger than 20 MB"
+@pytest.mark.parametrize(
+    ("text", "line", "message", "most"),
+    [
+        (b" " * (LARGEST_URDF + 1), 0, "it is larger than 5 MB", 0),
+        (robot("\n", "<a>" * 80_000).encode(), 2, "more than 100 elements are in one another: no URDF needs that", 103),
+        (
+            robot("\n" + "<a/>" * 300_000).encode(),
+            2,
+            "it has more than 200,000 elements and attributes: no robot needs so many",
+            200_003,
+        ),
+        (
+            robot("".join(f"<a {ATTRIBUTES}/>" for _ in range(201))).encode(),
+            1,
+            "it has more than 200,000 elements and attributes: no robot needs so many",
+            203,
+        ),
+        (f"<robot name='{'a' * 200_000}'/>".encode(), 0, "it has a tag or a text of more than 200,000 bytes", 0),
+        (f"<robot><a/>{'a' * 300_000}</robot>".encode(), 0, "it has a tag or a text of more than 200,000 bytes", 0),
+        (f"<robot>{'<a/>' * 99_999}{' ' * 199_995}".encode(), 1, "this is not XML: no element found", 300_000),
+    ],
+)
+def test_what_takes_long_to_read_is_refused_after_little_work(text: bytes, line: int, message: str, most: int) -> None:
+    passed: list[None] = []
+    on_checkpoint(lambda: passed.append(None))
+    try:
+        with pytest.raises(UrdfError) as refused:
+            read_urdf(text)
+    finally:
+        on_checkpoint(None)
+    assert (refused.value.line, str(refused.value)) == (line, message)
+    assert len(passed) <= most
+
+
+def test_long_chains_are_read() -> None:
     links = "".join(f'<link name="l{number}"/>' for number in range(3_001))
     chain = "".join(revolute(f"j{number}", f"l{number}", f"l{number + 1}", "0 0 1", "0 0 0") for number in range(3_000))
     assert len(read_urdf(robot(links, chain).encode()).joints) == 3_000

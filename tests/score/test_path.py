@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -16,6 +17,7 @@ from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
 from improv_core.score.score import Part, twist
 from improv_core.score.walk import walk
+from tests.random_programs import closed, score_of_text
 from tests.score.test_movement import dances, movements
 from tests.score.test_movement import part_of as part_with
 
@@ -32,6 +34,7 @@ def walked(part: Part, until: Fraction) -> Pose:
         if left <= 0:
             break
         pose = pose.after(twist(moment.velocity, part.profile, Fraction(60)), float(left))
+        pose = replace(pose, z=max(pose.z, 0.0))
     return pose
 
 
@@ -47,11 +50,38 @@ def test_it_is_where_walking_leads(movement: Movement, beat: Fraction) -> None:
     check(part_with(movement), beat)
 
 
+@given(closed, st.fractions(0, 12, max_denominator=24))
+def test_it_stays_on_the_ground_where_walking_would_lead_below(text: str, beat: Fraction) -> None:
+    check(score_of_text(f"a $ {text}").parts["a"], beat)
+
+
+@pytest.mark.parametrize(
+    ("program", "height"),
+    [
+        ("a $ down down up", 1),
+        ("a $ up down down up", 1),
+        ("a $ repeat 1000000000 (up scale 2 down)", 0),
+        ("a $ repeat 3 (scale 2 up down down down)", 0),
+        ("a $ retrograde (down down up)", 2),
+        ("a $ (down || slow 2 up) repeat 2 up", 2),
+    ],
+)
+def test_nobody_sinks_into_the_ground(program: str, height: float) -> None:
+    part = score_of_text(program).parts["a"]
+    pose = pose_at(part, 10**12)
+    assert pose is not None
+    assert pose.z == pytest.approx(height * part.profile.step)
+
+
 def test_the_billionth_turn_costs_no_more_than_the_second() -> None:
     part = part_of("r $ repeat (repeat 1000000 (forward left) halfleft forward)")
     pose = pose_at(part, Fraction(10**15) + Fraction(1, 2))
     assert pose is not None
     assert math.isfinite(pose.x)
+
+
+def test_turns_that_throw_nothing_are_counted_too() -> None:
+    assert pose_at(part_of("r $ repeat 1000000000 (forward left seed 2 ())"), 10**9) is None
 
 
 def test_a_square_leads_back() -> None:

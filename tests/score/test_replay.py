@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from itertools import islice
 
 import pytest
 from hypothesis import given
@@ -14,6 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score import replay
 from improv_core.score.movement import Exact
+from improv_core.score.path import pose_at
 from improv_core.score.performer import Performer
 from improv_core.score.projection import BASE
 from improv_core.score.replay import Replay
@@ -196,3 +198,23 @@ def _parts(moments: Iterable[Moment], start: Exact, end: int) -> Mapping[Fractio
             found[at] = moment.velocity, moment.sources
             at += Fraction(1, 64)
     return found
+
+
+@pytest.mark.parametrize("turns", [1, 10**6, 10**14])
+def test_what_plays_far_away_is_what_plays_a_turn_later(turns: int) -> None:
+    """Nothing is performed to there, so a page that is opened after a day takes no longer."""
+    program, beat = "r $ repeat (until near (repeat 3 forward) left)\n", 4 * turns + Fraction(1, 2)
+    replayed = Replay(made(program), beat)
+    replayed.sense("r", "near", False, beat)
+    replayed.sense("r", "near", True, beat + 1)
+    played = islice(replayed.moments("r", beat), 4)
+    found = [(moment.start - 4 * turns, moment.duration) for moment in played]
+    assert found == [(Fraction(1, 2), Fraction(1, 2)), (1, Fraction(1, 2)), (Fraction(3, 2), Fraction(1, 2)), (2, 1)]
+    assert replayed.pose("r", beat) == pose_at(replayed.score.parts["r"], beat)
+
+
+def test_where_a_robot_is_that_takes_too_long_to_find_out_is_unknown() -> None:
+    program = "r $ repeat (until not near (repeat forward) left)\n"
+    replayed = Replay(made(program), 10**6)
+    assert replayed.pose("r", 10**6) is None
+    assert words(replayed, 10**6, program, 1)

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import random
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
+from improv_core.commands.answers import TypedAnswers
+from improv_core.commands.calibrate import offer
+from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.format import format_files
+from improv_core.program.files import robots_near
 from improv_core.storage import compare_and_swap
 from improv_core.storage.compare_and_swap import swap
 from improv_core.storage.history import VARIABLE, read
-from improv_core.storage.program_file import WriteError, read_version, write_text
+from improv_core.storage.program_file import Version, WriteError, read_version, write_text
+from improv_core.storage.song_offset import write_first_beat
 
 LIMIT = 60.0
 linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux exchanges two files in one step")
@@ -130,29 +136,136 @@ else:
 """
 
 
+def page_saves(path: Path) -> bool:
+    try:
+        write_text(path, "mine\n", Version(UNTIDY.encode()).revision)
+    except WriteError:
+        return False
+    return True
+
+
+def formatted(path: Path) -> bool:
+    return format_files([path], check=False, diff=False) == 0
+
+
+def song_begins(path: Path) -> bool:
+    return not write_first_beat(path.parent, 0.5)
+
+
+def robot_is_calibrated(path: Path) -> bool:
+    answers = TypedAnswers(lambda line: None)
+    try:
+        asyncio.run(offer(robots_near(path.parent), "anna", {"commanded_step": 2.1}, answers, write=True))
+    except CommandError:
+        return False
+    return True
+
+
+UNTIDY = "r$( left  right )\n"
+SONG = "{}[music]\nfile = 'song.mp3'\n[robots.anna]\n"
+COMMANDS = [
+    (page_saves, "dance.improv", UNTIDY),
+    (formatted, "dance.improv", UNTIDY),
+    (formatted, "dances.md", f"```improv\n{UNTIDY}```\n"),
+    (song_begins, "improv.toml", SONG.format("")),
+    (robot_is_calibrated, "improv.toml", SONG.format("")),
+]
+every_command = pytest.mark.parametrize(("command", "name", "before"), COMMANDS)
+
+
+@linux
+@every_command
+def test_what_is_saved_at_the_last_moment_stays_whatever_writes_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Callable[[Path], bool], name: str, before: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(before)
+    before_exchanges(monkeypatch, path, b"# theirs\n")
+    assert not command(path)
+    assert path.read_bytes() == b"# theirs\n"
+
+
+@every_command
+def test_a_file_with_several_names_is_refused_by_whatever_would_write_it(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    command: Callable[[Path], bool],
+    name: str,
+    before: str,
+) -> None:
+    path, other = tmp_path / name, tmp_path / "other"
+    path.write_text(before)
+    other.hardlink_to(path)
+    assert not command(path)
+    assert other.read_text() == path.read_text() == before
+    other.unlink()
+    assert command(path)
+    assert path.read_text() != before
+
+
 @linux
 @pytest.mark.parametrize("history", ["on", "off"])
-def test_no_text_of_an_adversary_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, history: str) -> None:
+@every_command
+def test_no_text_of_an_adversary_is_lost(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    history: str,
+    command: Callable[[Path], bool],
+    name: str,
+    before: str,
+) -> None:
     """IMPROV_TRIALS=150 for the figure in docs/security.md."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setenv("IMPROV_HISTORY", history)
-    path, dice, lost = tmp_path / "dance.improv", random.Random(1), 0
-    for trial in range(int(os.environ.get("IMPROV_TRIALS", "6"))):
-        path.write_text("before\n")
-        revision, theirs = read_version(path).revision, f"theirs {trial}\n"
+    path, dice, lost = tmp_path / name, random.Random(1), 0
+    for trial in range(int(os.environ.get("IMPROV_TRIALS", "2"))):
+        path.write_text(before)
+        theirs = f"theirs {trial}\n"
         way = ("in place", "renamed")[trial % 2]
-        command = [sys.executable, "-c", ADVERSARY, str(path), way, str(dice.uniform(0, 0.002)), theirs]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as adversary:
+        argv = [sys.executable, "-c", ADVERSARY, str(path), way, str(dice.uniform(0, 0.004)), theirs]
+        with subprocess.Popen(argv, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as adversary:
             assert adversary.stdin
             assert adversary.stdout
             adversary.stdout.readline()
             adversary.stdin.write("\n")
             adversary.stdin.flush()
-            with suppress(WriteError):
-                write_text(path, f"mine {trial}\n", revision)
-        found = [each.read_text() for each in tmp_path.rglob("*.improv")]
-        lost += not any(theirs in text for text in found)
+            command(path)
+        lost += not any(theirs in found.read_text() for found in tmp_path.rglob("*") if found.is_file())
     assert lost == 0
+    assert not [*tmp_path.glob(".*")]
+
+
+@linux
+def test_a_killed_save_leaves_nothing_hidden_and_loses_nothing(
+    tmp_path: Path, state: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "dance.improv"
+    path.write_bytes(b"before")
+    with subprocess.Popen([sys.executable, "-c", KILLED, path], stdout=subprocess.PIPE) as process:
+        assert process.stdout
+        assert process.stdout.readline() == b"exchanged\n"
+        process.kill()
+    assert path.read_bytes() == b"mine"
+    assert swap(path, b"mine", b"mine, later")
+    assert [each.name for each in tmp_path.iterdir() if each.is_file()] == ["dance.improv"]
+    assert [each.text for each in read().programs] == ["before"]
+
+
+KILLED = """
+import sys, time
+from pathlib import Path
+from improv_core.commands.answers import TypedAnswers
+from improv_core.commands.calibrate import offer
+from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.format import format_files
+from improv_core.program.files import robots_near
+from improv_core.storage import compare_and_swap
+def halted(path):
+    print("exchanged", flush=True)
+    time.sleep(1000)
+compare_and_swap._last = halted
+compare_and_swap.swap(Path(sys.argv[1]), b"before", b"mine")
+"""
 
 
 @linux

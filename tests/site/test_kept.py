@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.site.conftest import open_site, play
+from tests.site.conftest import OPENED, open_site, play
 from tests.stage.viewer.conftest import Keep, wait
 from tests.web_server import served
 
@@ -76,6 +76,50 @@ def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_wa
     wait(page, 'improv.transport.state === "playing" && improv.transport.beat >= 1')
     share.click()
     expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml.replace("quadrator", "quadrotor"))
+
+
+@pytest.mark.slow("a browser on a busy machine")
+def test_ones_own_dance_and_its_improv_toml_come_back_after_links_and_examples(
+    address: str, page: Page, keep: Keep
+) -> None:
+    own, toml = "ada $ forward # mine", "[robots.ada]\n"
+    shared, given = page.get_by_role("button", name="Share"), page.get_by_label("improv.toml", exact=True)
+
+    def has_own() -> None:
+        expect(page.locator("#text")).to_have_value(own)
+        shared.click()
+        expect(given).to_have_value(toml)
+        page.keyboard.press("Escape")
+
+    open_site(page, address)
+    play(page, own)
+    shared.click()
+    page.locator("#toml-part summary").click()
+    given.fill(toml)
+    page.get_by_role("button", name="Use this").click()
+    page.keyboard.press("Escape")
+    for query, link in (
+        ("?fbclid=x", fragment(text="bo $ left # 1", toml="[robots.bo]\n")),
+        ("", fragment(text="bo $ left # 2").replace("=", "%3D", 1)),
+    ):
+        page.goto("about:blank")
+        open_site(page, f"{address}{query}{link}")
+        expect(page.locator("#text")).to_have_value(f"bo $ left # {2 if '%' in link else 1}")
+        assert page.url == address
+    page.evaluate("hash => { location.hash = hash }", fragment(text="bo $ left # 3"))  # on the page that is open
+    expect(page.locator("#text")).to_have_value("bo $ left # 3")
+    wait(page, OPENED)
+    expect(page.locator("#versions-text")).to_contain_text("Another text with its improv.toml, from ")
+    keep(page, "site-kept-before-links.png")
+    page.get_by_role("button", name="Show it instead").click()
+    has_own()
+
+    page.get_by_role("button", name="Tutorial").click()
+    page.get_by_role("button", name="Play this").first.click()
+    expect(page.locator("#text")).not_to_have_value(own)
+    while page.locator("#text").input_value() != own:
+        page.get_by_role("button", name="Show it instead").click()
+    has_own()
 
 
 @pytest.mark.slow("a browser on a busy machine")

@@ -489,6 +489,13 @@ def test_a_seek_goes_to_the_scene_of_its_beat() -> None:
     assert done == [Dismiss(), ForgetEdges(), Place(3), *begins(SCENES, 3, 1)]
 
 
+def test_a_seek_that_takes_too_long_to_compute_changes_nothing() -> None:
+    before = run("playing", 3, dance=score("r $ repeat choose (forward left)\n"))
+    then, done = decide(before, events.Seek(1e15), at(3))
+    assert then is before
+    assert names(done) == ["Tell"]
+
+
 def test_there_is_no_beat_to_seek_before_anything_is_loaded() -> None:
     assert decide(Run(), events.Seek(4.0), at(3)) == (Run(), [])
 

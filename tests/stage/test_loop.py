@@ -15,9 +15,9 @@ from improv_core.ipc.arrivals import Arrival, End, First, Play
 from improv_core.player.start_rules import WAITS
 from improv_core.player.subscribers import PATIENCE
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import Force, Held, KeySense, Released, Seek, Speed
+from improv_core.protocol.commands import Force, Held, KeySense, Released, Seek, Speed, Stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
-from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
+from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, ToPages, When
 from improv_core.protocol.output import Alarm, Edge, RawPose, RawPoses
 from improv_core.protocol.robot_messages import FaultMessage, Instant
 from improv_core.safety.parent_heartbeat import Parent
@@ -317,6 +317,25 @@ def test_an_alarm_stops_moving_robots_and_says_why() -> None:
     told = perform(sink, (0, alarm), (0, load("r $ repeat forward\n")), (0.51, alarm), (2, alarm), (9, End()))
     assert errors(told) == ["no standby"]
     assert zeros(sink, "r") == [0.51, 0.56, 0.61]
+
+
+@pytest.mark.parametrize(("real", "who"), [(True, ["parent"]), (False, ["pages"])])
+def test_the_stop_of_a_page_is_confirmed_once_robots_were_told_to_stop(real: bool, who: list[str]) -> None:
+    sink = Memory()
+    sink.real = real
+    told: list[tuple[str, Twist]] = []  # to whom, and what the robot was sent last by then
+
+    def tell(to: str, kind: str, message: FromStage | ToPages | Stop) -> None:
+        if message["type"] == kind:
+            told.append((to, sink.sent[-1][2]))
+
+    stop: Stop = {"type": "stop", "mark": "page 1"}
+    turned = Turned([(0, load("r $ repeat forward\n")), (0.5, {"type": "stop"}), (1, stop), (2, End())])
+    opened = Opened(
+        sink, lambda message: tell("parent", "obeyed", message), present=lambda message: tell("pages", "stop", message)
+    )
+    run(opened, turned, turned, turned.parent)
+    assert told == [(each, STILL) for each in who]
 
 
 def test_a_ping_is_answered_with_its_number() -> None:

@@ -7,6 +7,7 @@ import { PagePanel } from "./page";
 import { ServerState } from "./server";
 import { Status } from "./status";
 import { isActive, Transport } from "./transport";
+import { WindowWatch } from "./windowWatch";
 import { Lit, LitWords } from "./words";
 
 const INTERRUPTED = "Improv's language server ended unexpectedly, so the robots stopped. It runs again: save to play.";
@@ -16,6 +17,7 @@ export class NowPlaying implements Listener, Disposable {
   readonly page: PagePanel;
   private readonly status = new Status();
   private readonly words = new LitWords();
+  private readonly window = new WindowWatch();
   /** Whether the server ended by itself while robots danced, and has not come back yet. */
   private wasInterrupted = false;
 
@@ -58,12 +60,13 @@ export class NowPlaying implements Listener, Disposable {
   }
 
   dispose(): void {
-    Disposable.from(this.status, this.page, this.words).dispose();
+    Disposable.from(this.status, this.page, this.words, this.window).dispose();
   }
 
   private setTransport(transport: Transport | undefined): void {
     this.transport = transport;
     this.status.setTransport(transport);
+    this.window.watch(isActive(transport) && transport.real, transport !== undefined && transport.framed > 0);
     if (!isActive(transport)) this.words.show(undefined);
     void commands.executeCommand("setContext", "improv.playing", isActive(transport));
   }

@@ -9,6 +9,8 @@ export interface Transport {
   soloed: string[];
   robots: string[];
   page: string | null;
+  framed: number; // how many windows show the page
+  real: boolean; // whether real robots play
 }
 
 /** Whether something plays, or may start on its own: there is something to stop. */

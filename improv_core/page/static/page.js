@@ -49,7 +49,7 @@ const figures = new Figures()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
-const send = connect(take, change, (waits) => notices.waitForStop(waits), (line) => notices.load(line))
+const send = connect(take, change, (waits, who) => notices.waitForStop(waits, who), (line) => notices.load(line))
 const editor = new Editor(send, {
   finish: () => startPoses.tell(),
   place: (starts) => startPoses.place(starts),

@@ -94,9 +94,9 @@ class Ensemble:
         """Send all a message. A stop goes to all at once."""
         if is_stop(message):
             timed = rules.in_time(self._troupe, message, _now())
+            self._stopped.append(message)  # first: an answer counts only once this is noted
             for stage in [*self._stages.values()]:
                 stage.send(timed)
-            self._stopped.append(message)
             with suppress(RuntimeError):  # the loop was closed
                 self._loop.call_soon_threadsafe(self._note_stops)
         else:

@@ -7,6 +7,7 @@ long as the slowest message may take. Standard library only.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -38,6 +39,8 @@ def told(troupe: Troupe, message: ToStage, now: Times) -> Decided:
         if troupe.is_on:  # after a second stop, who has yet to confirm the first one may still move
             troupe = troupe.with_all(troupe.alive, may_move=True)
         troupe = troupe.with_all(troupe.alive, armed=False).stopped()
+        if "mark" in message:
+            troupe = replace(troupe, unobeyed={**troupe.unobeyed, message["mark"]: troupe.to_obey})
         return replace(troupe, unconfirmed_at=min(troupe.unconfirmed_at, now.at + CONFIRM_LIMIT)), []
     if message["type"] == "pause":
         troupe = troupe.without_entry()
@@ -76,10 +79,12 @@ def started(troupe: Troupe, host: str, now: Times) -> Decided:
     fresh = replace(troupe.members[host], alive=True, armed=False, transport=None, may_move=False, died_moving=halts)
     troupe = replace(troupe, members={**troupe.members, host: replace(fresh, misplaced={})})
     kept: list[Act] = [SendTo(host, message) for message in troupe.kept.values()]
+    # The stage before it stopped its robots when it ended, or this one says when it has stopped them.
+    troupe, told = (troupe, []) if halts else _obeyed(troupe, host, troupe.unobeyed)
     troupe, acts = _join(troupe, host, now)
     if halts and troupe.load:
         acts = [SendTo(host, troupe.load_for(host, _standing(troupe.load)))]
-    return troupe, [*kept, *acts]
+    return troupe, [*kept, *told, *acts]
 
 
 def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
@@ -90,6 +95,8 @@ def said(troupe: Troupe, host: str, message: Heard, now: Times) -> Decided:
         return _transport(troupe, host, message, now)
     if message["type"] == "armed":
         return _armed(troupe.with_member(host, armed=message["armed"]), host, message, now)
+    if message["type"] == "obeyed":
+        return _obeyed(troupe, host, [message["mark"]])
     if message["type"] == "lacks":
         is_sent = message["generation"] <= troupe.entering.get(host, -1)
         return (troupe, []) if is_sent else _join(troupe, host, now)
@@ -290,7 +297,9 @@ def _armed(troupe: Troupe, host: str, said: Armed, now: Times) -> Decided:
 def _transport(troupe: Troupe, host: str, transport: TransportMessage, now: Times) -> Decided:
     state, before = transport["state"], troupe.members[host].transport
     if troupe.members[host].died_moving:  # it only stops robots, whatever it says of that
-        return troupe.with_member(host, died_moving=state not in ("stopped", "ended")), []
+        if state not in ("stopped", "ended"):
+            return troupe, []
+        return _obeyed(troupe.with_member(host, died_moving=False), host, troupe.unobeyed)
     moves = state in ("playing", "waiting")
     troupe = troupe.with_member(host, transport=transport, may_move=troupe.members[host].may_move and moves)
     if transport["generation"] >= troupe.entering.get(host, math.inf) and not transport.get("deserted"):
@@ -387,6 +396,19 @@ def _keep_out(troupe: Troupe) -> list[Act]:
     """Stop those that were sent what the others played: it is over."""
     stop: Stop = {"type": "stop"}
     return [SendTo(host, stop) for host in sorted(troupe.entering)]
+
+
+def _obeyed(troupe: Troupe, host: str, marks: Iterable[str]) -> Decided:
+    """The stage of a host has obeyed these stops; say who has yet to."""
+    acts: list[Act] = []
+    for mark in [*marks]:
+        if host in troupe.unobeyed.get(mark, ()):
+            left = troupe.unobeyed[mark] - {host}
+            rest = {other: hosts for other, hosts in troupe.unobeyed.items() if other != mark}
+            troupe = replace(troupe, unobeyed={**rest, mark: left} if left else rest)
+            waits = [each or "the stage here" for each in sorted(left)]
+            acts.append(Say({"type": "obeyed", "mark": mark, "waits_for": waits}))
+    return troupe, acts
 
 
 def _pressed(troupe: Troupe) -> Decided:

@@ -73,6 +73,7 @@ class Troupe:
     They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts` on, in
     monotonic seconds, their clocks may have drifted apart. Once it `settles`, in monotonic seconds, it is known what
     came of all that was asked of them. `kept` holds for stages that start later.
+    `unobeyed` are pages' stops, each with the hosts that have yet to obey it.
     `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
     count of presses that was told how many each stage had heard. `seen` are robots of which stages elsewhere have yet
     to be told where they are, from `passes_on` on, in monotonic seconds.
@@ -96,6 +97,7 @@ class Troupe:
     joining: frozenset[str] = frozenset()
     entering: Mapping[str, int] = field(default_factory=dict)
     kept: Mapping[str, ToStage] = field(default_factory=dict)
+    unobeyed: Mapping[str, frozenset[str]] = field(default_factory=dict)
     unconfirmed_at: float = math.inf
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
     paused_first: str | None = None
@@ -122,6 +124,11 @@ class Troupe:
         """The host whose stage tells for all where playback is: the first one that plays and moves robots."""
         with_robots = {owner.host for owner in self.robots.values()}
         return min(self.playing, key=lambda host: (host not in with_robots, host), default=None)
+
+    @property
+    def to_obey(self) -> frozenset[str]:
+        """The hosts that a stop has to reach: also those whose robots may still move, since their stage has died."""
+        return frozenset(host for host, member in self.members.items() if member.alive or member.died_moving)
 
     @property
     def playing(self) -> list[str]:

@@ -113,7 +113,7 @@ class VSCode:
         """A window with `dance.improv` in this folder, which is not trusted yet. What has been started from it must end
         once the window is closed."""
         try:
-            with _opened(self.page, self.address, self.folder, work, program, settings, workspace_settings or {}):
+            with opened(self.page, self.address, self.folder, work, program, settings, workspace_settings or {}):
                 yield self.page
         finally:
             self.page.goto("about:blank")
@@ -131,7 +131,7 @@ class VSCode:
 @contextmanager
 def vscode(folder: Path, env: Mapping[str, str]) -> Iterator[VSCode]:
     """A VS Code without a window."""
-    with _code_server(folder, env) as address, _browser() as page:
+    with code_server(folder, env) as address, _browser() as page:
         yield VSCode(folder, env, address, page)
 
 
@@ -140,9 +140,9 @@ def workbench(folder: Path, program: str, settings: Mapping[str, object], env: M
     """A window of a VS Code of its own, with `dance.improv` in a folder that is not trusted yet."""
     work = folder / "work"
     with (
-        _code_server(folder, env) as address,
+        code_server(folder, env) as address,
         _browser() as page,
-        _opened(page, address, folder, work, program, settings, {}),
+        opened(page, address, folder, work, program, settings, {}),
     ):
         yield page
 
@@ -160,7 +160,7 @@ def _browser() -> Iterator[Page]:
 
 
 @contextmanager
-def _opened(
+def opened(
     page: Page,
     address: str,
     folder: Path,
@@ -236,7 +236,7 @@ def _code_server_with(folder: Path) -> list[str]:
 
 
 @contextmanager
-def _code_server(folder: Path, env: Mapping[str, str]) -> Iterator[str]:
+def code_server(folder: Path, env: Mapping[str, str]) -> Iterator[str]:
     """The address of a code-server with our extension."""
     command = _code_server_with(folder)
     command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]

@@ -45,6 +45,17 @@ def test_a_stop_is_confirmed_with_all_that_came_before_it() -> None:
     assert stops.is_confirmed(PAGE, 2)
 
 
+def test_who_has_yet_to_obey_a_stop_is_known_until_the_next_one() -> None:
+    stops = PageStops()
+    stops.arrive(PAGE, 1)
+    stops.wait(PAGE, 1, "ada, bo")
+    stops.arrive(PAGE, 1)  # sent again
+    assert [stops.waits_for(PAGE), stops.waits_for(OTHER)] == ["ada, bo", ""]
+    stops.arrive(PAGE, 2)
+    stops.wait(PAGE, 1, "ada")
+    assert stops.waits_for(PAGE) == ""
+
+
 def test_pages_that_were_closed_are_forgotten() -> None:
     stops = PageStops()
     for number in range(MOST_PAGES + 1):

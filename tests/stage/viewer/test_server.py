@@ -400,12 +400,17 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: Commands) -
     assert commands.empty()
 
 
-def press(viewer: Viewer, query: str, **headers: str) -> int:
-    """Send a stop as the page does, over a connection of its own; the status of the answer."""
+def answer_to(viewer: Viewer, query: str, **headers: str) -> http.client.HTTPResponse:
+    """Send a stop as the page does, over a connection of its own."""
     host, token = own(viewer)
     connection = http.client.HTTPConnection(host, timeout=LIMIT)
     connection.request("POST", f"/stop?{token}&{query}", headers={"Origin": f"http://{host}", **headers})
-    return connection.getresponse().status
+    return connection.getresponse()
+
+
+def press(viewer: Viewer, query: str, **headers: str) -> int:
+    """The status of the answer to a stop."""
+    return answer_to(viewer, query, **headers).status
 
 
 def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_was_obeyed(
@@ -421,6 +426,23 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
         viewer.publish({"type": "stop", "mark": "page-1 1"})
         assert waiting.result(LIMIT) == 204
     assert commands.empty()
+
+
+def test_an_unconfirmed_stop_is_answered_with_who_has_yet_to_obey_it(
+    viewer: Viewer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
+
+    def pressed() -> tuple[int, bytes]:
+        answer = answer_to(viewer, "page=p&number=1")
+        return answer.status, answer.read()
+
+    assert pressed() == (202, b"")
+    viewer.publish({"type": "obeyed", "mark": "p 1", "waits_for": ["pi@pi.local", "the stage here"]})
+    assert pressed() == (202, b"pi@pi.local, the stage here")
+    viewer.publish({"type": "obeyed", "mark": "p 1", "waits_for": []})
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
+    assert pressed() == (204, b"")
 
 
 def test_a_stop_needs_the_token_our_own_origin_and_a_number(
@@ -462,6 +484,24 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
         {"type": "editing", "page": 1, "ask": write, "overtaken": True},
         {"type": "resume"},
     ]
+    assert commands.empty()
+
+
+def test_pages_in_frames_are_counted_as_they_come_and_go(viewer: Viewer, commands: Commands) -> None:
+    host, token = own(viewer)
+
+    async def told(session: aiohttp.ClientSession, *more: str) -> aiohttp.ClientWebSocketResponse:
+        return await session.ws_connect(f"http://{host}/live?{'&'.join((token, *more))}", origin=f"http://{host}")
+
+    async def check() -> list[Any]:
+        async with aiohttp.ClientSession() as session:
+            sockets = [await told(session, *more) for more in (["framed=true"], [], ["framed=true"])]
+            found = [await asyncio.to_thread(commands.get, timeout=LIMIT) for _ in sockets]
+            for socket in sockets:
+                await socket.close()
+            return found + [await asyncio.to_thread(commands.get, timeout=LIMIT) for _ in range(2)]
+
+    assert [each.get("framed") for each in asyncio.run(check())] == [1, None, 2, 1, 0]
     assert commands.empty()
 
 

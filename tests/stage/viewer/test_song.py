@@ -14,7 +14,7 @@ import pytest
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import song_file
 from improv_core.page.server import Viewer
-from improv_core.page.song_file import range_of
+from improv_core.page.song_file import SongError, open_song, range_of
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.music import Music
@@ -131,6 +131,28 @@ def test_nothing_from_outside_of_the_folder_is_sent(playing: Viewer, folder: Pat
     assert ask(playing).read() == SONG
 
 
+@pytest.mark.parametrize("swapped", ["sounds", "sounds/deep.ogg"])
+def test_a_link_that_takes_the_place_of_what_was_found_is_not_followed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, swapped: str
+) -> None:
+    outside, found = folder.parent / "outside", os.path.realpath
+    (outside / "sounds").mkdir(parents=True)
+    (outside / "sounds" / "deep.ogg").write_bytes(b"secret")
+    with open_song(Music("sounds/deep.ogg", str(folder))).file as song:
+        assert song.read() == SONG
+
+    def found_and_swapped(path: str, *, strict: bool) -> str:
+        real = found(path, strict=strict)
+        if real.endswith("deep.ogg"):
+            (folder / swapped).rename(folder / "before")
+            (folder / swapped).symlink_to(outside / swapped)
+        return real
+
+    monkeypatch.setattr(os.path, "realpath", found_and_swapped)
+    with pytest.raises(SongError, match=r"^sounds/deep.ogg can't be read"):
+        open_song(Music("sounds/deep.ogg", str(folder)))
+
+
 def test_one_line_says_why_there_is_no_song(playing: Viewer, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     check(playing, None, "This dance has no song.")
     check(playing, Music(), "This dance has no song.")
@@ -140,6 +162,8 @@ def test_one_line_says_why_there_is_no_song(playing: Viewer, folder: Path, monke
     (folder / "folder.wav").mkdir()
     check(playing, Music("folder.wav", str(folder)), "folder.wav is not a file.")
     check(playing, Music("\0.wav", str(folder)), "\\x00.wav can't be played.")
+    (folder / "loop.wav").symlink_to(folder / "loop.wav")
+    check(playing, Music("loop.wav", str(folder)), "loop.wav can't be read: Too many levels of symbolic links.")
     os.mkfifo(folder / "pipe.wav")
     check(playing, Music("pipe.wav", str(folder)), "pipe.wav is not a file.")
     monkeypatch.setattr(song_file, "MOST_BYTES", 1024)

@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page import routes
 from improv_core.page.server import Viewer
 from tests.stage.viewer.conftest import LIMIT, TOKEN, Commands, Keep, Show, link, wait, watch
 
@@ -62,6 +63,23 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     again.publish({"type": "stopped"})
     again.close()
     expect(page.locator("#notice")).to_contain_text("The performance is over")
+
+
+def test_the_page_says_who_has_yet_to_obey_a_stop(
+    page: Page, viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
+    page.goto(link(viewer))
+    wait(page, "window.improv?.connected")
+    page.get_by_role("button", name="Stop").click()
+    while (command := commands.get(timeout=LIMIT))["type"] != "stop":
+        pass
+    viewer.publish({"type": "obeyed", "mark": command["mark"], "waits_for": ["the real robots"]})
+    line = "Stop is not confirmed yet by the real robots. Trying again…"
+    expect(page.locator("#notice")).to_have_text(line)
+    expect(page.locator("#news")).to_have_text(line)
+    viewer.publish({"type": "obeyed", "mark": command["mark"], "waits_for": []})
+    expect(page.locator("#notice")).to_be_hidden()
 
 
 def test_a_stop_arrives_even_if_its_page_is_closed_at_once(page: Page, viewer: Viewer, commands: Commands) -> None:

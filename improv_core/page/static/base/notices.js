@@ -12,14 +12,15 @@ const NOTICES = {
   refused: 
     "This address works only once. To open the page again, press o in the terminal where Improv runs, or open it from your editor.",
 }
-const UNCONFIRMED = "Stop is not confirmed yet. Trying again…"
+/** @param {string} who has yet to obey it, if that is known */
+const unconfirmed = (who) => `Stop is not confirmed yet${who && ` by ${who}`}. Trying again…`
 const OVER = "The performance is over. Play again from your editor or terminal."
 const EDITED = "Improv has ended. To continue, run improv edit in the terminal. This browser keeps text that isn't saved."
 
 export class Notices {
   #ending = "" // why the stage has ended, if it has
   #notice = "" // about the connection
-  #waits = false // whether a stop is not confirmed
+  #unconfirmed = "" // that a stop is not confirmed
   /** @type {Connection} */
   connection = "opening"
 
@@ -46,10 +47,13 @@ export class Notices {
     this.#show()
   }
 
-  /** @param {boolean} waits whether a stop that somebody has pressed has not been confirmed for a while */
-  waitForStop(waits) {
-    if (waits && !this.#waits) this.announce(UNCONFIRMED)
-    this.#waits = waits
+  /**
+   * @param {boolean} waits whether a stop that somebody has pressed has not been confirmed for a while
+   * @param {string} who has yet to obey it, if that is known
+   */
+  waitForStop(waits, who) {
+    this.#unconfirmed = waits ? unconfirmed(who) : ""
+    if (waits) this.announce(this.#unconfirmed)
     this.#show()
   }
 
@@ -61,10 +65,10 @@ export class Notices {
   }
 
   #show() {
-    const notice = this.#waits ? UNCONFIRMED : this.#notice
+    const notice = this.#unconfirmed || this.#notice
     find("notice").hidden = !notice
     find("notice").textContent = notice
-    find("notice").classList.toggle("urgent", this.#waits)
+    find("notice").classList.toggle("urgent", this.#unconfirmed !== "")
   }
 
   /** @param {string} text for screen readers */

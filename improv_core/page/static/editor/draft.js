@@ -1,14 +1,17 @@
 // @ts-check
 // What becomes of a text that is being written: which version of the file it is an edit of, and what is kept of it in
-// the browser, so that no text is lost: unsaved text, and the one of two versions that was not chosen.
+// the browser, so that no text is lost: unsaved text, the one of two versions that was not chosen, and what a link or an
+// example has replaced. On a website, where there are no files, the improv.toml goes with its text.
 
 import { randomName } from "../base/random.js"
 
 /** @typedef {{ path: string, text: string, revision: string }} Source a version of the file */
-/** @typedef {{ text: string, time: number }} Other a text that was put aside, and when, in milliseconds since 1970 */
-/** @typedef {{ path: string, text: string, revision: string, others: Other[], time: number }} Kept */
+/** @typedef {{ text: string, toml?: string }} Work a text and, on a website, its improv.toml */
+/** @typedef {Work & { time: number }} Other what was put aside, and when, in milliseconds since 1970 */
+/** @typedef {Other & { path: string, revision: string, others: Other[], saved?: boolean }} Kept `saved`: only for its others */
 
 const KEY = "improv.draft."
+export const REPLACED = `${KEY}before a link` // begins the keys of what links have replaced
 const TAB = "improv.tab"
 
 export class Draft {
@@ -18,7 +21,11 @@ export class Draft {
   /** @type {Source | null} */
   changed = null // what another program has put into the file since then
   /** @type {Other[]} */
-  #others = [] // texts that somebody may want back, until somebody drops them
+  #others = [] // what somebody may want back, until somebody drops it
+  /** @type {string[]} */
+  #left = [] // keys under which it is kept, too, until this tab keeps it
+  /** @type {string | undefined} */
+  #toml // of the text on the page, while the improv.toml in use belongs to the file
   isKept = true // whether the browser keeps texts
 
   /** @param {Source} source what the file holds when the page is opened */
@@ -26,15 +33,20 @@ export class Draft {
     this.base = source
   }
 
-  /** The text to begin with: of this tab before it was reloaded, or of the file. */
-  begin() {
+  /** The text to begin with: of this tab before it was reloaded, or of the file. @param {string} [toml] in use */
+  begin(toml) {
     const kept = read(this.#key)
     const own = kept?.path === this.base.path ? kept : null
-    this.#others = own ? own.others : adopted(this.base)
-    if (!own || own.text === this.base.text) return this.base.text
+    const file = { text: this.base.text, toml }
+    const found = left(this.base.path, own ? null : file)
+    this.#left = found.map(({ key }) => key)
+    const others = found.flatMap(({ kept: { others, saved, text, toml, time } }) => (saved ? others : [...others, { text, toml, time }]))
+    this.#others = [...(own?.others ?? []), ...others].filter((each) => !isSame(each, file))
+    if (!own || own.saved || own.text === this.base.text) return this.base.text
     if (own.revision !== this.base.revision) {
       this.changed = this.base
       this.base = { ...this.base, text: "", revision: own.revision }
+      this.#toml = own.toml
     }
     return own.text
   }
@@ -66,58 +78,69 @@ export class Draft {
   }
 
   /**
-   * Chooses between the file's version and the text of the page; the other one is kept. Returns the text to show.
+   * Chooses between the file's version and what is on the page; the other one is kept. Returns what to show.
    * @param {"file" | "mine"} which
-   * @param {string} text
+   * @param {Work} work on the page, with the improv.toml in use
+   * @returns {Work}
    */
-  choose(which, text) {
-    if (!this.changed) return text
+  choose(which, { text, toml }) {
+    if (!this.changed) return { text, toml }
     this.base = this.changed
     this.changed = null
-    this.#others.push({ text: which === "file" ? text : this.base.text, time: Date.now() })
-    return which === "file" ? this.base.text : text
+    const mine = { text, toml: this.#toml ?? toml }
+    const file = { text: this.base.text, toml }
+    this.putAside(which === "file" ? mine : file)
+    return which === "file" ? file : mine
   }
 
-  /** The text that can be had instead of this one, if there is one. @param {string} text */
-  other(text) {
-    return this.#others.findLast((each) => each.text !== text) ?? null
+  /** What can be had instead of this, if there is anything. @param {Work} work */
+  other(work) {
+    return this.#others.findLast((each) => !isSame(each, work)) ?? null
   }
 
-  /** The other text. Both are kept, and this one's turn comes last. @param {string} text */
-  swap(text) {
-    const other = this.other(text)
-    if (!other) return text
-    const own = this.#others.find((each) => each.text === text) ?? { text, time: Date.now() }
-    this.#others = [own, ...this.#others.filter((each) => each.text !== text)]
-    return other.text
+  /** The other one. Both are kept, and this one's turn comes last. @param {Work} work @returns {Work} */
+  swap(work) {
+    const other = this.other(work)
+    if (!other) return work
+    const own = this.#others.find((each) => isSame(each, work)) ?? { ...work, time: Date.now() }
+    this.#others = [own, ...this.#others.filter((each) => !isSame(each, work))]
+    return other
   }
 
-  /** Drops the other text. @param {string} text that stays */
-  drop(text) {
-    const other = this.other(text)
-    this.#others = this.#others.filter((each) => each !== other && each.text !== text)
+  /** Keeps what is about to be replaced. @param {Work} work */
+  putAside(work) {
+    this.#others = [...this.#others.filter((each) => !isSame(each, work)), { ...work, time: Date.now() }]
   }
 
-  /** This text is in the file now, as revision. @param {string} text @param {string} revision */
-  wrote(text, revision) {
-    this.base = { ...this.base, text, revision }
-    this.#others = this.#others.filter((each) => each.text !== text)
+  /** Drops the other one. @param {Work} work that stays */
+  drop(work) {
+    const other = this.other(work)
+    this.#others = this.#others.filter((each) => each !== other && !isSame(each, work))
+  }
+
+  /** This is saved now, as revision. @param {Work} work @param {string} revision */
+  wrote(work, revision) {
+    this.base = { ...this.base, text: work.text, revision }
+    this.#others = this.#others.filter((each) => !isSame(each, work))
   }
 
   /**
    * Keeps what is not in the file, across reloads and the end of the browser.
-   * @param {string} text
+   * @param {Work} work
    */
-  keep(text) {
+  keep({ text, toml }) {
     try {
-      if (this.isSaved(text) && !this.#others.length) localStorage.removeItem(this.#key)
+      const saved = this.isSaved(text)
+      if (saved && !this.#others.length) localStorage.removeItem(this.#key)
       else {
         const { path, revision } = this.base
+        const own = this.changed ? (this.#toml ?? toml) : toml
         /** @type {Kept} */
-        const kept = { path, text, revision, others: this.#others, time: Date.now() }
+        const kept = { path, text, toml: own, revision, others: this.#others, saved, time: Date.now() }
         localStorage.setItem(this.#key, JSON.stringify(kept))
       }
       this.isKept = true
+      for (const key of this.#left.splice(0)) localStorage.removeItem(key)
     } catch {
       this.isKept = false
     }
@@ -136,24 +159,34 @@ function tab() {
 }
 
 /**
- * The latest text that another tab has left unsaved, and what was put aside there. From now on, this tab keeps it; a tab that still has it keeps it too.
- * @param {Source} source
- * @returns {Other[]}
+ * What links have replaced and, for a tab that has nothing of its own, what the latest other tab has left that is not in the
+ * file. From now on, this tab keeps it; a tab that still has it keeps it too.
+ * @param {string} path
+ * @param {Work | null} file
+ * @returns {{ key: string, kept: Kept }[]} the latest last
  */
-function adopted({ path, text }) {
+function left(path, file) {
   try {
     const found = Object.keys(localStorage)
       .filter((key) => key.startsWith(KEY))
-      .map((key) => ({ key, kept: read(key) }))
-      .filter(({ kept }) => kept?.path === path && (kept.text !== text || kept.others.length))
-      .sort((one, two) => (two.kept?.time ?? 0) - (one.kept?.time ?? 0))[0]
-    if (!found?.kept) return []
-    localStorage.removeItem(found.key)
-    const { others, ...own } = found.kept
-    return [...others, { text: own.text, time: own.time }].filter((each) => each.text !== text)
+      .flatMap((key) => {
+        const kept = read(key)
+        return kept?.path === path ? [{ key, kept }] : []
+      })
+      .sort((one, two) => one.kept.time - two.kept.time)
+    const replaced = found.filter(({ key }) => key.startsWith(REPLACED))
+    if (!file) return replaced
+    const hasMore = (/** @type {Kept} */ kept) => kept.others.length > 0 || (!kept.saved && !isSame(kept, file))
+    const tabs = found.filter(({ key, kept }) => !key.startsWith(REPLACED) && hasMore(kept))
+    return [...tabs.slice(-1), ...replaced]
   } catch {
     return []
   }
+}
+
+/** Whether both are the same, as far as is known: what earlier pages kept has no improv.toml. @param {Work} one @param {Work} other */
+function isSame(one, other) {
+  return one.text === other.text && (one.toml === undefined || other.toml === undefined || one.toml === other.toml)
 }
 
 /**

@@ -10,6 +10,7 @@ import { Moves } from "./moves.js"
 import { Offers } from "./completions.js"
 import { Points } from "./code-points.js"
 import { Saving } from "./saving.js"
+import { toml } from "../net/backend.js"
 import { Tooltip } from "./tooltip.js"
 
 /** @import { Request } from "../net/requests.js" */
@@ -82,6 +83,8 @@ export class Editor {
       getText: () => this.#text,
       set: (text) => this.#set(text),
       replace: (text) => this.#replace(text),
+      getToml: toml.get,
+      setToml: toml.set,
       wrote: () => this.#showMistakes(),
       changes: () => {
         starts.finish()

@@ -4,6 +4,7 @@
 import { Draft } from "./draft.js"
 import { find } from "../base/elements.js"
 
+/** @import { Work } from "./draft.js" */
 /** @import { Request } from "../net/requests.js" */
 /** @import { Messages } from "../net/messages.js" */
 /**
@@ -11,6 +12,8 @@ import { find } from "../base/elements.js"
  * @property {() => string} getText
  * @property {(text: string) => void} set puts another program's text in
  * @property {(text: string) => void} replace puts a text in that somebody has chosen
+ * @property {() => string | undefined} getToml the improv.toml that this browser keeps with the program; none behind a server
+ * @property {(toml: string) => void} setToml
  * @property {() => void} wrote the text is about to be saved
  * @property {() => boolean} changes whether the text is about to change by itself: it is saved after that
  */
@@ -22,10 +25,12 @@ export class Saving {
   /** @type {Draft | null} */
   #draft = null // from when the server says that the program may be written here
   #number = 0 // of texts that were saved
-  /** @type {string | null} */
-  #writing = null // the text that is just being saved
+  /** @type {Work | null} */
+  #writing = null // what is just being saved
   #again = false // save once more as soon as that is done
   #problem = "" // why the text could not be saved
+  /** @type {Work | null} */
+  #brought = null // what took the place of what was on the page
 
   /**
    * `send` asks the server for something.
@@ -38,9 +43,12 @@ export class Saving {
     find("write").addEventListener("click", () => this.write())
     find("use-file").addEventListener("click", () => this.#choose("file"))
     find("keep-mine").addEventListener("click", () => this.#choose("mine"))
-    find("swap").addEventListener("click", () => this.#draft && page.replace(this.#draft.swap(page.getText())))
+    find("swap").addEventListener("click", () => {
+      if (this.#draft) this.#put(this.#draft.swap(this.#work))
+      this.show() // the text may be the same as before
+    })
     find("forget").addEventListener("click", () => {
-      this.#draft?.drop(page.getText())
+      this.#draft?.drop(this.#work)
       this.show()
     })
     addEventListener("keydown", (event) => {
@@ -49,7 +57,7 @@ export class Saving {
       event.preventDefault()
       if (!event.repeat) this.write()
     })
-    addEventListener("pagehide", () => this.#draft?.keep(page.getText()))
+    addEventListener("pagehide", () => this.#draft?.keep(this.#work))
     addEventListener("beforeunload", (event) => {
       if (this.#draft && !this.#draft.isKept && !this.isSaved) event.preventDefault()
     })
@@ -65,8 +73,28 @@ export class Saving {
     return this.#page.getText()
   }
 
-  /** Puts another text in its place. @param {string} text */
-  replace(text) {
+  /** What is on the page. */
+  get #work() {
+    return { text: this.#page.getText(), toml: this.#page.getToml() }
+  }
+
+  /**
+   * Puts another text in its place and, on a website, another improv.toml. Only the text can be undone, so one's own of both
+   * are kept.
+   * @param {string} text
+   * @param {string} [toml]
+   */
+  replace(text, toml) {
+    const work = this.#work
+    const isBrought = work.text === this.#brought?.text && work.toml === this.#brought.toml
+    if (toml !== undefined && toml !== work.toml && work.toml && !isBrought) this.#draft?.putAside(work)
+    this.#brought = { text, toml: toml ?? work.toml }
+    this.#put(this.#brought)
+  }
+
+  /** @param {Work} work */
+  #put({ text, toml }) {
+    if (toml !== undefined && toml !== this.#page.getToml()) this.#page.setToml(toml)
     this.#page.replace(text)
   }
 
@@ -77,7 +105,7 @@ export class Saving {
   /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
   takeSource(source) {
     if (this.#draft) {
-      const text = this.#draft.take(source, this.#page.getText(), this.#writing)
+      const text = this.#draft.take(source, this.#page.getText(), this.#writing?.text ?? null)
       if (text !== null) this.#page.set(text)
       this.show()
       return false
@@ -86,7 +114,7 @@ export class Saving {
     document.body.classList.add("editing")
     find("file-name").textContent = source.path.split(/[\\/]/).at(-1) ?? ""
     find("file-name").title = source.path
-    this.#page.set(this.#draft.begin())
+    this.#page.set(this.#draft.begin(this.#page.getToml()))
     this.show()
     return true
   }
@@ -124,9 +152,9 @@ export class Saving {
     }
     this.#again = this.#writing !== null
     if (this.#again) return
-    this.#writing = this.#page.getText()
+    this.#writing = this.#work
     this.#problem = ""
-    this.#send({ type: "write", number: ++this.#number, text: this.#writing, revision: this.#draft.base.revision })
+    this.#send({ type: "write", number: ++this.#number, text: this.#writing.text, revision: this.#draft.base.revision })
     this.#page.wrote()
     this.show()
   }
@@ -140,7 +168,8 @@ export class Saving {
   show() {
     const draft = this.#draft
     if (!draft) return
-    draft.keep(this.#page.getText())
+    const work = this.#work
+    draft.keep(work)
     const saved = this.isSaved
     const unsaved = draft.isKept ? "not saved yet" : "not saved: this browser keeps nothing"
     const state = this.#writing !== null ? "saving…" : saved ? "saved" : unsaved
@@ -148,21 +177,27 @@ export class Saving {
     find("file-state").classList.toggle("wrong", this.#problem !== "" || (!saved && !draft.isKept))
     find("write").setAttribute("aria-disabled", String(!this.#connected))
     const { changed } = draft
-    const other = draft.other(this.#page.getText())
+    const other = draft.other(work)
     find("versions").hidden = !changed && !other
     find("versions-text").textContent = changed
       ? `Another program has changed ${find("file-name").textContent}, and your text is not saved. Choose one: the other is kept here.`
-      : `Another text, from ${when(other?.time ?? 0)}, is kept in this browser until you forget it.`
+      : `Another ${called(work, other)}, from ${when(other?.time ?? 0)}, is kept in this browser until you forget it.`
     for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
     for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)
   }
 
   /** @param {"file" | "mine"} which */
   #choose(which) {
-    if (this.#draft) this.#page.replace(this.#draft.choose(which, this.#page.getText()))
+    if (this.#draft) this.#put(this.#draft.choose(which, this.#work))
     this.#problem = ""
     this.show() // the text may be the same as before
   }
+}
+
+/** How the other one differs. @param {Work} work @param {Work | null} other */
+function called(work, other) {
+  if (other?.text === work.text) return "improv.toml"
+  return other?.toml && other.toml !== work.toml ? "text with its improv.toml" : "text"
 }
 
 /** A time of today, or a day with its time. @param {number} time */

@@ -8,7 +8,6 @@ import { Guide } from "../website/guide.js"
 import { isWebsite } from "../net/backend.js"
 import { Share } from "../website/share.js"
 import { offerStarters } from "../website/starters.js"
-import { getToml, setToml } from "../net/worker-backend.js"
 import { WordRow } from "./word-row.js"
 
 /** @import { Saving } from "./saving.js" */
@@ -21,8 +20,7 @@ export function offerHelp(saving, getBeat) {
   new WordRow(findA("text", HTMLTextAreaElement))
   if (isWebsite) {
     const play = (/** @type {string} */ text, toml = "") => {
-      if (toml !== getToml()) setToml(toml)
-      saving.replace(text)
+      saving.replace(text, toml)
       saving.write()
     }
     new Examples(play)

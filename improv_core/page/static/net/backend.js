@@ -2,7 +2,7 @@
 // Where Improv runs: behind a server, or on a website, in a worker of this browser.
 
 import { connect as connectToServer } from "./connection.js"
-import { connect as connectToWorker, drawPaths } from "./worker-backend.js"
+import { connect as connectToWorker, drawPaths, getToml, setToml } from "./worker-backend.js"
 import { fetchPaths } from "../controls/export.js"
 import * as songs from "./fetch-song.js"
 
@@ -19,3 +19,6 @@ export const fetchSong = isWebsite ? songs.fetchFromGallery : songs.fetchSong
 
 /** Promises the Unix time of what plays, in seconds. */
 export const fetchTime = isWebsite ? songs.ownTime : songs.fetchTime
+
+/** The improv.toml that this browser keeps with the program: none behind a server, which has a file. */
+export const toml = isWebsite ? { get: getToml, set: setToml } : { get: () => undefined, set: () => false }

@@ -3,7 +3,7 @@
 
 import { read } from "./messages.js"
 import { Stops } from "./stops.js"
-import { withToken } from "./token.js"
+import { framed, withToken } from "./token.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
@@ -14,16 +14,16 @@ const LONGEST_DELAY = 3000
 
 /**
  * Keeps a connection. `onChange` gets "refused" if the server expects another token. `onStop` gets whether a stop has
- * been waiting for a while to be confirmed. Returns a function that sends a request; while there is no connection, it
+ * been waiting for a while to be confirmed, and for whom if that is known. Returns a function that sends a request; while there is no connection, it
  * sends only stops, until one is confirmed.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @param {(waits: boolean) => void} onStop
+ * @param {(waits: boolean, who: string) => void} onStop
  * @returns {(request: Request) => void}
  */
 export function connect(onMessage, onChange, onStop) {
   const stops = new Stops(onStop)
-  const address = withToken("live", { page: stops.page })
+  const address = withToken("live", { page: stops.page, ...(framed && { framed: "true" }) })
   address.protocol = address.protocol.replace("http", "ws")
   /** @type {WebSocket} */
   let socket

@@ -19,7 +19,7 @@ export class Stops {
   #again = 0 // the timer
   #late = 0 // the timer
 
-  /** @param {(waits: boolean) => void} onWait gets whether a stop has been waiting for a while */
+  /** @param {(waits: boolean, who: string) => void} onWait gets whether a stop has been waiting for a while, and for whom */
   constructor(onWait) {
     this.#onWait = onWait
   }
@@ -31,7 +31,7 @@ export class Stops {
 
   /** Somebody stops the robots. The number of this stop. */
   press() {
-    if (!this.waiting) this.#late = window.setTimeout(() => this.#onWait(true), LATE)
+    if (!this.waiting) this.#late = window.setTimeout(() => this.#onWait(true, ""), LATE)
     this.#pressed++
     if (this.#ended) this.end()
     else this.#send()
@@ -60,7 +60,9 @@ export class Stops {
     const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(PATIENCE) }
     const answer = await fetch(address, options).catch(() => null)
     this.#asked--
+    const who = answer?.status === 202 ? await answer.text().catch(() => "") : ""
     if (answer?.status === 204) this.#confirm(number)
+    else if (who && number === this.waiting) this.#onWait(true, who)
   }
 
   /** @param {number} number of a stop that was obeyed, and with it all earlier ones */
@@ -69,6 +71,6 @@ export class Stops {
     if (this.waiting) return
     clearTimeout(this.#again)
     clearTimeout(this.#late)
-    this.#onWait(false)
+    this.#onWait(false, "")
   }
 }

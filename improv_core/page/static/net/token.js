@@ -8,13 +8,15 @@ import { findA } from "../base/elements.js"
 const KEY = "improv.token"
 const given = findA("token", HTMLMetaElement).content
 
-const framed = window.top !== window.self
+/** Whether this page is in a frame, as in VS Code. */
+export const framed = window.top !== window.self
 
 /** Empty if the page was opened without a valid ticket, and this browser has no token for it. */
 export const token = framed ? given : given ? keep(given) : kept()
 
-// The ticket is used up. Without it, the address can be reloaded and bookmarked.
-if (location.search) history.replaceState(null, "", location.pathname)
+// The ticket is used up. Without it, the address can be reloaded and bookmarked. On a website, what others put there goes,
+// and the dance of a link stays.
+if (location.search) history.replaceState(null, "", location.pathname + location.hash)
 
 /** @param {string} token */
 function keep(token) {

@@ -30,7 +30,7 @@ let beat = 0 // at which the program begins when it is first played as it was op
  * request.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @param {(waits: boolean) => void} onStop
+ * @param {(waits: boolean, who: string) => void} onStop
  * @param {(line: string) => void} onLoad
  * @returns {(request: Request) => void}
  */
@@ -47,7 +47,8 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     worker = new Worker(new URL(address, document.baseURI), { type: "module" })
     worker.onmessage = (event) => take(event.data)
     worker.onerror = () => onLoad("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
-    worker.postMessage({ program: { ...program, beat } })
+    const { text, revision, toml } = program
+    worker.postMessage({ program: { text, revision, toml, beat } })
   }
 
   /** @param {FromWorker} said */
@@ -55,7 +56,8 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     if ("message" in said) {
       const message = read(said.message)
       if (message?.type === "source") {
-        program = { ...program, text: message.text, revision: message.revision }
+        const linked = program.linked && message.text === program.text
+        program = { ...program, text: message.text, revision: message.revision, linked }
         isKept = keep(program)
         if (!isKept) return // for the page, the text stays unsaved
       }
@@ -73,7 +75,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
 
   function press() {
     pressed++
-    if (!timers.length) timers = [window.setTimeout(() => onStop(true), LATE), window.setTimeout(replace, HUNG)]
+    if (!timers.length) timers = [window.setTimeout(() => onStop(true, ""), LATE), window.setTimeout(replace, HUNG)]
     return pressed
   }
 
@@ -83,7 +85,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     if (obeyed < pressed) return
     timers.forEach(clearTimeout)
     timers = []
-    onStop(false)
+    onStop(false, "")
   }
 
   function replace() {
@@ -138,7 +140,7 @@ export const getToml = () => program.toml
 
 /** Has the program use another improv.toml. Returns whether this browser had room for it. @param {string} toml */
 export function setToml(toml) {
-  program = { ...program, toml }
+  program = { ...program, toml, linked: false }
   worker?.postMessage({ toml })
   return keep(program)
 }

@@ -2,6 +2,7 @@
 // Sends the dance to the teacher of a class. Only on a website that the server of a class shows.
 
 import { find, findA } from "../base/elements.js"
+import { decoded } from "./link.js"
 
 /** @import { Saving } from "../editor/saving.js" */
 
@@ -27,7 +28,7 @@ export class Class {
     find("class-join").addEventListener("click", () => this.#join())
     find("class-close").addEventListener("click", () => this.#dialog.close())
     this.#dialog.addEventListener("keydown", (event) => event.key === "Enter" && event.target !== find("class-close") && this.#join())
-    const code = IN_LINK.exec(location.hash)?.[1]
+    const code = IN_LINK.exec(decoded(location.hash))?.[1]
     if (!code) return
     this.#code.value = code
     history.replaceState(null, "", location.pathname)

@@ -33,11 +33,12 @@ export const isTooLong = (link) => link.length > LONGEST
  * @returns {Promise<Work | string | null>}
  */
 export async function workIn(fragment) {
-  if (!fragment.startsWith(`#${KEY}`)) return null
+  const link = decoded(fragment)
+  if (!link.startsWith(`#${KEY}`)) return null
   /** @type {unknown} */
   let found
   try {
-    const bytes = await piped(fromBase64(fragment.slice(KEY.length + 1)), new DecompressionStream("deflate-raw"), MOST)
+    const bytes = await piped(fromBase64(link.slice(KEY.length + 1)), new DecompressionStream("deflate-raw"), MOST)
     if (!bytes) return STRANGE
     found = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes))
   } catch {
@@ -48,6 +49,20 @@ export async function workIn(fragment) {
   const { text, toml = "", beat = 0 } = /** @type {Record<string, unknown>} */ (found)
   if (typeof text !== "string" || typeof toml !== "string" || typeof beat !== "number" || !(beat >= 0)) return STRANGE
   return HIDDEN.test(text) || HIDDEN.test(toml) ? STRANGE : { text, toml, beat }
+}
+
+/**
+ * A fragment as it was made: some programs that pass links on write `=` as `%3D`, or even as `%253D`.
+ * @param {string} fragment
+ */
+export function decoded(fragment) {
+  let link = fragment
+  try {
+    for (let times = 0; times < 3; times++) link = decodeURIComponent(link)
+  } catch {
+    // it has a % of its own
+  }
+  return link
 }
 
 /**

@@ -1,10 +1,10 @@
 // @ts-check
 // The program of a website's page: there is no file, so this browser keeps it. A link may bring another one.
 
+import { REPLACED } from "../editor/draft.js"
 import { workIn } from "./link.js"
 
 const KEY = "improv.program"
-const DRAFT = "improv.draft.before a link"
 const FIRST = `# A robot, a dollar sign, and what the robot does. Change it and play it again.
 beat 60
 turtle1 $ repeat 4 (forward left)
@@ -12,16 +12,20 @@ turtle1 $ repeat 4 (forward left)
 
 const NO_ROOM = "this browser has no room for another dance: save yours as a file, with Share, and open the link again"
 
-/** @typedef {{ text: string, revision: string, toml: string }} Program how it was saved last, and its improv.toml */
+/**
+ * How a program was saved last, its improv.toml, and whether a link brought both, and nobody has changed them since then.
+ * @typedef {{ text: string, revision: string, toml: string, linked?: boolean }} Program
+ */
 
 export const path = "dance.improv"
 
 /**
  * The program to begin with, the beat at which it begins first, and a line if the address holds one that can't be
- * opened. What a link brings takes the place of what was kept, which the page then offers.
+ * opened. What a link brings takes the place of what was kept, which the page then offers, unless that came by a link, too.
  * @returns {Promise<{ program: Program, beat: number, problem: string }>}
  */
 export async function openProgram() {
+  addEventListener("hashchange", async () => (await workIn(location.hash)) !== null && location.reload())
   const kept = find()
   const work = await workIn(location.hash)
   if (work === null) return { program: kept ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
@@ -29,10 +33,12 @@ export async function openProgram() {
   const stay = (/** @type {string} */ problem) => ({ program: kept ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
   if (typeof work === "string") return stay(work)
   const revision = String(Number(kept?.revision ?? 0) + 1)
-  const program = { text: work.text, revision, toml: work.toml }
-  if (kept && kept.text !== work.text) {
-    const before = { path, text: kept.text, revision: kept.revision, others: [], time: Date.now() }
-    if (!store(DRAFT, before)) return stay(NO_ROOM)
+  const own = kept && !kept.linked ? kept : null
+  const isSame = own?.text === work.text && own.toml === work.toml
+  const program = { text: work.text, revision, toml: work.toml, linked: !isSame }
+  if (own && !isSame) {
+    const before = { path, ...own, others: [], time: Date.now() }
+    if (!store(`${REPLACED} ${own.revision}`, before)) return stay(NO_ROOM)
   }
   keep(program)
   return { program, beat: work.beat, problem: "" }
@@ -56,9 +62,9 @@ function store(key, value) {
 /** @returns {Program | null} */
 function find() {
   try {
-    const { text, revision, toml = "" } = JSON.parse(localStorage.getItem(KEY) ?? "null")
+    const { text, revision, toml = "", linked = false } = JSON.parse(localStorage.getItem(KEY) ?? "null")
     const fits = typeof text === "string" && typeof toml === "string" && /^\d{1,15}$/.test(revision)
-    return fits ? { text, revision, toml } : null
+    return fits ? { text, revision, toml, linked: linked === true } : null
   } catch {
     return null
   }

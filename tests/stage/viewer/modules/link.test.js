@@ -22,8 +22,14 @@ test("a link holds the program, its improv.toml, and the beat", async () => {
   }
 })
 
+test("a link that a program has encoded once more on its way is opened", async () => {
+  const work = { text: "ada $ forward\n", toml: "", beat: 0 }
+  const fragment = await fragmentOf(work)
+  for (const equals of ["%3D", "%3d", "%253D"]) assert.deepEqual(await workIn(fragment.replace("=", equals)), work)
+})
+
 test("other fragments are not links", async () => {
-  for (const fragment of ["", "#", "#top", "#dance"]) assert.equal(await workIn(fragment), null)
+  for (const fragment of ["", "#", "#top", "#dance", "#%", "#100%3D"]) assert.equal(await workIn(fragment), null)
 })
 
 test("what isn't a dance is not opened, and one line says so", async () => {

@@ -1,0 +1,54 @@
+"""The poses of robots at a beat that playback jumps to. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+
+from improv_core.score.budget import Budget, TooLongError
+from improv_core.score.joints import moved_parts
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Exact
+from improv_core.score.path import Paths
+from improv_core.score.performer import MOST_SKIPPED, performer_at
+from improv_core.score.score import Part, Score
+
+MOST_VISITED = 10_000
+"""The most parts of movements that are visited to find out where all robots are. It takes 0.1 s, or a little longer."""
+
+
+class TooFarError(Exception):
+    """Raised where it takes too long to find out what `robot` does at a beat."""
+
+    def __init__(self, robot: str) -> None:
+        super().__init__(robot)
+        self.robot = robot
+
+
+def known_poses(parts: Collection[Part], beat: Exact, paths: Paths) -> dict[str, Pose]:
+    """Return the ideal poses of robots at a beat, if no sense is true until then, as far as they are found soon."""
+    poses = {}
+    for part in parts:
+        with suppress(TooLongError):
+            poses[part.robot] = paths.pose(part, beat, Budget(MOST_VISITED // len(parts)))
+    return poses
+
+
+def arrive(score: Score, beat: Exact, paths: Paths) -> Mapping[str, Pose]:
+    """Return the ideal poses of all robots at a beat, if no sense is true until then.
+
+    Raises TooFarError if it takes too long to find one out, or what a robot plays there.
+    """
+    visits, changes = Budget(MOST_VISITED), Budget(MOST_SKIPPED)
+    scene, _ = score.scene_at(beat)
+    poses = {}
+    for robot, part in score.parts.items():
+        begins, performed, left = score.begins(robot, scene), part.of_scene(scene), changes.left
+        try:
+            if performed.open and begins < beat:
+                performer_at(performed, begins, beat, changes)
+                changes.spend((left - changes.left) * len(moved_parts(part)))  # which perform the same
+            poses[robot] = paths.pose(part, beat, visits)
+        except TooLongError as error:
+            raise TooFarError(robot) from error
+    return poses

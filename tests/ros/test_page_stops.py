@@ -1,0 +1,84 @@
+"""A stop on the page of a simulator beside real robots: it is confirmed once the stage of the real ones has obeyed."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from urllib.parse import urlsplit
+
+import pytest
+
+from tests.page import live_behind
+from tests.processes import command_of, players
+from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
+from tests.ros.dance import Server, dances, still
+
+pytestmark = pytest.mark.slow("starts a server and its stages, and robots drive")
+
+Press = Callable[[], tuple[int, str]]
+"""Sends the stop of a page, or sends it again: the status of the answer, and who has yet to obey."""
+
+
+@contextmanager
+def dancing(env: Mapping[str, str], robot: Listener, *, standby: bool = True) -> Iterator[tuple[Server, int, Press]]:
+    """A server, its stage of real robots, which move, and a page."""
+    with Server(env, backend="both", standby=standby) as server:
+        dances(server, robot)
+        (stage,) = (pid for pid in players(server.pid) if b"stage\0--sink\0ros" in command_of(pid))
+        url = server.client.request("workspace/executeCommand", {"command": "improv.page"})
+        live = urlsplit(live_behind(url))
+
+        def press() -> tuple[int, str]:
+            connection = http.client.HTTPConnection(live.netloc, timeout=LIMIT)
+            headers = {"Origin": f"http://{live.netloc}"}
+            connection.request("POST", f"/stop?{live.query}&page=p&number=1", headers=headers)
+            answer = connection.getresponse()
+            return answer.status, answer.read().decode()
+
+        yield server, stage, press
+
+
+def confirmed(press: Press) -> None:
+    """Send it again as a page does, until it is confirmed."""
+    end = time.monotonic() + LIMIT
+    while (answer := press()) != (204, ""):
+        assert answer == (202, "the real robots")
+        assert time.monotonic() < end
+
+
+@pytest.fixture
+def turtle(listen: Listen) -> Listener:
+    return listen("/turtle1/cmd_vel")
+
+
+def test_a_halted_stage_of_real_robots_has_not_obeyed_a_stop_until_it_continues(
+    turtle: Listener, alone: Mapping[str, str]
+) -> None:
+    patient = {**alone, **with_limits(protocol__limits__HANG_LIMIT=LIMIT)}
+    with dancing(patient, turtle, standby=False) as (_, stage, press):  # which would kill it
+        os.kill(stage, signal.SIGSTOP)
+        assert press() == (202, "the real robots")
+        os.kill(stage, signal.SIGCONT)
+        confirmed(press)
+        turtle.wait(still)
+
+
+def test_the_stop_of_a_halted_stage_is_confirmed_once_another_one_has_stopped_its_robots(
+    turtle: Listener, alone: Mapping[str, str]
+) -> None:
+    with dancing(alone, turtle) as (server, stage, press):
+        os.kill(stage, signal.SIGSTOP)
+        assert press() == (202, "the real robots")
+        server.wait_for_line("a new one is stopping the robots")
+        confirmed(press)
+        turtle.wait(still)
+
+
+def test_a_stop_that_real_robots_have_obeyed_is_confirmed(turtle: Listener, alone: Mapping[str, str]) -> None:
+    with dancing(alone, turtle) as (_, _, press):
+        confirmed(press)
+        turtle.wait(still)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import select
+import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -102,3 +103,16 @@ def wait_until_full(pid: int, limit: float) -> None:
         assert time.monotonic() < end, f"process {pid} could write all that it had to say within {limit} s"
         time.sleep(0.001)  # nothing tells of a pipe that becomes full
     os.close(pipe)
+
+
+def wait_until_written(process: subprocess.Popen[str], folder: Path, limit: float) -> None:
+    """Wait until a process has written into a file that it has open in a folder, also one that has no name yet."""
+    end = time.monotonic() + limit
+    while not any(
+        file.readlink().is_relative_to(folder) and file.stat().st_size
+        for file in Path(f"/proc/{process.pid}/fd").iterdir()
+        if file.is_symlink()
+    ):
+        assert process.poll() is None
+        assert time.monotonic() < end, f"process {process.pid} has written nothing into {folder} within {limit} s"
+        time.sleep(0.01)  # nothing tells of a file without a name

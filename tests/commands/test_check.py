@@ -90,7 +90,7 @@ def project(tmp_path: Path) -> Path:
     (tmp_path / "improv.toml").write_text(ROBOTS)
     (tmp_path / "b.improv").write_text("r $ lft\n")
     (tmp_path / "notes.txt").write_text("r $ lft\n")
-    (tmp_path / "100%" / "a,b.improv").write_text("r $ left (\n")
+    (tmp_path / "100%" / "a,b.improv").write_text("d = left (\nr $ d ()\n")
     (tmp_path / "100%" / ".hidden" / "c.improv").write_text("r $ lft\n")
     return tmp_path
 
@@ -101,7 +101,7 @@ def test_check_takes_folders_and_reports_the_robots_of_several_programs_once(pro
         "b.improv:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?",
         f"{project}/improv.toml:2:9: error[robots] write `topic` as text, in quotes",
         "100%/a,b.improv:1:10: error[unclosed-bracket] close this bracket with `)`",
-        "100%/a,b.improv:1:10: warning[empty-group] `()` is empty: write a movement in it or remove it",
+        "100%/a,b.improv:2:7: warning[empty-group] `()` is empty: write a movement in it or remove it",
     ]
     assert (done.returncode, done.stderr) == (1, "")
 
@@ -156,8 +156,8 @@ def test_check_for_github_annotates_the_lines_of_a_pull_request(project: Path) -
         "::improv.toml:2:9: error[robots] write `topic` as text, in quotes",
         "::error title=unclosed-bracket,file=100%25/a%2Cb.improv,line=1,endLine=1,col=10,endColumn=11"
         "::100%25/a,b.improv:1:10: error[unclosed-bracket] close this bracket with `)`",
-        "::warning title=empty-group,file=100%25/a%2Cb.improv,line=1,endLine=1,col=10,endColumn=11"
-        "::100%25/a,b.improv:1:10: warning[empty-group] `()` is empty: write a movement in it or remove it",
+        "::warning title=empty-group,file=100%25/a%2Cb.improv,line=2,endLine=2,col=7,endColumn=9"
+        "::100%25/a,b.improv:2:7: warning[empty-group] `()` is empty: write a movement in it or remove it",
     ]
     assert done.returncode == 1
 

@@ -11,13 +11,13 @@ import time
 from pathlib import Path
 
 import pytest
-from watchfiles import watch
 
 from improv_core.commands.record import RecordError, record_live
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.session.start import Options
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, run, written
 from tests.page import connected, heard, live_behind
+from tests.processes import wait_until_written
 from tests.recordings import changes, read, read_joints
 from tests.stage_on_thread import USED, StageOnThread
 
@@ -98,11 +98,8 @@ def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -
 
 def test_terminated_while_it_computes_nothing_is_left(endless: Path, tmp_path: Path) -> None:
     process = start(endless, tmp_path / "x.mcap", "--for", "1e9")
-    for _ in watch(tmp_path, rust_timeout=100, yield_on_timeout=True):
-        # Not before something is written: Python's exit code differs if it is interrupted while it imports mcap.
-        if any(".mcap" in each.name and each.stat().st_size for each in tmp_path.iterdir()):
-            break
-        assert process.poll() is None
+    # Not before something is written: Python's exit code differs if it is interrupted while it imports mcap.
+    wait_until_written(process, tmp_path, LIMIT)
     process.send_signal(signal.SIGTERM)
     assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} was not written\n"
     assert process.returncode == 130

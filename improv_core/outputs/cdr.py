@@ -1,4 +1,4 @@
-"""Serialized messages with velocities, texts, poses, and what joints are told. Standard library only.
+"""Serialized ROS messages: velocities, texts, poses, and commands for joints. Standard library only.
 
 CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. A
 string is its length, its bytes, and a zero byte.
@@ -18,13 +18,13 @@ if TYPE_CHECKING:  # see __init__.py
     from improv_core.score.joints import JointMotion
 
 SECOND = 1_000_000_000
-"""In nanoseconds."""
+"""Nanoseconds in a second."""
 
 LARGEST = 1e9
-"""Of the numbers in a pose, in meters. With larger ones, sums and products could become infinite, or no numbers."""
+"""The largest number allowed in a pose, in meters. Sums and products of larger ones could become infinite or NaN."""
 
 MOST_JOINTS = 1_000
-"""That a message may say the positions of: more are no robot's."""
+"""The most joints that are read from one message. No robot has more."""
 
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
@@ -50,7 +50,7 @@ def string_of(message: bytes) -> str:
 
 
 def frame_field(frame: str) -> bytes:
-    """The `frame_id` of a header, for `stamped`: as long as it takes to align the velocity after it."""
+    """Return a `frame_id` for `stamped`, padded so that the velocity after it is aligned."""
     data = _string(frame)
     return data + bytes(-len(data) % 8)  # the stamp before it has eight bytes
 
@@ -61,15 +61,15 @@ def stamped(message: bytes, time: int, frame: bytes) -> bytes:
 
 
 def numbers_message(numbers: Sequence[float]) -> bytes:
-    """A std_msgs/Float64MultiArray with these numbers, and no layout."""
+    """A std_msgs/Float64MultiArray with these numbers and an empty layout."""
     return struct.pack(f"<4s3I4x{len(numbers)}d", _HEADER, 0, 0, len(numbers), *numbers)
 
 
 def trajectory_message(
     joints: tuple[str, ...], points: Sequence[tuple[float, Sequence[float], Sequence[float]]]
 ) -> bytes:
-    """A trajectory_msgs/JointTrajectory that begins when it comes: for each point, the seconds from then, and the
-    positions and velocities of these joints."""
+    """A trajectory_msgs/JointTrajectory that begins when it arrives. Each point has the seconds from then, and the
+    joints' positions and velocities."""
     body = bytearray(_trajectory_begin(joints))
     body += struct.pack("<I", len(points))
     for seconds, positions, velocities in points:
@@ -109,13 +109,13 @@ def joint_state_message(joints: Mapping[str, JointMotion], time: int) -> bytes:
 
 
 def stamp_in(message: bytes) -> int:
-    """The time in a message that begins with a header, in nanoseconds. It is 0 if nobody set it."""
+    """The time in a message that begins with a header, in nanoseconds; 0 if it has no stamp."""
     seconds, nanoseconds = struct.unpack_from(f"{'<' if message[1] & 1 else '>'}iI", message, len(_HEADER))
     return int(seconds * SECOND + nanoseconds)
 
 
 def frame_in(message: bytes) -> str:
-    """The frame in a message that begins with a header. Anything that is not text becomes replacement characters."""
+    """The frame in a message that begins with a header. Bytes that aren't text become replacement characters."""
     order = "<" if message[1] & 1 else ">"
     (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
     begin = len(_HEADER) + 12
@@ -123,10 +123,9 @@ def frame_in(message: bytes) -> str:
 
 
 def pose_in(message: bytes, texts: int) -> Pose | None:
-    """The pose in a message that begins with a stamp and so many texts; None if it is no pose.
+    """Return the pose in a message that begins with a stamp and then this many texts; None if it isn't a valid pose.
 
-    Nothing else in an odometry has to be read: it has 72 numbers more. Without an orientation, all four of its numbers
-    are 0.
+    An odometry has 72 more numbers, which nobody needs. If all four numbers of the orientation are 0, it has none.
     """
     order = "<" if message[1] & 1 else ">"
     place = 8  # after the stamp
@@ -145,8 +144,8 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
 
 
 def joints_in(message: bytes) -> dict[str, float]:
-    """The positions in a sensor_msgs/JointState, by joint. Those that are no numbers are left out, and so is all of a
-    message that can't be read."""
+    """The positions in a sensor_msgs/JointState, by joint, except those that aren't numbers; empty if the message can't
+    be read."""
     order, body = "<" if message[1] & 1 else ">", memoryview(message)[len(_HEADER) :]
     try:
         _, place = _text(body, 8, order)  # after the stamp
@@ -166,7 +165,7 @@ def joints_in(message: bytes) -> dict[str, float]:
 
 
 def _text(body: memoryview, place: int, order: str) -> tuple[str, int]:
-    """A text, and where it ends."""
+    """Return a text and the offset at which it ends."""
     (length,) = struct.unpack_from(f"{order}I", body, place)
     return bytes(body[place + 4 : place + 4 + length]).rstrip(b"\0").decode(errors="replace"), place + 4 + length
 

@@ -187,7 +187,7 @@ def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_
     with pair(hosts, True, ros_python, env, tmp_path, early=True) as both:
         assert f"{DEAF}\n" in both.doctor(DEAF)
         playing = both.improv("play", "--backend", "ros")
-        lines_until("look whether it hangs or started before its network was up", playing.stderr)
+        lines_until("check whether it hangs or started before its network was up", playing.stderr)
         playing.terminate()
         playing.communicate(timeout=LIMIT)
         both.robot.hear_all()

@@ -117,7 +117,7 @@ def test_everything_published(
         (publisher,) = [pid for pid in descendants(editor.pid) if "\0publisher\0" in command_of(pid)]
         os.kill(publisher, signal.SIGKILL)
         editor.wait_for_line(
-            "the process that publishes what plays has ended: it was killed: the next play starts another"
+            "the process that publishes the dance has ended: it was killed: the next play starts another"
         )
         editor.save(PROGRAM)
         position = watch("transport", lambda seen: seen["generation"] > position["generation"])

@@ -1,4 +1,5 @@
-"""What controllers of joints are told: which of them, and how a course becomes a trajectory that ends at rest."""
+"""Commands for controllers of joints: which controllers get them, and how a course becomes a trajectory that ends at
+rest."""
 
 from __future__ import annotations
 
@@ -40,12 +41,12 @@ HEAD = Channel((YAW, PITCH), "trajectory", "/ada/head")
 
 
 def course(*motions: tuple[float, float], since: float = 0.0) -> Course:
-    """How yaw and pitch move: positions and velocities."""
+    """Positions and velocities of yaw and pitch."""
     return Course(tuple(JointMotion(*motion) for motion in motions), since)
 
 
 def told(**motions: float) -> dict[str, JointMotion]:
-    """Velocities; where the stage believes that a joint is makes no difference."""
+    """Velocities. The positions that the stage assumes make no difference."""
     return {name: JointMotion(99.0, velocity) for name, velocity in motions.items()}
 
 
@@ -56,21 +57,23 @@ def told(**motions: float) -> dict[str, JointMotion]:
         (course((0, 1), (0, 0)), told(yaw=0), 0.5, course((0.5, 0), (0, 0), since=0.5)),
         (course((0, 1), (0, 0)), told(pitch=-1), 0.5, course((0.5, 1), (0, -1), since=0.5)),  # another part's joint
         (course((0, 1), (0, -1)), told(yaw=-1, pitch=0), 1, course((1, -1), (-1, 0), since=1)),
-        (course((1.5, 1), (0, 0)), {}, 3, course((2, 0), (0, 0), since=3)),  # at its limit, though nobody said so
+        (course((1.5, 1), (0, 0)), {}, 3, course((2, 0), (0, 0), since=3)),  # it reaches its limit without a command
         (course((2, 0), (0, 0)), told(yaw=1), 1, course((2, 0), (0, 0), since=1)),
         (course((2, 0), (0, 0)), told(yaw=-1), 1, course((2, -1), (0, 0), since=1)),
-        (course((2.5, 0), (0, 0)), told(yaw=-1), 1, course((2.5, -1), (0, 0), since=1)),  # beyond it: it doesn't jump
+        (course((2.5, 0), (0, 0)), told(yaw=-1), 1, course((2.5, -1), (0, 0), since=1)),  # beyond it: no jump back
         (course((2.5, 0), (0, 0)), told(yaw=1), 1, course((2.5, 0), (0, 0), since=1)),
-        (course((0, 0), (0, 0)), told(yaw=9), 1, course((0, 4), (0, 0), since=1)),  # not faster than it can
+        (course((0, 0), (0, 0)), told(yaw=9), 1, course((0, 4), (0, 0), since=1)),  # at most its highest speed
         (course((0, 0), (0, 0)), told(yaw=-9, pitch=-9), 1, course((0, -4), (0, -9), since=1)),
         (course((0, 1), (0, 0), since=8), told(yaw=1), 0, course((0, 1), (0, 0), since=0)),  # time starts over
     ],
 )
-def test_joints_that_are_told_something(before: Course, what: dict[str, JointMotion], at: float, after: Course) -> None:
+def test_commands_move_joints_within_their_limits(
+    before: Course, what: dict[str, JointMotion], at: float, after: Course
+) -> None:
     assert turned(HEAD, before, what, at) == after
 
 
-def test_a_course_begins_where_joints_are_and_ends_where_they_are_stopped() -> None:
+def test_a_course_begins_and_ends_at_the_positions_of_its_joints() -> None:
     assert standing(HEAD, {"pitch": 0.5, "yaw": -1, "other": 3}).motions == ((-1, 0), (0.5, 0))
     assert stopped(HEAD, course((0, 1), (0.9, 1), since=2), 0.5) == course((0.5, 0), (1, 0), since=2.5)
 
@@ -109,7 +112,7 @@ STATES = [
 def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
     yaw: tuple[float, float], pitch: float
 ) -> None:
-    """As a controller performs it."""
+    """Interpolated as a controller does."""
     begin = turned(HEAD, course(yaw, (0.95, pitch)), {}, 0.0)
     made = TrajectoryController(["yaw", "pitch"], [9, 9])
     given = [*trajectory(HEAD, begin)]
@@ -122,20 +125,20 @@ def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
             made.states(100 + tick / 1000), fastest, limits, strict=True
         ):
             assert least - 1e-9 <= position <= greatest + 1e-9
-            assert abs(velocity) <= most * 4 / 3 + 1e-9  # 4/3 only where a joint is at its limit before it can brake
+            assert abs(velocity) <= most * 4 / 3 + 1e-9  # 4/3 only if a joint reaches its limit before it can brake
     assert all(velocity == 0 for _, velocity in made.states(100 + HORIZON + 0.001))
 
 
-def test_by_the_time_of_a_simulation_joints_are_as_fast_as_there() -> None:
-    """At half speed, they go half as far in a second of ours, and as far in one of theirs."""
+def test_joints_are_as_fast_as_in_a_simulation_by_its_time() -> None:
+    """At half speed, they move half as far in a real second, and as far in a simulated one."""
     moving = course((0, 0.5), (0, 0))
     assert paced(moving, 0.5) == course((0, 1), (0, 0))
     assert paced(turned(HEAD, moving, {}, 1.0), 0.5) == course((0.5, 1), (0, 0), since=1)
     assert paced(moving, 1) is moving
 
 
-def test_a_stop_is_where_a_trajectory_is_by_then() -> None:
-    """What a controller does between two commands agrees with what it was told to have done."""
+def test_a_course_agrees_with_its_trajectory() -> None:
+    """The positions of a controller between two commands agree with those that Improv computes."""
     made = TrajectoryController(["yaw", "pitch"], [0, 0])
     now = standing(HEAD, {"yaw": 0, "pitch": 0})
     for at, what in [(1.0, told(yaw=1)), (1.05, {}), (1.1, told(pitch=-2)), (1.15, told(yaw=0)), (1.3, told(pitch=0))]:
@@ -209,7 +212,7 @@ ARMS = ("/ada/arm_controller/commands", "Float64MultiArray", ["shoulder", "elbow
         ),
     ],
 )
-def test_the_controllers_of_the_body_parts_that_a_program_moves(
+def test_only_controllers_of_moved_body_parts_are_used(
     program: str, toml: str, found: list[tuple[str, str, list[str]]]
 ) -> None:
     assert channels(program, toml) == found
@@ -243,16 +246,16 @@ NOWHERE: dict[str, float] = {}
         (None, {"yaw": 1}, "", None),
         (None, NOWHERE, "begins anew", None),
         (HERE, {"yaw": 1, "pitch": 0.5}, "", HERE),  # an arm that hangs must not sink
-        (HERE, {"yaw": 1, "pitch": 0.2}, "begins", course((1, 0), (0.2, 0))),  # somebody has turned it
+        (HERE, {"yaw": 1, "pitch": 0.2}, "begins", course((1, 0), (0.2, 0))),  # a person turned it
         (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins", HERE),  # it hangs by 3°
         (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins anew", course((0.15, 0), (0.2, 0))),
         (HERE, {"yaw": 0.15, "pitch": 0.2}, "anew", course((0.15, 0), (0.2, 0))),
-        (HERE, {"yaw": 1, "pitch": 0.2}, "begins anew moved", HERE),  # it has yet to come to rest
+        (HERE, {"yaw": 1, "pitch": 0.2}, "begins anew moved", HERE),  # it isn't at rest yet
         (HERE, NOWHERE, "begins anew", HERE),
         (course((0, 1), (0, 0)), {"yaw": 1, "pitch": 1}, "begins anew", course((0, 1), (0, 0))),
     ],
 )
-def test_where_joints_are_before_they_are_told_something(
+def test_a_course_starts_at_measured_or_commanded_positions(
     before: Course | None, measured: dict[str, float], how: str, after: Course | None
 ) -> None:
     flags = {"begins": "begins" in how, "anew": "anew" in how, "rests": "moved" not in how}
@@ -266,11 +269,11 @@ def test_where_joints_are_before_they_are_told_something(
         (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 1), (0, 0))),
         (course((0, 1), (0, 0)), course((1.9, 0), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 0), (0, 0))),  # a stop
         (course((0, 1), (0, 0)), course((0.5, 0), (0, 0)), {"yaw": (0.1, 0)}, course((0.1, 0), (0, 0))),
-        (course((0, 1), (0, 0)), course((0.5, 0), (0, 0)), {"yaw": (0.3, 0)}, None),  # it still comes there
+        (course((0, 1), (0, 0)), course((0.5, 0), (0, 0)), {"yaw": (0.3, 0)}, None),  # it still moves on to there
         (course((0, 0), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 0)}, course((0.2, 1), (0, 0))),
-        (course((0, -1), (0, 0)), course((0, 1), (0, 0)), {"yaw": (0.3, 0)}, None),  # it has yet to turn round
+        (course((0, -1), (0, 0)), course((0, 1), (0, 0)), {"yaw": (0.3, 0)}, None),  # it hasn't reversed yet
         (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"yaw": (0.2, 1.5)}, None),  # that was long ago
-        (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"pitch": (0.2, 0)}, None),  # what stands may hang
+        (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {"pitch": (0.2, 0)}, None),  # joints that stand may hang
         (course((0, 1), (0, 0)), course((1.9, 1), (0, 0)), {}, None),
         (course((0, 1), (0, 0)), course((0, 1), (0, 0)), {"yaw": (2, 0)}, course((2, 0), (0, 0))),  # at its limit
     ],
@@ -278,22 +281,22 @@ def test_where_joints_are_before_they_are_told_something(
 def test_a_joint_that_something_held_back_continues_from_where_it_is(
     before: Course, now: Course, measured: dict[str, tuple[float, float]], after: Course | None
 ) -> None:
-    """Otherwise it would jump as soon as it is let go. `measured` is where joints were, and how many seconds ago."""
+    """Otherwise it would jump when released. `measured` has each joint's position and its age in seconds."""
     assert let_go(HEAD, before, now, measured) == (after or now)
 
 
-def test_a_velocity_controller_has_no_place_to_jump_to() -> None:
+def test_velocity_controllers_never_jump() -> None:
     channel = Channel((YAW, PITCH), "velocity", "/ada/head")
     now = course((2, 1), (0, 0))
     assert let_go(channel, now, now, {"yaw": (0, 0)}) == now
 
 
-def test_velocities_can_be_told_to_joints_that_nobody_measures() -> None:
+def test_velocities_need_no_measured_positions() -> None:
     channel = Channel((YAW, PITCH), "velocity", "/ada/head")
     assert present(channel, None, NOWHERE, begins=True, anew=True, rests=True) == course((0, 0), (0, 0))
 
 
-def test_messages_count_from_where_the_encoders_of_a_joint_do() -> None:
+def test_messages_have_the_positions_of_a_joints_encoders() -> None:
     joints = replace(YAW, offset=0.5), PITCH
     motions = course((1, 2), (0.5, 0))
     positions, velocities = [0.5, 0.5], [2, 0]
@@ -322,7 +325,7 @@ def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() 
     assert [*stopped(way, now, 0.25).motions[0]] == pytest.approx([-0.3, 0])
 
 
-def test_joints_that_have_no_way_home() -> None:
-    """Without a highest speed; velocities, which don't stop by themselves."""
+def test_some_joints_have_no_way_home() -> None:
+    """They lack a highest speed, or have a velocity controller, which doesn't stop by itself."""
     assert way_home(HEAD, course((0, 0), (0.1, 0))) is None
     assert way_home(Channel((YAW,), "velocity", "/t"), Course((JointMotion(0.1, 0),))) is None

@@ -1,4 +1,4 @@
-"""What messages say about a sense, including those that no sensor should send."""
+"""Values of senses in messages, including messages that no sensor should send."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RANGE = Topic("/range", "sensor_msgs/Range", below=0.5)
 
 
 def scan(ranges: dict[int, float] | list[float], first: float = -180, step: float = 1, **other: float) -> Any:
-    """A scan from an angle on, in degrees; of a dict by angle, all other readings of the turn are 2 m."""
+    """A scan from an angle on, in degrees. In a dict by angle, all other readings of the turn are 2 m."""
     angles = [(round(first + place * step) + 180) % 360 - 180 for place in range(360)]
     readings = [ranges.get(angle, 2.0) for angle in angles] if isinstance(ranges, dict) else ranges
     start, increment = (array("f", [math.radians(each)])[0] for each in (first, step))
@@ -33,11 +33,11 @@ def scan(ranges: dict[int, float] | list[float], first: float = -180, step: floa
 @pytest.mark.parametrize(
     ("angle", "expected"), [(0, True), (30, True), (-30, True), (31, False), (-31, False), (180, False)]
 )
-def test_the_sector_of_a_scan(angle: int, expected: bool, first: float, step: float) -> None:
+def test_the_sector_of_a_scan_is_found(angle: int, expected: bool, first: float, step: float) -> None:
     assert holds(AHEAD, scan({angle: 0.4}, first, step)) is expected
 
 
-def test_a_sector_behind_the_robot() -> None:
+def test_a_sector_may_be_behind_the_robot() -> None:
     behind = replace(AHEAD, start=math.radians(150), end=math.radians(210))
     for first in (-180, 0):
         assert holds(behind, scan({-170: 0.4}, first)) is True
@@ -62,7 +62,7 @@ def test_a_sector_behind_the_robot() -> None:
         ([], None, None),
     ],
 )
-def test_readings_of_a_scan(readings: Any, below: bool | None, above: bool | None) -> None:
+def test_readings_of_a_scan_are_compared(readings: Any, below: bool | None, above: bool | None) -> None:
     assert holds(AHEAD, scan(readings)) is below
     assert holds(replace(AHEAD, below=None, above=0.5), scan(readings)) is above
 
@@ -88,7 +88,7 @@ def test_readings_of_a_scan(readings: Any, below: bool | None, above: bool | Non
         (scan([INF] * 360, range_min=INF), None),
     ],
 )
-def test_scans_that_no_sensor_should_send(wrong: Any, expected: bool | None) -> None:
+def test_malformed_scans_are_read_safely(wrong: Any, expected: bool | None) -> None:
     assert holds(AHEAD, wrong) is expected
 
 
@@ -113,12 +113,12 @@ def test_no_scan_raises(readings: list[float], first: float, step: float, least:
         (INF, 1.0, 1.0, False),
     ],
 )
-def test_ranges(reading: float, least: float, most: float, expected: bool | None) -> None:
+def test_ranges_are_compared(reading: float, least: float, most: float, expected: bool | None) -> None:
     assert holds(RANGE, SimpleNamespace(range=reading, min_range=least, max_range=most)) is expected
 
 
 @pytest.mark.parametrize(("value", "expected"), [(-1.0, True), (0.0, False), (NAN, None), (INF, False), (-INF, True)])
-def test_numbers(value: float, expected: bool | None) -> None:
+def test_numbers_are_compared(value: float, expected: bool | None) -> None:
     assert holds(Topic("/x", "std_msgs/Float32", below=-0.5), SimpleNamespace(data=value)) is expected
     linear = SimpleNamespace(x=0.0, y=value, z=0.0)
     odometry = SimpleNamespace(twist=SimpleNamespace(twist=SimpleNamespace(linear=linear)))
@@ -137,12 +137,12 @@ def test_numbers(value: float, expected: bool | None) -> None:
         ([], None, False),
     ],
 )
-def test_buttons(buttons: list[int], button: int | None, expected: bool | None) -> None:
+def test_buttons_are_read(buttons: list[int], button: int | None, expected: bool | None) -> None:
     assert holds(Topic("/joy", "sensor_msgs/Joy", button=button), SimpleNamespace(buttons=buttons)) is expected
 
 
 @pytest.mark.parametrize("value", [True, False])
-def test_truths(value: bool) -> None:
+def test_truth_values_are_read(value: bool) -> None:
     assert holds(Topic("/hit", "std_msgs/Bool"), SimpleNamespace(data=value)) is value
 
 
@@ -150,5 +150,5 @@ def test_truths(value: bool) -> None:
     ("percentage", "share"),
     [(0.0, 0.0), (0.42, 0.42), (1.0, 1.0), (42.0, 0.42), (100.0, 1.0), (101.0, None), (-1.0, None), (math.nan, None)],
 )
-def test_how_full_a_battery_is(percentage: float, share: float | None) -> None:
+def test_battery_levels_are_shares_or_percent(percentage: float, share: float | None) -> None:
     assert battery(SimpleNamespace(percentage=percentage)) == share

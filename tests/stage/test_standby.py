@@ -1,4 +1,4 @@
-"""When a standby takes over, given what the stage says and the time."""
+"""The times at which a standby takes over, given the stage's messages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Story = list[tuple[float, ToStandby]]
 
 
 def verdict(story: Story, now: float, gone: bool = False, halted: bool = False) -> bool:
-    """Whether robots have to be stopped at a time, after what the stage said at earlier times; checked repeatedly."""
+    """Return whether robots have to be stopped at a time, after earlier messages of the stage; checked repeatedly."""
     watch = ParentWatch(0.0)
     looks = round(now / LOOK)
     for look in range(looks):
@@ -43,7 +43,7 @@ def verdict(story: Story, now: float, gone: bool = False, halted: bool = False) 
         ([], 11.0, False),
     ],
 )
-def test_the_standby_stops_moving_robots_whose_stage_says_nothing_for_too_long(
+def test_the_standby_stops_moving_robots_whose_stage_is_silent_for_too_long(
     story: Story, now: float, expected: bool
 ) -> None:
     assert verdict(story, now) is expected
@@ -56,9 +56,9 @@ def test_the_standby_stops_moving_robots_whose_stage_is_gone_or_halted(how: str)
     assert not verdict(known, 0.3, **{how: True}), "robots stand, and have heard it: they are somebody else's"
 
 
-def test_for_robots_that_may_not_have_heard_a_stop_only_a_halted_stage_is_killed() -> None:
-    """They stand as far as is known, so only a stage that is halted has to be killed; one that is gone leaves the debt
-    to the standby."""
+def test_only_a_halted_stage_is_killed_for_pending_zeros() -> None:
+    """As far as is known, they stand. So only a halted stage has to be killed; one that is gone leaves the zeros to the
+    standby."""
     stopped: Story = [(0.0, MOVES), (0.1, STANDS)]
     assert verdict(stopped, 0.3, halted=True)
     assert not verdict(stopped, 0.3, gone=True)
@@ -81,9 +81,7 @@ OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
         ([MOVES, OWES], {"/s/cmd_vel"}, {"/r/cmd_vel"}),
     ],
 )
-def test_robots_that_stand_are_owed_a_zero_until_they_have_heard_it(
-    said: list[ToStandby], owed: set[str], moved: set[str]
-) -> None:
+def test_zeros_stay_pending_until_robots_confirm_them(said: list[ToStandby], owed: set[str], moved: set[str]) -> None:
     watch = ParentWatch(0.0)
     for message in said:
         watch.take(message, 0.0)

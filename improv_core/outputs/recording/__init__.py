@@ -1,1 +1,1 @@
-"""Recordings of the commands that robots were sent, as mcap files. Begin with `recorder`."""
+"""Recordings of robots' commands, as mcap files. Begin with `recorder`."""

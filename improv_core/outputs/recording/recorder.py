@@ -58,10 +58,10 @@ SCHEMAS = {
         ]
     ),
 }
-"""Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
+"""Each message and its components, in the order that `ros2msg` requires, separated by its lines of 80 `=`."""
 
-# What outputs/ros/output.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to Iron:
-# later releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
+# The QoS that outputs/ros/output.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to
+# Iron: later releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
 _ENDLESS = "{sec: 9223372036, nsec: 854775807}"
 OFFERED_QOS_PROFILES = f"""\
 - history: 1
@@ -77,13 +77,13 @@ OFFERED_QOS_PROFILES = f"""\
 
 
 JOINT_STATES = "joint_states"
-"""The topic, in its namespace, on which a robot's joints are, if its profile doesn't say otherwise."""
+"""The topic of a robot's joints, within its namespace, if its profile doesn't name another."""
 CHANNELS = {"sensed": "/improv/sensed", "decided": "/improv/decided"}
-"""The topics of what was sensed and what was decided: JSON in a `std_msgs/String`, so that ROS 2 can play it too."""
+"""The topics of sensed and decided events, as JSON in a `std_msgs/String`, so that ROS 2 can play them too."""
 
 
 def sensed_in(file: IO[bytes]) -> list[Sensed]:
-    """What was sensed in a recording, up to the first restart. Raises ValueError if it can't be read."""
+    """The sensed edges in a recording, up to the first restart. Raises ValueError if it can't be read."""
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
@@ -116,9 +116,9 @@ class Recorder:
         self._writer = Writer(file)
         self._writer.start(profile="ros2")
         self._start = start
-        self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # and the frame and the channel of each
-        self._odometry: dict[str, str] = {}  # the topics of poses,
-        self._joints: dict[str, str] = {}  # and of joints
+        self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # with the frame and the channel of each
+        self._odometry: dict[str, str] = {}  # the topics of poses
+        self._joints: dict[str, str] = {}  # the topics of joints
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._times: tuple[int, int] | None = None
@@ -127,7 +127,7 @@ class Recorder:
 
     @property
     def robots(self) -> int:
-        """The number of robots prepared."""
+        """The number of robots prepared so far."""
         return len(self._robots)
 
     @property
@@ -136,7 +136,7 @@ class Recorder:
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
     def meet(self, score: Score) -> Iterator[None]:
-        """Does nothing: a recording has all that is sent."""
+        """Do nothing: a recording needs no listeners."""
         return iter(())
 
     def prepare(self, score: Score, restart: bool) -> None:
@@ -153,10 +153,10 @@ class Recorder:
         return False
 
     def bring_home(self, robots: Collection[str]) -> None:
-        """Does nothing: joints are at their starts."""
+        """Do nothing: joints are at their starts."""
 
     def ask(self, robots: Collection[str]) -> None:
-        """Does nothing: a file takes everything."""
+        """Do nothing: a file takes everything."""
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
@@ -168,7 +168,7 @@ class Recorder:
         self.record(robot, twist, self.time(at))
 
     def record(self, robot: str, twist: Twist, time: int) -> None:
-        """Record a command at a Unix time in nanoseconds. Raises ValueError if it is not finite, and OSError."""
+        """Record a command at a Unix time in nanoseconds. Raises ValueError if it isn't finite, and OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, frame, channel = self._robots[robot]
@@ -185,13 +185,14 @@ class Recorder:
         return self._start + round(at * SECOND)
 
     def note(self, message: Sensed | Decided, time: int) -> None:
-        """Record what was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
+        """Record an event that was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
         channel = self._channel(CHANNELS[message["type"]], "std_msgs/msg/String")
         data = string_message(json.dumps(message))
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
     def record_poses(self, message: Measured) -> None:
-        """Record where robots were, in the world of the score, as odometry on their topics. Raises OSError."""
+        """Record the measured poses of robots, in the world of the score, as odometry on their topics. Raises
+        OSError."""
         for robot, each in message["robots"].items():
             if topic := self._odometry.get(robot):
                 data = odometry_message(Pose(**each["pose"]), each["wall"])
@@ -202,8 +203,8 @@ class Recorder:
         self.record_joints(robot, joints, self.time(at))
 
     def record_joints(self, robot: str, joints: Mapping[str, JointMotion], time: int) -> None:
-        """Record how joints move from a Unix time in nanoseconds on. Raises ValueError if that is not finite, and
-        OSError."""
+        """Record a movement of joints that begins at a Unix time in nanoseconds. Raises ValueError if it isn't finite,
+        and OSError."""
         if not all(map(math.isfinite, chain.from_iterable(joints.values()))):
             raise ValueError(f"a joint of {robot} was given a position or a speed that is not a finite number")
         if topic := self._joints.get(robot):
@@ -212,10 +213,10 @@ class Recorder:
             self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
-        """Does nothing: a recording contains only velocities."""
+        """Do nothing: a recording contains only velocities."""
 
     def advance(self, to: float) -> None:
-        """Does nothing: a recording contains only what is sent."""
+        """Do nothing: a recording contains only commands."""
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
         self.advance(to)
@@ -231,11 +232,11 @@ class Recorder:
         return {}
 
     def finish(self) -> None:
-        """Write the index at the end of the file, without which it can't be played. Raises OSError."""
+        """Write the index at the end of the file. Without it, the file can't be played. Raises OSError."""
         self._writer.finish()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
-        """Does nothing: the file belongs to the caller."""
+        """Do nothing: the file belongs to the caller."""
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:

@@ -1,5 +1,5 @@
 """Real robots, over ROS 2. rclpy is imported lazily, and only here.
 
-Begin with `output`, then `topic`, which decides what one topic is sent. `joints`, `sensors`, `publisher`, and `standby`
-are told by their own packages; `setup` finds a Python with rclpy and needs none.
+Begin with `output`, then `topic`, which decides which messages go to one topic. `joints`, `sensors`, `publisher`, and
+`standby` have docstrings of their own; `setup` finds a Python with rclpy and needs none.
 """

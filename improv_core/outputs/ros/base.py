@@ -1,4 +1,4 @@
-"""What a robot's base is told over ROS 2."""
+"""A robot's base on ROS 2: its topic and its serialized velocities."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from improv_core.score.score import Part
 
 @dataclass(slots=True)
 class RosBase:
-    """A robot of the latest score that has it, and the latest twist it was sent. Most are sent again and again."""
+    """A robot of the latest score that names it, and the latest twist sent to it. Most twists are sent repeatedly."""
 
     part: Part
     topic: RosTopic
@@ -30,7 +30,7 @@ class RosBase:
         self.is_simulated = is_simulated(self.part.profile)
 
     def message_of(self, twist: Twist) -> bytes:
-        """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number is not finite."""
+        """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number isn't finite."""
         if twist is not self.twist:
             if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
                 raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")

@@ -1,4 +1,5 @@
-"""Buttons that people press in ROS 2 while robots move: emergency stops, deadman buttons (messages imported lazily)."""
+"""Buttons that people press in ROS 2 while robots move: emergency stops and deadman buttons (messages imported
+lazily)."""
 
 from __future__ import annotations
 
@@ -15,37 +16,38 @@ from improv_core.safety.interlocks import StopTopic
 from improv_core.score.score import Safety
 
 LOOK = 0.05
-"""Seconds between two looks for silence, and for new publishers."""
+"""Seconds between two checks for silence and for new publishers."""
 FOUND = 0.5
-"""Seconds from finding a publisher of the emergency stop until what it has said before has arrived."""
+"""Seconds from finding a publisher of the emergency stop until its earlier messages have arrived."""
 SURE = 0.1
-"""Seconds without a released deadman button until a held one counts: two gamepads may publish on one topic."""
+"""Seconds without a released deadman button until a held one counts, because two gamepads may publish on one topic."""
 DEPTH = 1_000
-"""How many messages of an emergency stop may wait: all publishers of a topic share the queue, and one press must not be
-lost among what the others say. Ten publishers at 20 Hz take five seconds to fill it."""
+"""The most messages of an emergency stop that may wait. All publishers of a topic share the queue, and the others must
+not push out a press. Ten publishers at 20 Hz fill it in five seconds."""
 FIND_LIMIT = 5.0
-"""Seconds that beat 0 waits for a publisher of the emergency stop, which may be on already."""
+"""Seconds that beat 0 waits for a publisher of the emergency stop, which may already be pressed."""
 
 
 class Listening:
-    """Subscribes to what a score names, and passes on each change as an edge, on the thread of the node's executor."""
+    """Subscribes to the buttons that a score names, and passes on each change as an edge, on the thread of the node's
+    executor."""
 
     def __init__(self, node: Any, hear: Callable[[Edge], None], now: Now) -> None:
         self._node = node
         self._hear = hear
         self._now = now
         self._safety = Safety()
-        self._held: bool | None = None  # the deadman button, as far as is known
-        self._stops: dict[str, StopTopic] = {}  # that are listened to
-        self._changing = threading.Lock()  # of what is known of them
-        self._heard = -math.inf  # when the deadman button was last heard of
+        self._held: bool | None = None  # the latest state of the deadman button, if known
+        self._stops: dict[str, StopTopic] = {}  # the topics with a subscription
+        self._changing = threading.Lock()  # guards `_stops`
+        self._heard = -math.inf  # when the latest message of the deadman button arrived
         self._released = -math.inf  # when it was last not held
-        self._asked = -math.inf  # when the emergency stop was first listened for
-        self._found = math.inf  # since when somebody publishes it
+        self._asked = -math.inf  # when the subscription to the emergency stop began
+        self._found = math.inf  # since when it has a publisher
         self._destroy: dict[str, Callable[[], None]] = {}
 
     def take(self, safety: Safety) -> None:
-        """Listen to what a score names, and to emergency stops that are on."""
+        """Subscribe to the buttons that a score names, and keep the emergency stops that are on."""
         old, self._safety = self._safety, safety
         with self._changing:
             left = [topic for topic, stop in self._stops.items() if topic != safety.stop and not stop.on]
@@ -66,12 +68,12 @@ class Listening:
                 )
 
     def guard(self, topics: Collection[str]) -> None:
-        """Listen to emergency stops that are on."""
+        """Subscribe to emergency stops that are on."""
         for topic in topics:
             self._listen_to(topic, StopTopic(on=True, latest=True))
 
     def under_way(self) -> bool:
-        """Whether it is still unknown if the emergency stop is on. Call it repeatedly before beat 0."""
+        """Return whether it is still unknown if the emergency stop is on. Call it repeatedly before beat 0."""
         if not self._safety.stop:
             return False
         now = self._now()
@@ -82,7 +84,7 @@ class Listening:
         return now < self._found + FOUND
 
     def warnings(self) -> dict[str, str]:
-        """A line for each topic that nobody publishes on, or only with another type."""
+        """A line for each topic that has no publisher, or only publishers of another type."""
         wanted = [(self._safety.stop, "std_msgs/msg/Bool", "the emergency stop there stops nothing")]
         if self._safety.deadman:
             wanted.append((self._safety.deadman.topic, "sensor_msgs/msg/Joy", "robots wait for it"))
@@ -106,7 +108,7 @@ class Listening:
 
     def _change(self, topic: str, change: Callable[[StopTopic], StopTopic]) -> None:
         with self._changing:
-            if before := self._stops.get(topic):  # otherwise, nothing listens to it anymore
+            if before := self._stops.get(topic):  # otherwise, the subscription is gone
                 after = self._stops[topic] = change(before)
                 if after.on != before.on:
                     self._hear(Edge(StopButton(topic), after.on, self._now()))
@@ -122,9 +124,9 @@ class Listening:
 
         def hear(reliability: Any, durability: Any) -> Any:
             def take(message: Any) -> None:
-                # Everything that waits, at once: the executor comes by only once for each message.
+                # Take all waiting messages at once: the executor calls this only once for each message.
                 values = [message.data]
-                for subscription in made:  # none yet if it comes at once
+                for subscription in made:  # none yet if a message arrives at once
                     while waiting := subscription.handle.take_message(Bool, False):
                         values.append(waiting[0].data)
                 self._change(topic, lambda stop: stop.heard(values, self._now()))
@@ -134,8 +136,9 @@ class Listening:
             made.append(subscribe(self._node, Bool, topic, take, qos))
             return made[0]
 
-        # This one hears every publisher. A reliable one is heard a second time, so that nothing is lost, and if it
-        # offers what it said before, that too; asking for more than is offered would be reported as an error there.
+        # This one receives from every publisher. A reliable publisher gets a second subscription, so that nothing is
+        # lost, and with its own durability, so that its earlier messages arrive too. Asking for more than it offers
+        # would be an error there.
         subscriptions = {None: hear(ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)}
 
         def look() -> None:
@@ -170,7 +173,7 @@ class Listening:
             if self._now() >= self._heard + DEADMAN_LIMIT:
                 self._hold(what, None)
 
-        # All publishers match best effort, and what is lost is not worth waiting for.
+        # Best effort matches all publishers, and a lost message isn't worth waiting for.
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
         subscription = subscribe(self._node, Joy, topic, take, qos)
         stop_looking = self._every(LOOK, look)
@@ -182,9 +185,9 @@ class Listening:
         return destroy
 
     def _every(self, seconds: float, look: Callable[[], None]) -> Callable[[], None]:
-        """Call something again and again on the executor's thread; returns what ends that."""
+        """Call something regularly on the executor's thread; returns a function that ends it."""
         from rclpy.clock import Clock, ClockType
 
-        # Not by the node's clock: a simulation's may stand still.
+        # The node's clock can't time this: the one of a simulation may stand still.
         timer = self._node.create_timer(seconds, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         return lambda: self._node.destroy_timer(timer)

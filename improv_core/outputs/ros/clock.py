@@ -1,4 +1,4 @@
-"""The time of a simulation, as it comes on /clock (rosgraph_msgs imported lazily)."""
+"""The time of a simulation, from /clock (rosgraph_msgs imported lazily)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from improv_core.score.peer_clock import Anchor, Estimate, first_seen, sighted
 
 TOPIC = "/clock"
 OFTEN = 0.05
-"""Seconds between two anchors, at least: /clock may come a thousand times a second."""
+"""The least number of seconds between two anchors: /clock may arrive a thousand times a second."""
 
 
 class SimulatedTime:
-    """Subscribes to /clock while a score follows it, and passes on where it is, on the thread of the node's executor.
+    """Subscribes to /clock while a score follows it, and passes on anchors, on the thread of the node's executor.
 
-    Messages in which no time has passed say that the simulation pauses: they are as good as none.
+    A message with the same time as the one before means that the simulation pauses; it is ignored.
     """
 
     def __init__(self, node: Any, hear: Callable[[Anchor], None], now: Now) -> None:
@@ -27,16 +27,16 @@ class SimulatedTime:
         self._subscription: Any = None
         self._known: Estimate | None = None
         self._latest = -1.0  # the time in the latest message
-        self._told = 0.0  # when an anchor was last passed on
+        self._passed_on = 0.0  # when the latest anchor was passed on
 
     def follow(self, wanted: bool) -> None:
-        """Listen, or no longer."""
+        """Subscribe to /clock, or unsubscribe."""
         if wanted and not self._subscription:
             from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
             from rosgraph_msgs.msg import Clock
 
             self._known = None
-            # The latest one is enough, and those of a simulator may be best effort, as in rclpy.
+            # Only the latest message counts, and a simulator may publish best effort, as in rclpy.
             qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
             self._subscription = subscribe(self._node, Clock, TOPIC, self._take, qos)
         elif not wanted and self._subscription:
@@ -49,6 +49,6 @@ class SimulatedTime:
             return
         self._latest = time
         self._known = sighted(self._known, now, time) if self._known else first_seen(now, time)
-        if self._known.is_known and now - self._told >= OFTEN and self._known.anchor.at == now:
-            self._told = now
+        if self._known.is_known and now - self._passed_on >= OFTEN and self._known.anchor.at == now:
+            self._passed_on = now
             self._hear(self._known.anchor)

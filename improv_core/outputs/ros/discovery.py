@@ -1,4 +1,4 @@
-"""Which robots ROS 2 can reach: what a stage's environment becomes, and what that means in each release."""
+"""The environment variables that decide which robots ROS 2 can reach, and their meaning in each release."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REACH = {
     "OFF": "no discovery",
     "SYSTEM_DEFAULT": "as the middleware is configured",
 }
-"""What `RANGE` may be, in words."""
+"""The values of `RANGE`, in words."""
 
 BEFORE_RANGES = ("foxy", "galactic", "humble")
 """Releases that know only LOCALHOST_ONLY, and reach the subnet unless it is 1 (their rcl/localhost.c)."""
@@ -24,43 +24,43 @@ WITH_BOTH = ("iron", "jazzy")
 
 
 def limited(env: Mapping[str, str], setting: str | None = None) -> dict[str, str]:
-    """The environment of a stage, made from this one: unless told otherwise, it reaches this machine only.
+    """Return this environment for a stage. By default it reaches only this machine.
 
     So nobody moves a neighbor's robot. `setting`, a key of `REACH`, counts if the environment sets no range.
     """
-    # Set but empty, RANGE would mean the subnet (rcl, discovery_options.c).
+    # If RANGE were set but empty, rcl would use the subnet (discovery_options.c).
     made = {**env, RANGE: env.get(RANGE) or setting or "LOCALHOST"}
     if _release(env) in BEFORE_RANGES and made[RANGE] not in ("SUBNET", "SYSTEM_DEFAULT"):
-        made[LOCALHOST_ONLY] = "1"  # even if it is 0: sourcing Humble sets that, though nobody asked for it
+        made[LOCALHOST_ONLY] = "1"  # even if it is 0: sourcing Humble sets that by itself
     if server(env) and not env.get(SUPER_CLIENT):
-        made[SUPER_CLIENT] = "TRUE"  # otherwise, the server doesn't say who else is there and what they listen to
+        made[SUPER_CLIENT] = "TRUE"  # otherwise, the server doesn't list the other nodes and their topics
     return made
 
 
 def server(env: Mapping[str, str]) -> str | None:
-    """The Fast DDS discovery server that is asked which robots there are, if any. It overrides RANGE.
+    """The Fast DDS discovery server of this environment, if any. It overrides RANGE.
 
-    So robots on other machines are reached with LOCALHOST too, if they ask the same server (tests/ros/test_hosts.py).
+    So LOCALHOST also reaches robots on other machines if they use the same server (tests/ros/test_hosts.py).
     """
     uses_fast_dds = env.get("RMW_IMPLEMENTATION", "rmw_fastrtps").startswith("rmw_fastrtps")
     return (uses_fast_dds and env.get(SERVER)) or None
 
 
 def reached(env: Mapping[str, str]) -> str:
-    """How far a stage with this environment, which `limited` has made, really reaches: a key of `REACH`.
+    """The real range of a stage with this environment, which `limited` has made: a key of `REACH`.
 
-    A discovery server is not considered: it overrides the range.
+    Disregards a discovery server, which overrides the range.
     """
     only = env.get(LOCALHOST_ONLY) == "1"
     if _release(env) in BEFORE_RANGES:
         return "LOCALHOST" if only else "SUBNET"
-    if (_release(env) in WITH_BOTH and only) or env[RANGE] not in REACH:  # rcl takes unknown values for LOCALHOST
+    if (_release(env) in WITH_BOTH and only) or env[RANGE] not in REACH:  # rcl treats unknown values as LOCALHOST
         return "LOCALHOST"
     return env[RANGE]
 
 
 def described(env: Mapping[str, str]) -> str:
-    """What a stage with this environment, which `limited` has made, reaches, in words."""
+    """The reach of a stage with this environment, which `limited` has made, in words."""
     domain = f"domain {env.get('ROS_DOMAIN_ID') or 0}"
     if asked := server(env):
         return f"{domain}, all robots listed by the discovery server {asked}"
@@ -78,7 +78,7 @@ def advice(env: Mapping[str, str], wanted: str) -> str:
 
 
 def unsourced(sourced: Mapping[str, str], env: Mapping[str, str]) -> dict[str, str]:
-    """A sourced environment that reaches no farther than the one it was sourced in.
+    """Return a sourced environment that reaches no farther than the one it was sourced in.
 
     Sourcing sets the subnet as if somebody had asked for it (ros_environment, 1.ros_discovery.dsv.in; before Iron
     1.ros_localhost_only.dsv.in).

@@ -1,6 +1,6 @@
-"""Inspects the ROS 2 graph and never publishes anything (rclpy, imported lazily). Standard library only.
+"""Inspection of the ROS 2 graph. It never publishes anything (rclpy, imported lazily). Standard library only.
 
-Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...`, `graph receive TOPIC`, or
+ROS's interpreter runs it as `python …/improv_core/stage graph look TOPIC...`, `graph receive TOPIC`, or
 `graph text TOPIC`.
 """
 
@@ -24,16 +24,16 @@ from improv_core.protocol.json_lines import own_output
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """The message types that move robots."""
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
-"""The message types that say where robots are."""
+"""The message types of robots' poses."""
 BATTERY = "sensor_msgs/msg/BatteryState"
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
-"""Seconds to wait for a Twist, so a receiver whose parent was killed does not run forever."""
+"""Seconds to wait for a Twist, so that a receiver doesn't run forever after its parent was killed."""
 
 
 def main() -> int:
-    """Say what was looked for, as JSON."""
+    """Print the result of a command, as JSON."""
     say = own_output()
     command, *arguments = sys.argv[1:]
     if command == "look":
@@ -46,8 +46,8 @@ def main() -> int:
 
 
 def look(topics: Sequence[str]) -> Graph:
-    """Who listens and publishes on these topics and on all other velocity topics, and what comes there of poses and
-    batteries."""
+    """List the listeners and publishers on these topics and on all other velocity topics, with the poses and battery
+    levels that arrive there."""
     import rclpy
 
     with _node("improv_look") as node:
@@ -71,7 +71,7 @@ def look(topics: Sequence[str]) -> Graph:
 
 
 def receive(topic: str, say: Callable[[bool], None]) -> bool:
-    """Say `true` as soon as it listens, then wait for a nonzero Twist. Returns whether one came in time."""
+    """Report `true` once subscribed, then wait for a nonzero Twist. Returns whether one came in time."""
     from geometry_msgs.msg import Twist
 
     moving: list[Any] = []
@@ -88,7 +88,7 @@ def receive(topic: str, say: Callable[[bool], None]) -> bool:
 
 
 def text(topic: str) -> str | None:
-    """The text on a topic that keeps its latest message for those who come later, as /robot_description does."""
+    """The text on a topic that keeps its latest message for later subscribers, as /robot_description does."""
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from std_msgs.msg import String
 
@@ -101,7 +101,7 @@ def text(topic: str) -> str | None:
 
 
 def _spin(node: Any, heard: Sequence[Any], seconds: float) -> None:
-    """Listen until something is heard, or for so long."""
+    """Spin until a message has arrived, or for this many seconds."""
     import rclpy
 
     end = time.monotonic() + seconds
@@ -124,7 +124,7 @@ def _node(name: str) -> Iterator[Any]:
 
 
 class _Heard:
-    """What comes on topics of poses and batteries. Poses are as old as the newest one by its stamp."""
+    """Poses and battery levels that arrive on topics. The newest stamp gives a topic's age."""
 
     def __init__(self, node: Any, topics: Sequence[str]) -> None:
         self._node = node
@@ -135,7 +135,7 @@ class _Heard:
         self.batteries: dict[str, float] = {}
 
     def listen(self) -> None:
-        """Subscribe to topics on which poses or batteries are known to be published by now."""
+        """Subscribe to topics on which a publisher of poses or batteries has appeared."""
         from rclpy.qos import qos_profile_sensor_data
 
         for topic in list(self._unheard):
@@ -149,7 +149,7 @@ class _Heard:
                     break
 
     def gap(self, topic: str, end: float) -> float:
-        """For how many seconds no pose came, until the end of the look."""
+        """The longest time without a pose, in seconds, until the end of the look."""
         times = self._times.get(topic, [])
         return max((later - earlier for earlier, later in pairwise([*times, end])), default=0.0) if times else 0.0
 
@@ -157,7 +157,7 @@ class _Heard:
         stamp = message.header.stamp
         age = time.time() - stamp.sec - stamp.nanosec / 1e9
         self.ages[topic] = min(age, self.ages.get(topic, age))
-        always = type(message).__name__ != "PoseWithCovarianceStamped"  # localization sends it after a movement
+        always = type(message).__name__ != "PoseWithCovarianceStamped"  # the other type comes only after a movement
         if always:
             self._times.setdefault(topic, []).append(time.monotonic())
         pose = message.pose if type(message).__name__ == "PoseStamped" else message.pose.pose

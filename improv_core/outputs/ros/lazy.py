@@ -1,4 +1,4 @@
-"""A module that is loaded once something of it is asked for, and not when it is imported. Standard library only."""
+"""Modules that are loaded on first use rather than on import. Standard library only."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 
 
 def imported_later(name: str) -> None:
-    """From now on, who imports this module imports something that loads it when it is used, as if it had been loaded
-    before. Nothing changes if it is loaded already, or doesn't exist."""
+    """Make later imports of this module return a stand-in that loads it on first use. Nothing changes if the module is
+    loaded already or doesn't exist."""
     if name not in sys.modules and (spec := find_spec(name)):
-        later = _Later(name)
-        later.__spec__ = spec  # without it, who looks for the module would not find it
+        later = _LazyModule(name)
+        later.__spec__ = spec  # without it, `find_spec` would fail
         sys.modules[name] = later
 
 
-class _Later(ModuleType):
-    """In the place of a module that has not been loaded. What has kept this goes on using it."""
+class _LazyModule(ModuleType):
+    """A stand-in for a module that isn't loaded yet. It keeps working after the module was loaded."""
 
     def __getattr__(self, name: str) -> Any:
         with _replacing:

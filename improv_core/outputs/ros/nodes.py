@@ -1,4 +1,4 @@
-"""The nodes from which Improv publishes to ROS 2, and their names (rclpy, imported lazily)."""
+"""Improv's nodes in ROS 2, their publishers, and their names (rclpy, imported lazily)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STANDBY = "_standby"
 READER = "_reader"
 """The suffix of the names of nodes that read sensors."""
 PUBLISHER = "_publisher"
-"""The suffix of the names of nodes that publish what plays."""
+"""The suffix of the names of nodes that publish the forecast."""
 
 
 class Nodes:
@@ -27,7 +27,7 @@ class Nodes:
     """
 
     def __init__(self, name: str, arguments: Sequence[str] = (), **options: bool) -> None:
-        imported_later("numpy")  # which messages import for fields that nobody here reads or writes: it takes 12 MB
+        imported_later("numpy")  # messages import it for fields that nobody here uses: it takes 12 MB
         import rclpy
 
         self._arguments = arguments
@@ -36,20 +36,21 @@ class Nodes:
 
     @property
     def names(self) -> list[str]:
-        """Full names: `/improv_…`."""
+        """The full names: `/improv_…`."""
         return [node.get_fully_qualified_name() for node in self._all]
 
     def advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
-        """A publisher of a message type, on the second node if asked to, and a function that destroys it."""
+        """Create a publisher of a message type, on the second node if `second`; returns it and a function that destroys
+        it."""
         try:
             from rclpy.event_handler import PublisherEventCallbacks
         except ImportError:  # Humble
             from rclpy.qos_event import PublisherEventCallbacks
         node = self._second_node() if second else self.first
-        # With the default callbacks, a destroyed publisher stays on the topic as long as the executor waits.
+        # The default callbacks would keep a destroyed publisher on the topic while the executor waits.
         none = PublisherEventCallbacks(use_default_callbacks=False)
         overrides = None
-        if self._arguments:  # they may override QoS; only then, since each topic declares three parameters for it
+        if self._arguments:  # they may override QoS; only then, because each topic declares three parameters for it
             from rclpy.qos_overriding_options import QoSOverridingOptions
 
             overrides = QoSOverridingOptions.with_default_policies()
@@ -69,9 +70,9 @@ class Nodes:
         return [self.first, self._second] if self._second else [self.first]
 
     def _second_node(self) -> Any:
-        """Fast DDS refuses two types on one topic within one context.
+        """The node for a topic's second type: Fast DDS refuses two types on one topic within one context.
 
-        Created only when needed, and used for nothing else: its discovery can take seconds.
+        It is created only when needed and used for nothing else: its discovery can take seconds.
         """
         if not self._second:
             import rclpy
@@ -83,25 +84,25 @@ class Nodes:
 
 
 def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any, *, raw: bool = False) -> Any:
-    """A subscription without rclpy's default callbacks for events."""
+    """Create a subscription without rclpy's default callbacks for events."""
     try:
         from rclpy.event_handler import SubscriptionEventCallbacks
     except ImportError:  # Humble
         from rclpy.qos_event import SubscriptionEventCallbacks
-    # These would log what our warnings tell, and keep a subscription in use while the executor waits.
+    # The default callbacks would log what our warnings say, and keep a subscription in use while the executor waits.
     none = SubscriptionEventCallbacks(use_default_callbacks=False)
     return node.create_subscription(kind, topic, take, qos, event_callbacks=none, raw=raw)
 
 
 def node_name(process: int | str = "") -> str:
-    """A name that no other Improv process has, on this machine or another."""
+    """Return a node name that no other Improv process uses, on this machine or another."""
     return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"
 
 
 def without_name(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
-    """The name that ROS's arguments give to all nodes (`-r __node:=NAME`), if any, and the arguments without it.
+    """Return the name that ROS's arguments give to all nodes (`-r __node:=NAME`), if any, and the arguments without it.
 
-    Improv has several nodes: each gets a name made from this one.
+    Improv has several nodes and derives the name of each from this one.
     """
     name, kept = None, list[str]()
     for word in arguments:
@@ -114,9 +115,9 @@ def without_name(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
 
 
 def is_harmless(node: str) -> bool:
-    """Whether a node in the graph publishes nothing: a standby, or a node of a stage on this machine that was killed.
+    """Return whether a node publishes nothing: a standby, or a node of a stage on this machine that was killed.
 
-    The graph still shows a killed node for about twenty seconds. A node whose name it does not know yet is left to a
+    The graph still shows a killed node for about twenty seconds. A node without a known name counts as harmless until a
     later look.
     """
     if node.endswith("_NODE_NAME_UNKNOWN_") or re.fullmatch(f"/improv_\\w+{STANDBY}(?:_2)?", node):
@@ -129,7 +130,7 @@ def is_harmless(node: str) -> bool:
     except ProcessLookupError:
         return True
     except PermissionError:
-        pass  # another user's process, and alive
+        pass  # another user's process, still alive
     return False
 
 
@@ -137,6 +138,6 @@ def _node(context: Any, name: str, arguments: Sequence[str], **options: bool) ->
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
-    # rclpy's own handlers would invalidate the context before the last zero could be sent.
+    # rclpy's own handlers would invalidate the context before the last zero is sent.
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     return rclpy.create_node(name, context=context, **options)

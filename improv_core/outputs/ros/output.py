@@ -36,19 +36,18 @@ from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
 
 REST = 0.005
-"""Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
+"""Seconds between two reads: /clock may arrive a thousand times a second, but only the latest message counts."""
 STANDBY_LIMIT = 3.0
-"""Seconds that beat 0 waits for the standby to find the robots too: discovery took up to 2.64 s on a quiet machine."""
+"""Seconds that beat 0 waits for the standby to find the robots: discovery took up to 2.64 s on a quiet machine."""
 
 
 class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
-    `discovery` is how far it looks for robots if the environment does not set that (discovery.py). `hear` gets
-    edges, poses, alarms, anchors of /clock, and the end if no more can be received, and `ask` what somebody in ROS 2
-    asks for, from threads of their own; `tell` gets lines for people. `node` is the name of its node, if it is to have
-    one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy raises if the
-    arguments are wrong.
+    `discovery` is the range of discovery if the environment sets none (discovery.py). `hear` gets edges, poses, alarms,
+    anchors of /clock, and the end if no more messages can be received; `ask` gets requests from ROS 2. Other threads
+    call both. `tell` gets lines for people. `node` is the node's name, if it needn't be unique; `arguments` are ROS's
+    own. Raises ImportError without rclpy, and what rclpy raises if the arguments are wrong.
     """
 
     name: str = "ROS 2"
@@ -68,7 +67,7 @@ class Ros:
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
         name, arguments = without_name(arguments)
-        # First: it starts while we do.
+        # The standby starts first: its process loads while this one does.
         self._standby = Standby(node_name() + STANDBY, arguments, now, standby, lambda line: hear(Alarm(line)))
         from rclpy.executors import SingleThreadedExecutor
 
@@ -89,28 +88,28 @@ class Ros:
         self._reader = RosReader(node_name() + READER, hear, now)
         self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
         self.owed = OwedZeros(self._send_zero, self._others, self._standby.paid, tell, now)
-        """The zeros that robots may not have heard."""
+        """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
         shared = (self._standby, self.owed, tell, now)
         self._controllers = RosControllers(self._node, self._advertise_for, where, *shared)
         self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
-        self._may_bring = False  # whether beat 0 waits for nothing but joints
-        self._met: set[str] = set()  # topics of which no robot has been prepared
+        self._may_bring = False  # True once only joints hold back beat 0
+        self._met: set[str] = set()  # topics whose robots aren't prepared yet
         self._cast: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
         self._uses_sim_time = False
         self._standby.wait()
-        self._standby_until = 0.0  # when beat 0 no longer waits for it
+        self._standby_until = 0.0  # until when beat 0 waits for the standby
 
     @property
     def description(self) -> str:
-        """What it reaches, in words: the domain and the range of discovery."""
+        """The domain and the range of discovery, in words."""
         return f"{self.name}, {described(os.environ)}"
 
     def show(self, message: FromStage) -> None:
-        """Show a message of the stage to others in ROS 2."""
+        """Pass a message of the stage on to ROS 2."""
         self._requests.show(message)
         self._publishing.show(message)
         if message["type"] == "transport":
@@ -118,11 +117,11 @@ class Ros:
             self._publishing.health.zero = zero if message["state"] == "playing" else None
 
     def announce(self, score: Score, generation: int) -> None:
-        """Show a score, before it plays, to others in ROS 2."""
+        """Publish a score to ROS 2 before it plays."""
         self._publishing.take(score, generation)
 
     def meet(self, score: Score) -> Iterator[None]:
-        """Create publishers for new topics, so that listeners are found before the score begins."""
+        """Create publishers for new topics, so that they find their listeners before the score begins."""
         for part in _here(score).values():
             if part.topic not in self._topics:
                 self._advertise_new(part, at_once=True)
@@ -132,9 +131,9 @@ class Ros:
             self._controllers.meet(part)
 
     def prepare(self, score: Score, restart: bool) -> None:
-        """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.
+        """Create publishers for new topics. Existing ones are kept, because discovery can take seconds.
 
-        With `restart`, robots that have a reset service are stopped, and the service is called.
+        With `restart`, stop the robots that have a reset service and call the service.
         """
         self._standby.renew()
         self._listening.take(score.safety)
@@ -160,7 +159,7 @@ class Ros:
             self._robots[robot] = RosBase(
                 part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
             )
-            if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
+            if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                 self._standby.owes(part.topic, part.frame)
                 self.owed.inherits(robot, self._topics[part.topic], part.frame)
         self._met.clear()
@@ -172,11 +171,11 @@ class Ros:
             self._resets.begin(reset)
 
     def guard(self, topics: Collection[str]) -> None:
-        """Listen for the release of these emergency stops, which are on, whether or not a score names them."""
+        """Listen for the release of these emergency stops, which are on, even if no score names them."""
         self._listening.guard(topics)
 
     def resetting(self) -> bool:
-        # All of them have to be asked.
+        # Each call makes progress, so none may be skipped.
         waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
         self._may_bring = not any([*waits, self._reader.under_way()])
         return any([self._controllers.waits(), not self._may_bring])
@@ -185,7 +184,8 @@ class Ros:
         self._controllers.bring_home(self._ours(robots) if self._may_bring else ())
 
     def _awaits_standby(self) -> bool:
-        """Whether the standby has yet to start, or to find a listener that we have found; it gets a few seconds."""
+        """Return whether the standby has yet to start or to find a listener that this process has found; it gets a few
+        seconds."""
         if self._now() >= self._standby_until:
             return False
         self._standby.look()
@@ -250,7 +250,8 @@ class Ros:
         return found
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        """Publish now. Raises ValueError if a number isn't finite, and what rclpy raises; the stage then stops all
+        robots."""
         if robot in self._elsewhere:
             return
         known, stands = self._robots[robot], twist == STILL
@@ -270,7 +271,8 @@ class Ros:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
-        """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
+        """Publish now. Raises ValueError if a number isn't finite, and what rclpy raises; the stage then stops all
+        robots."""
         if robot in self._elsewhere:
             return
         self._controllers.send(robot, joints, at, pace)
@@ -278,10 +280,10 @@ class Ros:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
-        """Does nothing: real robots stay where they are."""
+        """Do nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
-        """Tell the standby that the stage is alive, and the publisher how well commands reach robots."""
+        """Send the standby a sign of life, and the publisher a report of how well commands reach robots."""
         self._standby.live()
         self._publishing.report()
 
@@ -310,9 +312,9 @@ class Ros:
         self._nodes.close()
 
     def _receive(self) -> None:
-        """Receive simulated time, service responses, requests, and what people press, on a thread of its own.
+        """Receive simulated time, service responses, requests, and buttons, on a thread of its own.
 
-        If that fails, the stage ends: it would no longer hear an emergency stop, or that a deadman button is released.
+        If that fails, the stage ends: it would no longer receive an emergency stop or the release of a deadman button.
         """
         try:
             while not self._closing.wait(REST):
@@ -327,7 +329,8 @@ class Ros:
             self._topics[part.topic] = RosTopic(part.topic, message, self._node, self._advertise, self._now, at_once)
 
     def _advertise_for(self, channel: Channel) -> Advertise:
-        """How publishers for a controller are made. The standby has none for those that come to rest by themselves."""
+        """Return a function that makes publishers for a controller. The standby has none for controllers that come to
+        rest by themselves."""
         if channel.interface == "velocity":
             return lambda kind, topic, second: self._advertise(kind, topic, second, len(channel.joints))
         return self._nodes.advertise
@@ -343,7 +346,7 @@ class Ros:
         return publisher, withdraw
 
     def _silent(self, robot: str) -> str | None:
-        """Why a sense of a robot is silent, as far as is known; None if there is none."""
+        """The reason why a sense of a robot is silent, if known; None if all arrive."""
         for sense, source in self._robots[robot].part.senses.items():
             if isinstance(source, BuiltIn) and sense != CUE:
                 return f"no topic provides `{sense}` for real robots: add [senses.{sense}] to improv.toml"
@@ -361,7 +364,7 @@ class Ros:
         return f"nothing usable comes on {source.topic}"
 
     def _unmeasured(self, robot: str) -> str | None:
-        """Why it is not known where a robot is that has been told to move; None if it is known."""
+        """The reason why the position of a moving robot is unknown; None if it is known."""
         known = self._robots[robot]
         topic = known.part.odom
         if not topic or known.moves_since is None or not self._reader.lacks_poses(robot, known.moves_since):
@@ -370,8 +373,8 @@ class Ros:
         return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
 
     def _others(self, topic: RosTopic, guarded: bool = True) -> list[str]:
-        """The nodes that also publish on a topic, except ours and those that send nothing. The standby has publishers
-        on those that are `guarded`."""
+        """The other nodes that publish on a topic, except those that send nothing. The standby publishes on `guarded`
+        topics."""
         standby = guarded and self._standby.works
         return [name for name in topic.others(self._nodes.names, standby) if not is_harmless(name)]
 
@@ -379,7 +382,7 @@ class Ros:
         topic.publish(message, self._clock, frame)
 
     def _ours(self, robots: Collection[str] | None) -> Collection[str]:
-        """Those of these robots that this stage moves (None: of the latest `prepare`)."""
+        """The robots of these that this stage moves; if None, those of the latest `prepare`."""
         return self._cast if robots is None else [robot for robot in robots if robot not in self._elsewhere]
 
     def _topic(self, robot: str) -> RosTopic:
@@ -394,7 +397,7 @@ class Ros:
 
 
 def _here(score: Score) -> dict[str, Part]:
-    """The parts whose robots this stage moves."""
+    """The parts of the robots that this stage moves."""
     return {robot: part for robot, part in score.parts.items() if not part.elsewhere}
 
 

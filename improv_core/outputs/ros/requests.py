@@ -1,6 +1,6 @@
-"""What others in ROS 2 may ask for: services and parameters of our node (messages imported lazily; node passed in).
+"""Services and parameters of our node, with which ROS 2 controls a dance (messages imported lazily; node passed in).
 
-They ask as a page does: the parent decides, and a stop or a pause is obeyed here at once.
+Requests are handled like those of a page: the parent decides, and the stage obeys a stop or a pause at once.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ class Requests:
             node.create_service(Trigger, f"~/{name}", _answering(answer))
 
     def show(self, message: FromStage) -> None:
-        """Take note of a message of the stage."""
+        """Update the parameters from a message of the stage."""
         self._heard = self._heard.after(message)
         if message["type"] != "transport":
             return
-        if self._asked_at_start == message["speed"]:  # the parent heard nothing before the stage was ready
+        if self._asked_at_start == message["speed"]:  # the parent received nothing before the stage was ready
             self._ask({"type": "speed", "factor": message["speed"]})
         self._asked_at_start = None
         now = {_TEMPO: float(message["tempo"]), _SPEED: float(message["speed"])}

@@ -1,4 +1,4 @@
-"""Calls the services that move robots back to their start poses (std_srvs, imported lazily; the node is passed in)."""
+"""Calls to the services that move robots to their start poses (std_srvs, imported lazily; the node is passed in)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from improv_core.outputs.ros.subscriber_check import SETTLE
 from improv_core.outputs.ros.topic import Now, RosTopic
 
 LIMIT = 0.5
-"""Seconds that beat 0 waits until a service is found, and then for its response."""
+"""Seconds that beat 0 waits to find a service, and then for its response."""
 
 
 @dataclass(slots=True)
 class _Call:
-    """A service to call, the robots it resets, and its progress. `ends` is when it no longer holds up beat 0."""
+    """A service to call, the robots it resets, and its progress. `ends` is the time until which it holds back beat
+    0."""
 
     service: str
     client: Any
@@ -55,7 +56,7 @@ class Resets:
         self._calls: list[_Call] = []
 
     def begin(self, services: Iterable[tuple[str, str, RosTopic]]) -> None:
-        """Call each service in these (service, robot, topic) once. The robots must have been told to stop."""
+        """Call each service in these (service, robot, topic) once. The robots must already have been stopped."""
         calls: dict[str, _Call] = {}
         for service, robot, topic in services:
             if service not in calls:
@@ -66,13 +67,13 @@ class Resets:
         self.under_way()
 
     def under_way(self) -> bool:
-        """Whether beat 0 must still wait. Call it repeatedly: it calls services as they appear."""
+        """Return whether beat 0 must still wait. Call it repeatedly: it calls services as they appear."""
         for call in self._calls:
             call.proceed(self._now())
         return any(self._now() < call.ends for call in self._calls)
 
     def warnings(self) -> Mapping[str, str]:
-        """One line for each service that has not responded yet, under the first robot that it resets."""
+        """One line for each service that hasn't responded yet, under the first robot that it resets."""
         return {call.robots[0]: line for call in self._calls if (line := call.warning())}
 
     def _client(self, service: str) -> Any:

@@ -1,7 +1,8 @@
-"""Whether those who listen on a topic are known to hear it: whom to ask, and when they count. It never reads a clock.
+"""Confirmations of a topic's listeners that they receive commands: when to ask, and when one counts. It never reads a
+clock.
 
-A listener that we have found may not have found us yet: in half of the starts of twelve robots, some heard nothing of
-the first 0.15 to 0.28 s. So it is sent zeros until it confirms them. Fast DDS asks for a confirmation only when ten
+A listener that we have found may not have found us yet: in half of the starts of twelve robots, some received nothing
+of the first 0.15 to 0.28 s. So we send it zeros until it confirms them. Fast DDS asks for a confirmation only when ten
 messages wait for one, or every 3 s. So zeros are sent in bursts.
 """
 
@@ -10,38 +11,40 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 ZEROS = 12
-"""How many zeros a listener is asked with at once. A publisher keeps ten: then Fast DDS asks for an answer."""
+"""The number of zeros in a burst. A publisher keeps ten, and with more Fast DDS asks for a confirmation."""
 PERIOD = 0.1
-"""Seconds for an answer until the next zeros are sent: more of them in between would have to be confirmed, too."""
+"""Seconds from one burst to the next. Zeros sent earlier would also have to be confirmed."""
 SETTLE = 0.2
-"""Seconds until one counts that confirms nothing (best effort). Commands arrived up to 0.16 s late until then."""
+"""Seconds after which a best-effort listener, which confirms nothing, counts. Until then, commands arrived up to 0.16 s
+late."""
 ANSWER_LIMIT = 5.0
-"""Seconds after which one that has not confirmed is named."""
+"""Seconds after which a warning names a listener that hasn't confirmed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hearing:
-    """What is known of the listeners of one publisher. Times are in seconds."""
+    """The known state of one publisher's listeners. Times are in seconds."""
 
     listeners: int = 0
     heard: int = 0
-    """How many of them there were when all counted."""
+    """The number of listeners when all of them counted last."""
     since: float = 0.0
-    """When the latest one appeared."""
+    """The time when the latest listener appeared."""
     earliest: float = 0.0
-    """Until then none counts, since others may take their place."""
+    """The time before which no listener counts, because others may replace it."""
     asked: float | None = None
-    """When it was asked last, if it was."""
+    """The time of the latest burst, if any."""
     trusts: bool = False
-    """Whether those that are found at the first look count at once, because nobody can wait for them."""
+    """True if listeners found at the first look count at once, because the score can't wait for them."""
 
     def is_heard(self, moves: bool) -> bool:
-        """Whether all listeners hear us. While the robot `moves`, those that come to others need not be asked."""
+        """Return whether all listeners receive us. While the robot `moves`, new listeners next to confirmed ones
+        needn't confirm."""
         return self.listeners > 0 and (self.heard >= self.listeners or (moves and self.heard > 0))
 
 
 def counted(hearing: Hearing, listeners: int, now: float) -> Hearing:
-    """After a look at how many there are."""
+    """Update the state with the number of listeners."""
     if not listeners:
         return Hearing(earliest=hearing.earliest)
     if hearing.trusts:
@@ -52,30 +55,31 @@ def counted(hearing: Hearing, listeners: int, now: float) -> Hearing:
 
 
 def replaced(now: float) -> Hearing:
-    """All of them may be about to be replaced, as after a reset."""
+    """Return a state in which all listeners may be about to be replaced, as after a reset."""
     return Hearing(earliest=now + SETTLE)
 
 
 def zeros_to_send(hearing: Hearing, now: float) -> int:
-    """How many zeros to ask with now. Only robots that stand can be asked."""
+    """The number of zeros to send now. Only robots that stand may get them."""
     if not hearing.listeners or hearing.is_heard(moves=False) or now < hearing.earliest:
         return 0
     return ZEROS if hearing.asked is None or now >= hearing.asked + PERIOD else 0
 
 
 def may_answer(hearing: Hearing, moves: bool, now: float) -> bool:
-    """Whether an answer would count: something was sent since the latest listener was found."""
+    """Return whether a confirmation would count: something was sent since the latest listener was found."""
     waits = hearing.listeners > 0 and not hearing.is_heard(moves) and now >= hearing.earliest
     return waits and (hearing.asked is not None or (moves and now > hearing.since))
 
 
 def is_overdue(hearing: Hearing, now: float) -> bool:
-    """Whether listeners have been asked for long and don't answer."""
+    """Return whether listeners haven't confirmed for a long time."""
     return hearing.asked is not None and now >= hearing.since + ANSWER_LIMIT
 
 
 def answered(hearing: Hearing, confirms: bool, now: float) -> Hearing:
-    """After those that are reliable have confirmed everything; `confirms` says whether that is all of them."""
+    """Update the state once the reliable listeners have confirmed everything; `confirms` is true if all are
+    reliable."""
     if not confirms and now < hearing.since + SETTLE:
         return hearing
     return replace(hearing, heard=hearing.listeners)

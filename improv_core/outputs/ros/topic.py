@@ -1,4 +1,4 @@
-"""A ROS 2 topic on which robots listen: the types its listeners expect, and its publishers (nodes are passed in)."""
+"""A ROS 2 topic of a robot: the types that its listeners expect, and its publishers (nodes are passed in)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TYPES = {
     "JointTrajectory": "trajectory_msgs/msg/JointTrajectory",
     "Float64MultiArray": "std_msgs/msg/Float64MultiArray",
 }
-"""The same, and those that it can send to controllers of joints."""
+"""All message types that Improv can send, with those for controllers of joints."""
 FIND_LIMIT = 10.0
 """Seconds that a listener and a publisher may take to find each other on a busy machine."""
 
@@ -44,14 +44,14 @@ def message_class(kind: str) -> Any:
 
 
 def has_confirmed(publisher: Any) -> bool:
-    """Whether a publisher's reliable listeners have confirmed everything. They do so late: when they are asked to."""
+    """Return whether a publisher's reliable listeners have confirmed everything. They do so only when DDS asks."""
     from rclpy.duration import Duration
 
     return bool(publisher.wait_for_all_acked(Duration()))  # without waiting
 
 
 def confirms(node: Any, topic: str, kinds: Collection[str]) -> bool:
-    """Whether all listeners of these types confirm what they hear: they are reliable, and their publishers too."""
+    """Return whether all listeners of these types confirm messages: they and their publishers are reliable."""
     ends = [*node.get_subscriptions_info_by_topic(topic), *node.get_publishers_info_by_topic(topic)]
     types = {TYPES[kind] for kind in kinds}
     return all(end.qos_profile.reliability.name == "RELIABLE" for end in ends if end.topic_type in types)
@@ -67,16 +67,16 @@ class RosTopic:
 
     def __init__(self, name: str, message: str, node: Any, advertise: Advertise, now: Now, at_once: bool) -> None:
         self.name = name
-        self._seen_as = node.resolve_topic_name(name)  # in the graph: ROS's arguments may remap it
+        self._seen_as = node.resolve_topic_name(name)  # its name in the graph, which ROS's arguments may remap
         self._node = node
         self._advertise = advertise
         self._now = now
         self._publishers: dict[str, _Publisher] = {}
         self._leaving: dict[str, tuple[_Publisher, float]] = {}  # and since when they have sent nothing
         self._message = message
-        self._finding = math.inf  # since when listeners of a type of ours are not matched
+        self._finding = math.inf  # since when listeners of our types are unmatched
         self.was_heard = False
-        """Whether it has ever had a listener."""
+        """True if it has ever had a listener."""
         self._serve({message if message in TYPES else "Twist"}, Hearing(trusts=at_once))
 
     @property
@@ -84,27 +84,27 @@ class RosTopic:
         return "TwistStamped" in self._publishers
 
     def take(self, message: str) -> None:
-        """From now on, send `message`: a type, or "auto"."""
+        """Send `message` from now on: a type, or "auto"."""
         self._message = message
         if message in TYPES:
             self._serve({message}, Hearing())
 
     def unsettle(self) -> None:
-        """The listeners may be about to change, as after a reset. They count again once they have answered."""
+        """Expect the listeners to change, as after a reset. They count again once they have confirmed."""
         for publisher in self._publishers.values():
             publisher.hearing = replaced(self._now())
 
     def ask(self, message: bytes, clock: Any, frame: bytes) -> None:
-        """Have listeners confirm this message, which must move nothing, unless they have done so."""
+        """Have listeners confirm this message, which must move nothing, unless they already have."""
         for publisher in self._publishers.values():
             publisher.ask(self._now(), message, clock, frame)
 
     def missing(self, moves: bool) -> str | None:
-        """Why a command would not be heard now, or None; "" if listeners and publishers are still finding each other.
+        """The reason why a command would not be received now, or None; "" while listeners and publishers still find
+        each other.
 
-        `moves` says whether the robot is being told to move. Listeners that expect another type are served from now on.
-
-        Takes a few microseconds if all listeners match: it is called for every topic while robots move.
+        `moves` is true if the robot is moving. Listeners that expect another type get it from now on. Takes a few
+        microseconds if all listeners match: the stage calls it for every topic while robots move.
         """
         self._destroy_left()
         counts = [publisher.count() for publisher in self._publishers.values()]
@@ -127,7 +127,7 @@ class RosTopic:
             if any(is_overdue(publisher.hearing, self._now()) for publisher in self._publishers.values()):
                 return (
                     f"a listener on {self._seen_as} doesn't confirm that it hears anything: "
-                    "look whether it hangs or started before its network was up"
+                    "check whether it hangs or started before its network was up"
                 )
             return ""
         self._finding = min(self._finding, self._now())
@@ -136,19 +136,19 @@ class RosTopic:
         return self._incompatible() or f"the listener on {self._seen_as} can't be reached: check the network"
 
     def count_listeners(self) -> int:
-        """How many listeners our publishers are matched with."""
+        """The number of listeners that our publishers are matched with."""
         return sum(publisher.count() for publisher in self._publishers.values())
 
     def has_confirmed(self) -> bool:
-        """Whether all reliable listeners have confirmed everything. They do so late: when they are asked to."""
+        """Return whether all reliable listeners have confirmed everything. They do so only when DDS asks."""
         return all(publisher.has_confirmed() for publisher in self._publishers.values())
 
     def confirms(self) -> bool:
-        """Whether all listeners confirm what they hear: they are reliable, and our publishers too."""
+        """Return whether all listeners confirm messages: they and our publishers are reliable."""
         return self._confirms(self._publishers)
 
     def others(self, own: Collection[str], standby: bool) -> list[str]:
-        """The nodes that also publish here, except our `own`. A `standby` has as many publishers as we have."""
+        """The other nodes that publish here, without our `own`. A `standby` has as many publishers as we have."""
         own_publishers = len(self._publishers) + len(self._leaving)
         if self._node.count_publishers(self._seen_as) == own_publishers * (1 + standby):
             return []
@@ -164,7 +164,8 @@ class RosTopic:
         return confirms(self._node, self.name, kinds)
 
     def _incompatible(self) -> str | None:
-        """Whether all listeners require what our publishers, reliable and volatile, don't offer."""
+        """The reason why all listeners are incompatible with our publishers, which are reliable and volatile; None if
+        they aren't."""
         ours = {TYPES[kind] for kind in self._publishers}
         listeners = self._node.get_subscriptions_info_by_topic(self.name)
         wanted = {each.qos_profile.durability.name for each in listeners if each.topic_type in ours}
@@ -200,7 +201,7 @@ class RosTopic:
 
 
 class _Publisher:
-    """A publisher of one type, and what is known of its listeners."""
+    """A publisher of one type and the state of its listeners."""
 
     def __init__(self, advertise: Advertise, kind: str, topic: str, second: bool, hearing: Hearing) -> None:
         self.hearing = hearing
@@ -211,7 +212,7 @@ class _Publisher:
         self.count: Callable[[], int] = self._publisher.get_subscription_count
 
     def is_heard(self, moves: bool, now: float, confirms: Callable[[Collection[str]], bool]) -> bool:
-        """Look whether its listeners are known to hear it."""
+        """Return whether its listeners receive it, after looking for new ones."""
         self.hearing = counted(self.hearing, self.count(), now)
         if may_answer(self.hearing, moves, now) and self.has_confirmed():
             self.hearing = answered(self.hearing, confirms((self._kind,)), now)

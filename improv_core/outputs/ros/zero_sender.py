@@ -1,4 +1,4 @@
-"""Sends zeros that are owed (safety/pending_zeros.py) on ROS 2 topics."""
+"""Sends pending zeros (safety/pending_zeros.py) on ROS 2 topics."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from improv_core.safety.pending_zeros import Owed, TopicFacts, look, owe
 from improv_core.score.motion import STILL
 
 MOST_LOOKS = 4
-"""How many topics to look at between two other things. With 100 topics on a busy machine, each took 0.3 to 0.6 ms."""
+"""The most topics to look at per call. With 100 topics on a busy machine, each took 0.3 to 0.6 ms."""
 ZERO = twist_message(STILL)
 
 
 class OwedZeros:
-    """The topics on which robots were told to stop and may not have heard it. `others` names the other nodes that
-    publish on a topic, `paid` gets topics on which zeros are no longer owed, and `tell` lines for people."""
+    """The topics on which robots may not have received their zeros. `others` names the other nodes that publish on a
+    topic, `paid` gets the topics that need no more zeros, and `tell` gets lines for people."""
 
     def __init__(
         self,
@@ -33,49 +33,49 @@ class OwedZeros:
         self._paid = paid
         self._tell = tell
         self._now = now
-        self._moved: set[str] = set()  # topics on which robots were told to move since they were last owed a zero
-        self._debts: dict[str, _Debt] = {}  # by topic, the one that was looked at longest ago first
+        self._moved: set[str] = set()  # topics on which robots have moved since their latest pending zero
+        self._pending: dict[str, _PendingZero] = {}  # by topic, the longest unseen first
 
     def moves(self, topic: RosTopic) -> None:
-        """Note that a robot is told to move."""
+        """Note that a robot gets a velocity."""
         self._moved.add(topic.name)
-        self._debts.pop(topic.name, None)
+        self._pending.pop(topic.name, None)
 
     def stands(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
-        """Note that a robot was told to stop, by this message."""
-        now, debt = self._now(), self._debts.get(topic.name)
-        if debt:
-            debt.owed = debt.owed.sent(now)
+        """Note that a robot got this zero."""
+        now, pending = self._now(), self._pending.get(topic.name)
+        if pending:
+            pending.owed = pending.owed.sent(now)
         elif topic.name in self._moved:
             self._moved.discard(topic.name)
             owed = owe(now, topic.count_listeners(), topic.was_heard)
-            self._debts[topic.name] = _Debt(robot, topic, frame, owed, zero)
+            self._pending[topic.name] = _PendingZero(robot, topic, frame, owed, zero)
 
     def inherits(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
-        """Note that a robot that an earlier stage may have moved is told to stop."""
+        """Note that a robot gets a zero because an earlier stage may have moved it."""
         owed = owe(self._now(), topic.count_listeners(), topic.was_heard, inherited=True)
-        self._debts[topic.name] = _Debt(robot, topic, frame, owed, zero)
+        self._pending[topic.name] = _PendingZero(robot, topic, frame, owed, zero)
 
     @property
     def due(self) -> float:
-        """When `pay` is due, in monotonic seconds."""
-        return min((debt.owed.due for debt in self._debts.values()), default=math.inf)
+        """The next time at which `pay` is due, in monotonic seconds."""
+        return min((pending.owed.due for pending in self._pending.values()), default=math.inf)
 
     def pay(self, now: float) -> None:
-        """Look at what is due: send zeros again, or find out that they were heard."""
-        due = [name for name, debt in self._debts.items() if debt.owed.due <= now]
+        """Look at the topics that are due: send zeros again, or drop those that were confirmed."""
+        due = [name for name, pending in self._pending.items() if pending.owed.due <= now]
         for name in due[:MOST_LOOKS]:
-            debt = self._debts.pop(name)
-            found = look(debt.owed, now, self._facts(debt.topic))
+            pending = self._pending.pop(name)
+            found = look(pending.owed, now, self._facts(pending.topic))
             if found.owed:
-                self._debts[name] = replace(debt, owed=found.owed)
+                self._pending[name] = replace(pending, owed=found.owed)
             else:
                 self._paid(name)
             if found.sends:
-                self._send(debt.topic, debt.zero, frame_field(debt.frame))
+                self._send(pending.topic, pending.zero, frame_field(pending.frame))
             if found.tells:
                 self._tell(
-                    f"{debt.robot} may still be moving: nothing on {name} has confirmed that it was told to stop; "
+                    f"{pending.robot} may still be moving: no listener on {name} has confirmed the stop; "
                     "look at the robot"
                 )
 
@@ -87,7 +87,7 @@ class OwedZeros:
 
 
 @dataclass(slots=True)
-class _Debt:
+class _PendingZero:
     robot: str
     topic: RosTopic
     frame: str

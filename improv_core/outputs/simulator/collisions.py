@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pymunk
 
 OVERLAP = 0.001
-"""How far two robots in contact may overlap, in meters. pymunk needs some overlap to keep the contact."""
+"""Meters that two robots in contact may overlap. pymunk needs some overlap to keep the contact."""
 STEP = 1 / STEPS_PER_SECOND
 """The length of a step in seconds, for pymunk."""
 BUMP = 0.01
@@ -48,7 +48,7 @@ class Colliding(Protocol):
     """The obstacles of a world and the robots that are near something."""
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
-        """Whether a wall or an obstacle is within `reach` meters of a point."""
+        """Return whether a wall or an obstacle is within `reach` meters of a point."""
 
     def keep(self, discs: Mapping[str, Disc]) -> None:
         """Add these robots and remove all others."""
@@ -68,7 +68,7 @@ class Colliding(Protocol):
 
 
 class Collisions:
-    """How they push each other, by pymunk."""
+    """Collisions computed by pymunk."""
 
     def __init__(self, world: World) -> None:
         import pymunk
@@ -77,12 +77,12 @@ class Collisions:
         self._space.collision_slop = OVERLAP
         self._space.on_collision(pre_solve=self._touch)
         self._empty = world == EMPTY
-        self._stand(world)
+        self._add_obstacles(world)
         self._bodies: dict[str, tuple[pymunk.Body, pymunk.Circle, Disc]] = {}
         self._names: dict[pymunk.Shape, str] = {}
         self._paths: Mapping[str, tuple[Pose, Pose]] = {}
-        self._touched: dict[tuple[str, ...], float] = {}  # when each pair that has bumped last touched
-        self._above: dict[tuple[str, ...], float] = {}  # when one of a pair was last above the other
+        self._touched: dict[tuple[str, ...], float] = {}  # when each pair that has bumped touched last
+        self._above: dict[tuple[str, ...], float] = {}  # when one robot of a pair was last above the other
         self._start = self._end = 0.0
         self._bumps: list[Bump] = []
         self._pressed: set[str] = set()
@@ -102,7 +102,7 @@ class Collisions:
             self._space.remove(shape, body)
         for name, disc in discs.items():
             if name not in self._bodies:
-                self._bodies[name] = self._take_in(name, disc)
+                self._bodies[name] = self._add_robot(name, disc)
 
     def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
         # pymunk always gets steps of the same length, with slower robots in shorter ones. Otherwise it would scale the
@@ -137,7 +137,7 @@ class Collisions:
         self._pressed, self._touching = set(), set()
         return contacts
 
-    def _stand(self, world: World) -> None:
+    def _add_obstacles(self, world: World) -> None:
         import pymunk
 
         ground = self._space.static_body
@@ -154,12 +154,12 @@ class Collisions:
             shape.filter = pymunk.ShapeFilter(categories=_OBSTACLES)
         self._space.add(*shapes)
 
-    def _take_in(self, name: str, disc: Disc) -> tuple[pymunk.Body, pymunk.Circle, Disc]:
+    def _add_robot(self, name: str, disc: Disc) -> tuple[pymunk.Body, pymunk.Circle, Disc]:
         import pymunk
 
         body = pymunk.Body(mass=1.0, moment=pymunk.moment_for_circle(1.0, 0.0, disc.radius))
-        # pymunk moves bodies first and then solves contacts. `push` moves them afterward instead, so the velocities it
-        # sets are solved before they are used, and no robot drives into another that is in the way.
+        # pymunk moves bodies first and then solves contacts. `push` moves them afterward instead, so pymunk solves the
+        # velocities before they are used, and no robot drives into another that blocks it.
         body.position_func = _stay
         shape = pymunk.Circle(body, disc.radius)  # no bounce
         shape.friction = GRIP if disc.grips else 0.0
@@ -172,7 +172,7 @@ class Collisions:
         """pymunk calls this for every pair that touches, before they push each other."""
         names = tuple(sorted(self._names[shape] for shape in arbiter.shapes if shape in self._names))
         arbiter.process_collision = True  # pymunk keeps this until the two separate
-        if len(names) == 2 and self._pass_over(*names):
+        if len(names) == 2 and self._is_above(*names):
             arbiter.process_collision = False
             self._above[names] = self._end
             return
@@ -189,13 +189,13 @@ class Collisions:
             point = arbiter.contact_point_set.points[0].point_a
             self._bumps.append(Bump(self._end, point.x, point.y, names))
 
-    def _pass_over(self, one: str, other: str) -> bool:
-        """Whether one robot flies above the other."""
+    def _is_above(self, one: str, other: str) -> bool:
+        """Return whether one robot flies above the other."""
         (*_, disc), (*_, beside) = self._bodies[one], self._bodies[other]
         return abs(self._paths[one][0].z - self._paths[other][0].z) >= disc.radius + beside.radius
 
     def _sinking(self, one: str, other: str) -> float:
-        """How fast the upper robot sinks toward the lower one."""
+        """Return the speed at which the upper robot sinks toward the lower one."""
         (before, after), (below, later) = self._paths[one], self._paths[other]
         return (abs(before.z - below.z) - abs(after.z - later.z)) / (self._end - self._start)
 
@@ -205,7 +205,7 @@ _ROUNDING = 1e-9
 
 
 def _closing(arbiter: pymunk.Arbiter) -> float:
-    """How fast two touching shapes approach each other, in pymunk's time."""
+    """Return the speed at which two touching shapes approach each other, in pymunk's time."""
     one, other = (shape.body.velocity for shape in arbiter.shapes if shape.body)
     return float((one - other).dot(arbiter.normal))
 

@@ -1,4 +1,4 @@
-"""A simulator in which robots sense and react, and whose commands are recorded."""
+"""A simulator in which robots sense and react, and which records their commands."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from improv_core.score.score import Score
 
 
 class RecordedSimulator(Simulator):
-    """A simulator without a page, which also gives a recorder everything that it is sent."""
+    """A simulator without a page that also passes all its commands to a recorder."""
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__(period=None)

@@ -1,4 +1,4 @@
-"""A simulated robot: its motion, its trail, and the setpoints that it has yet to follow. Standard library only."""
+"""A simulated robot: its motion, its trail, and its pending setpoints. Standard library only."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.score.score import Part
 
 @dataclass(slots=True)
 class SimulatedRobot:
-    """A robot as of its latest change, and its setpoints from then on."""
+    """A robot's state at its latest change, and its setpoints from then on."""
 
     part: Part
     disc: Disc
@@ -26,24 +26,24 @@ class SimulatedRobot:
     joints: SimulatedJoints
     setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
     commanded: Twist = STILL
-    """The last twist it was sent."""
+    """The latest twist that was sent to it."""
     pushed: Pushed | None = None
-    """Set while something keeps it from going where it wants."""
+    """Set while something blocks the robot's path."""
     bumped: bool = False
-    """Whether it bumped into something, and has neither left that nor moved otherwise since."""
+    """True after a bump, until the robot leaves what it hit or moves away."""
 
     def ahead(self, to: float) -> Motion:
         return follow(self.motion, self.setpoints, to, self.motors)
 
     def settle(self, to: float) -> None:
-        """Drop the history up to `to`, of which only the trail is kept."""
+        """Drop the history up to `to`, except the trail."""
         self.leave_trail(to)
         self.motion = self.ahead(to)
         while self.setpoints and self.setpoints[0][0] <= to:
             self.setpoints.popleft()
 
     def leave_trail(self, to: float) -> None:
-        """Add to the trail where the robot has been told to move differently, up to `to`."""
+        """Add the robot's position at each change of its setpoint up to `to` to the trail."""
         for at, _ in self.setpoints:
             if at > to:
                 break
@@ -51,7 +51,7 @@ class SimulatedRobot:
                 self.trail.add(at, self.pose_at(at))
 
     def mark(self, at: float) -> None:
-        """Add to the trail where the robot is, unless it is on the arc that it was on before."""
+        """Add the robot's position to the trail, unless the robot is still on the same arc."""
         self.leave_trail(at)
         if self.motors or self.pushed:
             self.trail.add(at, self.pose_at(at))
@@ -69,6 +69,6 @@ class SimulatedRobot:
         ideally = self.ahead(time).pose_at(time)
         if not self.pushed:
             return ideally
-        # Its own twists would take it into what it touches, so it keeps moving as in the last step.
+        # Its own twist would take it into what it touches, so it keeps moving as in the last step.
         at, seconds = self.pushed.pose, time - self.motion.at
         return Pose(at.x + self.pushed.x * seconds, at.y + self.pushed.y * seconds, ideally.z, ideally.heading)

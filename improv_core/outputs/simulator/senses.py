@@ -1,4 +1,4 @@
-"""What simulated robots sense: bumps, what is near, and what declared sensors would measure. Standard library only."""
+"""Senses of simulated robots: bumps, nearby things, and values of the declared sensors. Standard library only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from improv_core.score.world import World
 
 
 class _Nearby(NamedTuple):
-    """What a robot could sense until the next search for what is near."""
+    """The things and the robots that a robot could sense until the next search."""
 
     things: Scene
     robots: tuple[str, ...]
@@ -24,20 +24,20 @@ _NOTHING = _Nearby(Scene(), ())
 
 
 class SimulatedSenses:
-    """Knows which senses are asked for, and finds what changes. Nothing is computed for others."""
+    """Computes the senses that are read, and no others, and finds their changes."""
 
     def __init__(self, world: World, robots: Mapping[str, SimulatedRobot]) -> None:
         self._scene = scene(world)
         self._robots = robots
-        self._values: dict[RobotSense, bool] = {}  # of what is asked for
+        self._values: dict[RobotSense, bool] = {}  # the values of the senses that are read
         self._nearby: dict[RobotSense, _Nearby] = {}
         self._reach = 0.0
         self._jumped = False
 
     def ask(self, asked: Collection[RobotSense], at: float) -> list[Edge]:
-        """From now on, find changes of these. Those that were not asked for before give edges at once.
+        """Watch these senses, and return an edge for each one that wasn't watched before.
 
-        The senses of keys that people hold are not for us.
+        Keys and cues are left out: they come from people.
         """
         ours = [each for each in sorted(asked) if each.sense != CUE and not isinstance(self._source(each), Key)]
         before = {each: self._values[each] for each in ours if each in self._values}
@@ -47,17 +47,17 @@ class SimulatedSenses:
         return [Edge(each, value, at) for each, value in self._values.items() if before.get(each) != value]
 
     def jump(self) -> None:
-        """Robots have been moved by hand, or there is another world."""
+        """Recompute everything: robots were moved by hand, or the world changed."""
         self._jumped = True
         self.look(0.0)
 
     def look(self, reach: float) -> None:
-        """Until the next call, robots move no farther than `reach` meters."""
+        """Forget what is near. Until the next call, robots move no farther than `reach` meters."""
         self._reach = reach
         self._nearby.clear()
 
     def could_change(self, at: float) -> bool:
-        """Whether a sense may change before the next `look`, if no robots touch anything until then."""
+        """Return whether a sense may change before the next `look` if no robots touch anything until then."""
         return any(self._measures_speed(each) or self._near(each, at) != _NOTHING for each in self._values)
 
     def changes(self, at: float) -> list[Edge]:
@@ -68,7 +68,7 @@ class SimulatedSenses:
         return edges
 
     def _value(self, asked: RobotSense, at: float) -> bool:
-        """Whether a sense holds. What only a real sensor can know is false."""
+        """The value of a sense; false if only a real sensor can know it."""
         robot, source = self._robots[asked.robot], self._source(asked)
         if isinstance(source, Topic) and self._measures_speed(asked):
             return source.compare(robot.speed_at(at))
@@ -76,7 +76,7 @@ class SimulatedSenses:
             sector = _SECTORS[source.message] or (source.start, source.end)
             return source.compare(nearest(self._in_sight(asked, at), robot.pose_at(at), *sector))
         if asked.sense == NEAR:
-            # A disc that is a bit slimmer slides along what it touches, and overlaps as far as it is pushed.
+            # A slightly slimmer disc slides along what it touches, and overlaps as far as it is pushed.
             slim = max(robot.disc.radius - 2 * OVERLAP, robot.disc.radius / 2)
             reach = robot.part.profile.reach + robot.disc.radius - slim
             return is_in_the_way(self._in_sight(asked, at), robot.pose_at(at), slim, reach)
@@ -90,13 +90,13 @@ class SimulatedSenses:
         return isinstance(source, Topic) and source.message == "nav_msgs/Odometry"
 
     def _in_sight(self, asked: RobotSense, at: float) -> Scene:
-        """What a robot could sense, with the other robots as they are now."""
+        """Everything that a robot could sense, with the other robots where they are now."""
         things, robots = self._near(asked, at)
         if not robots:
             return things
         robot = self._robots[asked.robot]
         z, poses = robot.pose_at(at).z, {name: self._robots[name].pose_at(at) for name in robots}
-        high = robot.disc.radius if asked.sense == NEAR else 0.0  # a scanner sees only what is level with it
+        high = robot.disc.radius if asked.sense == NEAR else 0.0  # a scanner sees only things at its own height
         discs = [
             (complex(pose.x, pose.y), self._robots[name].disc.radius)
             for name, pose in poses.items()
@@ -117,7 +117,7 @@ class SimulatedSenses:
             far = robot.part.profile.reach + robot.disc.radius
         else:
             return _NOTHING
-        far += 2 * self._reach  # it moves, and others may come
+        far += 2 * self._reach  # the robot moves, and others may come closer
         pose = robot.pose_at(at)
         here = complex(pose.x, pose.y)
         places = {name: other.pose_at(at) for name, other in self._robots.items() if other is not robot}
@@ -130,4 +130,4 @@ class SimulatedSenses:
 
 
 _SECTORS = {"sensor_msgs/LaserScan": None, "sensor_msgs/Range": (0.0, 0.0)}
-"""Messages about distances, and where they are measured if the sense doesn't say it, from the heading."""
+"""Messages about distances, with the sector they measure from the heading if the sense doesn't name one."""

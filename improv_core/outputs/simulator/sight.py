@@ -1,4 +1,4 @@
-"""What simulated robots see of walls, obstacles and each other. Points are complex numbers, in meters."""
+"""Visibility of walls, obstacles, and other robots for simulated robots. Points are complex numbers, in meters."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ _TURN = 2 * math.pi
 
 
 class Scene(NamedTuple):
-    """Things to see: lines from point to point, and discs with their radius. A box is four lines."""
+    """Visible things: lines from point to point, and discs with their radius. A box is four lines."""
 
     lines: tuple[tuple[complex, complex], ...] = ()
     discs: tuple[tuple[complex, float], ...] = ()
 
     def within(self, place: complex, distance: float) -> Scene:
-        """What is no farther than that from a place."""
+        """The things within a distance of a place."""
         return Scene(
             tuple(line for line in self.lines if abs(_closest(line[0] - place, line[1] - place)) <= distance),
             tuple(disc for disc in self.discs if abs(disc[0] - place) <= distance + disc[1]),
         )
 
     def seen_from(self, pose: Pose, direction: float = 0.0) -> Scene:
-        """The same with a pose as the origin, and a direction from its heading along the real axis."""
+        """The same things seen from a pose: the pose is the origin, and `direction` from its heading is the real
+        axis."""
         origin, turn = complex(pose.x, pose.y), cmath.rect(1, -pose.heading - direction)
         return Scene(
             tuple(((one - origin) * turn, (other - origin) * turn) for one, other in self.lines),
@@ -47,7 +48,8 @@ def scene(world: World) -> Scene:
 
 
 def is_in_the_way(things: Scene, pose: Pose, radius: float, reach: float) -> bool:
-    """Whether a disc would touch something on its next `reach` meters straight ahead, not what it moves away from."""
+    """Return whether a disc would touch something on its next `reach` meters straight ahead. Things that it moves away
+    from don't count."""
     seen = things.seen_from(pose)
     return any(_stops(one, other, radius, reach) for one, other in seen.lines) or any(
         center.real > 0 and abs(center - min(center.real, reach)) < radius + size for center, size in seen.discs
@@ -55,7 +57,7 @@ def is_in_the_way(things: Scene, pose: Pose, radius: float, reach: float) -> boo
 
 
 def nearest(things: Scene, pose: Pose, start: float, end: float) -> float:
-    """How far the nearest thing is in a sector, from one angle to another, counterclockwise from the heading.
+    """The distance of the nearest thing in a sector, from one angle to another, counterclockwise from the heading.
 
     Infinite if nothing is there.
     """
@@ -66,7 +68,7 @@ def nearest(things: Scene, pose: Pose, start: float, end: float) -> float:
 
 
 def _stops(one: complex, other: complex, radius: float, reach: float) -> bool:
-    """Whether a line stops a disc that moves from 0 along the real axis."""
+    """Return whether a line stops a disc that moves from 0 along the real axis."""
     close = _closest(one, other)
     if abs(close) < radius:
         return close.real > 0
@@ -75,7 +77,7 @@ def _stops(one: complex, other: complex, radius: float, reach: float) -> bool:
 
 
 def _line_within(one: complex, other: complex, width: float) -> float:
-    """How far a line is from 0 in the sector from the real axis to an angle."""
+    """The distance of a line from 0 in the sector from the real axis to an angle."""
     points = [each for each in (_closest(one, other), one, other) if _is_within(each, width)]
     return min([*map(abs, points), _crossing(one, other, 1), _crossing(one, other, cmath.rect(1, width))])
 
@@ -87,14 +89,14 @@ def _disc_within(center: complex, radius: float, width: float) -> float:
 
 
 def _hit(center: complex, radius: float) -> float:
-    """Where the positive real axis meets a disc; infinite if it does not."""
+    """The point at which the positive real axis meets a disc; infinite if it doesn't."""
     if center.real < 0 or abs(center.imag) > radius:
         return math.inf
     return center.real - math.sqrt(radius**2 - center.imag**2)
 
 
 def _crossing(one: complex, other: complex, ray: complex) -> float:
-    """How far from 0 a ray crosses a line; infinite if it does not."""
+    """The distance from 0 at which a ray crosses a line; infinite if it doesn't."""
     one, other = one * ray.conjugate(), other * ray.conjugate()
     if min(one.imag, other.imag) > 0 or max(one.imag, other.imag) < 0 or one.imag == other.imag:
         return math.inf

@@ -24,21 +24,22 @@ from improv_core.score.world import World
 
 LOOK = 24
 """Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
-is not pushed."""
+isn't pushed."""
 MARGIN = 0.05
 """Extra meters that count as near, because pushing can make robots faster."""
 MOST_PARTS = 16
-"""The most parts of a step. Steps are divided so even fast or small discs move at most half their radius at once."""
+"""The most parts of a step. Steps are divided so that even fast or small discs move at most half their radius at
+once."""
 BUMPS_KEPT = 200
 
 
 class Simulator:
     """A sink that moves discs in a world of walls and obstacles.
 
-    Robots that are near nothing move on exact arcs, without steps. Those that could touch something are pushed in whole
-    steps of 1/240 s counted from beat 0, divided into equal parts if one is fast, and only robots that are really
-    pushed leave their arcs. Who is near is also decided at whole steps. So the same program gives bit-identical poses,
-    no matter how often `advance` is called.
+    Robots that are near nothing move on exact arcs, without steps. Robots that could touch something are pushed in
+    whole steps of 1/240 s counted from beat 0, divided into equal parts if one is fast. Only robots that are really
+    pushed leave their arcs. The search for nearby robots also runs only at whole steps. So the same program gives
+    bit-identical poses, no matter how often `advance` is called.
     """
 
     name: str = "simulator"
@@ -47,7 +48,7 @@ class Simulator:
     def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], Colliding] = Collisions) -> None:
         self.period = period
         self._collide = collide
-        self._lock = Lock()  # any thread may ask for poses
+        self._lock = Lock()  # any thread may read poses
         self._placed = 0
         self._clear(World())
 
@@ -58,7 +59,7 @@ class Simulator:
         self._senses = SimulatedSenses(world, self._robots)
         self._awake: list[str] = []  # robots near something
         self._fastest = 0.0  # m/s, of all setpoints so far
-        self._faster: deque[tuple[float, float]] = deque()  # when that increases, and to what
+        self._faster: deque[tuple[float, float]] = deque()  # when that increases, and the new value
         self._steps = 0
         self._look_again = 0
         self._now = 0.0
@@ -66,7 +67,7 @@ class Simulator:
         self._met: dict[str, dict[str, None]] = {}
 
     def meet(self, score: Score) -> Iterator[None]:
-        """Does nothing: simulated robots can be told at once."""
+        """Do nothing: simulated robots receive commands at once."""
         return iter(())
 
     def prepare(self, score: Score, restart: bool) -> None:
@@ -83,23 +84,23 @@ class Simulator:
                 self._world, self._collisions = score.world, self._collide(score.world)
                 self._senses = SimulatedSenses(score.world, self._robots)
             for name, part in score.parts.items():
-                self._cast(name, part)
+                self._add_or_update(name, part)
             self._look_soon()
 
     def resetting(self) -> bool:
         return False
 
     def bring_home(self, robots: Collection[str]) -> None:
-        """Does nothing: joints are at their starts."""
+        """Do nothing: joints are at their starts."""
 
     def ask(self, robots: Collection[str]) -> None:
-        """Does nothing: simulated robots hear everything."""
+        """Do nothing: simulated robots receive everything."""
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """Who has bumped into whom so far, listed under the robot whose name comes first."""
+        """The bumps so far, as one line per robot, under the robot whose name comes first."""
         return {
             name: f"{name} bumped into {_listed(met)}: {_advice(met)}"
             for name in (self._met if robots is None else robots)
@@ -107,7 +108,7 @@ class Simulator:
         }
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Queue a twist. Ignored for robots that a restart has removed: they are still told to stop."""
+        """Queue a twist. Ignore robots that a restart has removed: their stops still arrive here."""
         known = self._robots.get(robot)
         if known is None or known.commanded == twist:
             return
@@ -119,7 +120,7 @@ class Simulator:
                 self._faster.append((at, speed))
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
-        """Queue how joints move. Ignored for robots that a restart has removed."""
+        """Queue a movement of joints. Ignore robots that a restart has removed."""
         if known := self._robots.get(robot):
             with self._lock:
                 known.joints.tell(joints, at)
@@ -136,18 +137,18 @@ class Simulator:
             self._look_soon()
 
     def advance(self, to: float) -> None:
-        """Run every whole step that ends by `to`. The rest of the time only shows in `poses`."""
+        """Run every whole step that ends by `to`. The remaining time shows only in `poses`."""
         with self._lock:
-            if to > self._now:  # otherwise nothing can change, and what was asked for last time stays known
+            if to > self._now:  # otherwise nothing can change, and the senses of the last call stay watched
                 self._senses.ask((), self._now)
             self._run(to)
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        """Like `advance`, but only until senses change that are asked for: the edges, sorted; none once it is at `to`.
+        """Advance until a sense in `asked` changes, and return the sorted edges; none once the time is `to`.
 
-        A sense that was not asked for last time gives an edge at once. The others are looked at after every whole step,
-        so the same program gives the same edges, no matter how often this is called. The senses of keys that people
-        hold are not for us.
+        A sense that wasn't in the last call gives an edge at once. The others are computed after every whole step, so
+        the same program gives the same edges, no matter how often this is called. Keys and cues are left out: they come
+        from people.
         """
         with self._lock:
             return self._senses.ask(asked, self._now) or self._run(to)
@@ -178,10 +179,10 @@ class Simulator:
             )
 
     def close(self) -> None:
-        """Does nothing: a page can still show the last poses."""
+        """Do nothing: a page can still show the last poses."""
 
     def _run(self, to: float) -> list[Edge]:
-        """Run whole steps until `to`, or until one changes a sense that is asked for."""
+        """Run whole steps until `to`, or until a watched sense changes."""
         last = _whole_steps(to)
         while self._steps < last:
             end = (self._steps + 1) / STEPS_PER_SECOND
@@ -202,7 +203,7 @@ class Simulator:
         self._now = to
         return []
 
-    def _cast(self, name: str, part: Part) -> None:
+    def _add_or_update(self, name: str, part: Part) -> None:
         motors = motors_of(part.profile, name)
         disc = Disc(part.profile.radius, motors is not None)
         known = self._robots.get(name)
@@ -226,7 +227,7 @@ class Simulator:
         return max(_whole_steps(self._faster[0][0]), self._steps + 1)
 
     def _look_soon(self) -> None:
-        """Robots have been moved."""
+        """Search again at the next step: robots were moved, or the score changed."""
         self._look_again = self._steps
         self._senses.jump()
 
@@ -271,12 +272,12 @@ class Simulator:
         self._steps += 1
 
     def _paths(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:
-        """The start and end poses of the robots near something, if nothing pushes them."""
+        """The start and end poses that the robots near something would have if nothing pushed them."""
         robots = {name: self._robots[name] for name in self._awake}
         return {name: (robot.pose_at(start), robot.ahead(end).pose_at(end)) for name, robot in robots.items()}
 
     def _parts(self, paths: Mapping[str, tuple[Pose, Pose]]) -> int:
-        """How many parts a step needs, so that no robot moves farther than half its radius in one."""
+        """The number of parts to divide a step into, so that no robot moves farther than half its radius in one."""
         farthest = max(
             math.dist((before.x, before.y, before.z), (after.x, after.y, after.z)) / self._robots[name].disc.radius
             for name, (before, after) in paths.items()
@@ -296,7 +297,7 @@ class Simulator:
 
 
 def _whole_steps(time: float) -> int:
-    """How many steps have ended by `time`, even if the product is rounded."""
+    """The number of steps that have ended by `time`, even if the product is rounded."""
     steps = math.floor(time * STEPS_PER_SECOND)
     if (steps + 1) / STEPS_PER_SECOND <= time:
         return steps + 1
@@ -304,7 +305,7 @@ def _whole_steps(time: float) -> int:
 
 
 def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None) -> Motion:
-    """The motion from where it was pushed to. A robot with motors has to speed up again."""
+    """The motion from the pose that it was pushed to. A robot with motors has to speed up again."""
     if not motors:
         return Motion(at, pushed.pose, motion.commanded, motion.commanded)
     cos, sin = math.cos(pushed.pose.heading), math.sin(pushed.pose.heading)
@@ -313,7 +314,7 @@ def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None
 
 
 def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:
-    """The circles (x, y, radius) that overlap another one. Each is compared only with those in neighboring cells."""
+    """The circles (x, y, radius) that overlap another one. Each is compared only with circles in neighboring cells."""
     if not circles:
         return set()
     size = 2 * max(radius for *_, radius in circles.values())

@@ -1,4 +1,4 @@
-"""How simulated robots follow what they are told: exactly, or as motors let them."""
+"""Simulated robots follow their commands: exactly, or within the limits of their motors."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_beside_real_robots_only_known_limits_count() -> None:
     assert motors_of(beside_robots(TURTLEBOT4), "r") == Motors(0.306, 1.9, 0.9, 7.725)
     assert motors_of(beside_robots(TURTLESIM), "r") is None
     assert beside_robots(replace(TURTLEBOT4, dynamics="motors")).dynamics == "motors"
-    # As the sink scales what is too fast: half as fast, so half as far, and no longer to get going.
+    # As the sink scales velocities over a limit: half as fast, so half as far, and without acceleration.
     commands = [(0.0, Twist(x=0.44, yaw=1.0)), (2.0, STILL)]
     check(commands, 3.0, Pose().after(Twist(x=0.22, yaw=0.5), 2.0), burger)
 
@@ -63,18 +63,18 @@ def test_motors_gain_speed_and_lose_it() -> None:
 def test_motors_turn_in_the_same_way() -> None:
     commands = [(0.0, Twist(yaw=1.0)), (2.0, Twist(yaw=-1.0)), (4.0, STILL)]
     check(commands, 2.0, Pose(heading=2.0 - 0.125))
-    check(commands, 9.0, Pose(heading=2 * 0.5 - 2 * 0.375))  # the way back takes twice as long to get going
+    check(commands, 9.0, Pose(heading=2 * 0.5 - 2 * 0.375))  # reversing takes twice as long as starting
 
 
 def test_motors_are_no_faster_than_they_can_be() -> None:
     check([(0.0, Twist(x=3.0)), (5.0, STILL)], 9.0, Pose(0.5 * 5))
 
 
-def test_too_short_for_full_speed_is_a_triangle() -> None:
+def test_a_short_move_never_reaches_full_speed() -> None:
     check([(0.0, Twist(x=0.4)), (0.25, STILL)], 9.0, Pose(0.2 * 0.25))
 
 
-def test_the_wheels_of_a_profile_with_errors() -> None:
+def test_a_profile_with_errors_sets_the_wheels() -> None:
     worn = replace(TURTLEBOT4, dynamics="motors", wheel_error=(0.96, 0.94), noise=0.01, radius=0.1)
     motors = motors_of(worn, "anna")
     assert motors
@@ -139,7 +139,7 @@ def test_left_right_makes_a_base_that_pulls_to_one_side_drive_straight() -> None
     assert motors
     told = [(0.0, Twist(x=0.2)), (5.0, STILL)]
     at_once = motors._replace(linear_acceleration=1e9, angular_acceleration=1e9)
-    check(told, 6.0, Pose(2 * 0.96 * 0.94 / (0.96 + 0.94)), at_once)  # both wheels' harmonic mean, of a meter
+    check(told, 6.0, Pose(2 * 0.96 * 0.94 / (0.96 + 0.94)), at_once)  # the harmonic mean of both wheels, of a meter
 
 
 def test_a_calibrated_base_drives_and_turns_as_far_as_it_should() -> None:
@@ -150,7 +150,7 @@ def test_a_calibrated_base_drives_and_turns_as_far_as_it_should() -> None:
     assert motors
     at_once = motors._replace(linear_acceleration=1e9, angular_acceleration=1e9)
     check([(0.0, Twist(x=0.2)), (5.0, Twist(yaw=1.0)), (7.0, STILL)], 8.0, Pose(1.0, heading=2.0), at_once)
-    check([(0.0, Twist(x=0.4)), (5.0, STILL)], 6.0, Pose(0.306 * 0.95 * 5), at_once)  # the limit holds for what is told
+    check([(0.0, Twist(x=0.4)), (5.0, STILL)], 6.0, Pose(0.306 * 0.95 * 5), at_once)  # the limit applies to the command
 
 
 def test_calibration_changes_nothing_about_a_base_without_errors() -> None:
@@ -159,4 +159,4 @@ def test_calibration_changes_nothing_about_a_base_without_errors() -> None:
         pulling = replace(profile, left_right=0.98, linear_scale=1.1, angular_scale=1.1)
         assert motors_of(pulling, "r") == motors_of(profile, "r")
         assert motors_of(beside_robots(pulling), "r") == motors_of(beside_robots(profile), "r")
-    assert replace(TURTLEBOT4, left_right=0.98).told(Twist(x=0.2)).yaw < 0  # the real one is told to turn right
+    assert replace(TURTLEBOT4, left_right=0.98).told(Twist(x=0.2)).yaw < 0  # the command for the real one turns right

@@ -1,4 +1,4 @@
-"""A module that is imported, and loaded only if it is used."""
+"""Modules that are imported, but loaded only if they are used."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def is_loaded(name: str) -> bool:
     return "answer" in vars(sys.modules[name])
 
 
-def test_it_is_loaded_once_something_of_it_is_asked_for(heavy: str) -> None:
+def test_a_module_is_loaded_on_first_use(heavy: str) -> None:
     imported_later(heavy)
     kept = import_module(heavy)
     assert find_spec(heavy)
@@ -44,12 +44,12 @@ def test_it_is_loaded_once_something_of_it_is_asked_for(heavy: str) -> None:
         _ = kept.question
 
 
-def test_its_parts_can_be_imported(heavy: str) -> None:
+def test_submodules_can_be_imported(heavy: str) -> None:
     imported_later(heavy)
     assert import_module(f"{heavy}.part").half == 21
 
 
-def test_one_that_is_loaded_stays_and_one_that_is_missing_stays_missing(heavy: str) -> None:
+def test_a_loaded_module_stays_and_a_missing_one_stays_missing(heavy: str) -> None:
     loaded = import_module(heavy)
     imported_later(heavy)
     assert sys.modules[heavy] is loaded

@@ -1,4 +1,4 @@
-"""Poses in serialized messages, which another library has written."""
+"""Poses in serialized messages that another library has written."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def message(kind: str, pose: Pose, frames: Sequence[str] = ("odom", "base_link")
 @pytest.mark.parametrize("kind", TEXTS)
 @settings(max_examples=10)
 @given(frame=st.text(max_size=9), child=st.text(max_size=9), heading=st.floats(-3.1, 3.1), x=st.floats(-9, 9))
-def test_the_pose_in_each_message(kind: str, frame: str, child: str, heading: float, x: float) -> None:
+def test_poses_are_read_from_each_message(kind: str, frame: str, child: str, heading: float, x: float) -> None:
     pose = pose_in(message(kind, Pose(x, -2, 0.5, heading), (frame, child)), TEXTS[kind])
     assert pose
     assert (pose.x, pose.y, pose.z) == (x, -2, 0.5)
@@ -58,7 +58,7 @@ def test_the_pose_in_each_message(kind: str, frame: str, child: str, heading: fl
 
 
 @pytest.mark.parametrize("kind", TEXTS)
-def test_the_stamp_in_each_message(kind: str) -> None:
+def test_stamps_are_read_from_each_message(kind: str) -> None:
     assert stamp_in(message(kind, Pose())) == 3 * SECOND + 5
 
 
@@ -72,7 +72,7 @@ def test_broken_poses_are_refused(kind: str) -> None:
 
 
 def test_a_robot_that_leans_has_a_heading() -> None:
-    roll, half = math.radians(10) / 2, math.radians(120) / 2  # first it is turned, then it leans
+    roll, half = math.radians(10) / 2, math.radians(120) / 2  # it is turned first and leans then
     leaning: dict[str, Any] = {
         "x": math.cos(half) * math.sin(roll),
         "y": math.sin(half) * math.sin(roll),

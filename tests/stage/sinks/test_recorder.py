@@ -100,7 +100,7 @@ def test_changes_are_at_the_nearest_nanosecond(
     assert all(abs(time - right) <= Fraction(501, 1000) for time, right in zip(found, exact, strict=True))
 
 
-def test_profiles_say_type_topic_and_limits(tmp_path: Path) -> None:
+def test_profiles_set_type_topic_and_limits(tmp_path: Path) -> None:
     path = record(tmp_path, analyzed("burger $ [forward forward] || [left left]\ndrone $ up", ROBOTS))
     assert {topic: found.msgtype for topic, found in topics(path).items()} == {
         "/cmd_vel": "geometry_msgs/msg/TwistStamped",
@@ -151,7 +151,7 @@ def test_a_recording_may_end_before_its_program(tmp_path: Path) -> None:
     assert read(record(tmp_path, analyzed("r $ left"), seconds=9)) == read(record(tmp_path, analyzed("r $ left")))
 
 
-def test_it_is_written_as_it_is_made() -> None:
+def test_a_recording_is_written_in_pieces() -> None:
     class Pieces(io.BytesIO):
         largest = all = 0
 
@@ -242,7 +242,7 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
     with first.open("rb") as file:
         sensed = sensed_in(file)
     assert len(sensed) > 15
-    with recording(again) as recorder:  # nothing can be sensed here but what the recording has
+    with recording(again) as recorder:  # robots here sense only the changes in the recording
         perform(score, recorder, 20.0, lambda told: note(recorder, told), map(foreseen, sensed))
     for topic in ("/anna/cmd_vel", "/bert/cmd_vel"):
         before, after = (changes(read(path), topic) for path in (first, again))
@@ -256,7 +256,7 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
 
 
 def told_in(path: Path, kind: str) -> list[tuple[object, ...]]:
-    """What a recording says was sensed or decided, by which robot, and at which beat."""
+    """Return the events of a kind in a recording, with their beats and robots."""
     with AnyReader([path], default_typestore=ROS) as reader:
         connections = [each for each in reader.connections if each.topic == f"/improv/{kind}"]
         assert [each.msgtype for each in connections] == ["std_msgs/msg/String"]
@@ -282,7 +282,7 @@ def test_joints_are_recorded_whenever_they_move_differently(tmp_path: Path) -> N
     assert topics(path)["/ada/joint_states"].msgtype == "sensor_msgs/msg/JointState"
     yaw = [(each.time - START, *each.joints["head_yaw"]) for each in read_joints(path)]
     changed = [each for each, before in zip(yaw, [(0, 0.0, 0.0), *yaw], strict=False) if each[2] != before[2]]
-    assert [time for time, *_ in changed] == [0, 3 * SECOND]  # its limit
+    assert [time for time, *_ in changed] == [0, 3 * SECOND]  # there it reaches its limit
     assert [round(math.degrees(each)) for _, *motion in [*changed, yaw[-1]] for each in motion] == [0, 30, 90, 0, 90, 0]
     assert {name for each in read_joints(path) for name in each.joints} == {"head_yaw", "head_pitch"}
 
@@ -299,7 +299,7 @@ def test_between_two_messages_joints_move_evenly(tmp_path: Path) -> None:
     assert len(latest) == 8
 
 
-def test_what_senses_decide_moves_recorded_joints(tmp_path: Path) -> None:
+def test_senses_decide_the_movement_of_recorded_joints(tmp_path: Path) -> None:
     path = tmp_path / "dance.mcap"
     program = "beat 60\nada is puppet\nada $ repeat 3 (head (if near left else right))\n"
     with recording(path) as recorder:
@@ -307,7 +307,7 @@ def test_what_senses_decide_moves_recorded_joints(tmp_path: Path) -> None:
     assert min(each.joints["head_yaw"][0] for each in read_joints(path)) == pytest.approx(-math.radians(90))
 
 
-def test_joints_are_recorded_on_the_topic_that_the_robot_has_for_them(tmp_path: Path) -> None:
+def test_joints_are_recorded_on_the_topic_of_their_robot(tmp_path: Path) -> None:
     robots = """
 [profiles.lifter]
 step = 1

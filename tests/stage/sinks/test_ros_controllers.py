@@ -1,4 +1,5 @@
-"""What the ROS sink tells the controllers of joints, and when: topics, measurements, and the clock are the test's."""
+"""Commands of the ROS sink for controllers of joints, and their times. The test provides topics, measurements, and the
+clock."""
 
 from __future__ import annotations
 
@@ -26,17 +27,17 @@ HEAD = Controller("head", ("pitch", "yaw"))
 VELOCITY = replace(HEAD, interface="velocity")
 TOPIC, COMMANDS = "/ada/head_controller/joint_trajectory", "/ada/head_controller/commands"
 SPEED = 2.0
-"""rad/s of the joints: to their starts, they move at a fifth of it."""
+"""The joints' highest speed in rad/s. They move to their starts at a fifth of it."""
 
 
 class Topic:
-    """A topic on which a controller listens."""
+    """A topic with a controller's listener."""
 
     def __init__(self, name: str, message: str, node: object, robot: Robot, now: object, at_once: bool) -> None:
         self.name, self._robot = name, robot
 
     def missing(self, moves: bool) -> None:
-        """Everything is heard."""
+        """Every message is received."""
 
     def ask(self, course: Course, clock: object, frame: bytes) -> None:
         self._robot.asked.append(motions(course))
@@ -48,18 +49,18 @@ class Topic:
 
 @pytest.fixture(autouse=True)
 def courses(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Courses are sent as they are: test_controllers.py in tests/stage asks which messages they become."""
+    """Send courses instead of messages; tests/stage/test_controllers.py tests the messages."""
     monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
     monkeypatch.setattr(ros_controllers, "message_of", lambda channel, course: course)
 
 
 def motions(course: Course) -> list[tuple[float, float]]:
-    """Positions, rounded, and velocities."""
+    """Rounded positions, and velocities."""
     return [(round(position, 6), velocity) for position, velocity in course.motions]
 
 
 def part(*controllers: Controller, home: Home = "wait") -> Part:
-    """That of a robot that moves its head, left and up, by the joints yaw and pitch."""
+    """The part of a robot that moves its head, left and up, by the joints yaw and pitch."""
     head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
     joints = [Joint(name, max_velocity=SPEED) for name in ("yaw", "pitch")]
     profile = replace(TURTLESIM, body=Body([head], (), joints, controllers, "joint_states", home))
@@ -68,7 +69,7 @@ def part(*controllers: Controller, home: Home = "wait") -> Part:
 
 
 class Robot:
-    """One whose controllers begin to perform a part, where its joints are, and what was said and sent."""
+    """A robot whose controllers begin to perform a part, its joint positions, and the lines and messages about it."""
 
     def __init__(self, performed: Part, **joints: float) -> None:
         self.now, self.joints = 100.0, joints
@@ -85,12 +86,12 @@ class Robot:
         self.controllers.take({"ada": performed}, restart=True)
 
     def send(self, at: float, **velocities: float) -> None:
-        """Where the stage believes that joints are makes no difference."""
+        """Send velocities. The positions that the stage assumes make no difference."""
         told = {joint: JointMotion(9.0, velocity) for joint, velocity in velocities.items()}
         self.controllers.send("ada", told, at)
 
     def bring_home(self, seconds: float) -> None:
-        """Bring its joints to their starts for so long."""
+        """Bring its joints to their starts for this many seconds."""
         for _ in range(round(seconds / PERIOD)):
             self.controllers.waits()
             self.controllers.bring_home(["ada"])
@@ -104,7 +105,7 @@ class Robot:
         return {joint: (position, self.now) for joint, position in self.joints.items()}
 
 
-def test_joints_begin_where_they_are_measured_and_a_stop_holds_them_where_they_are_by_then() -> None:
+def test_joints_begin_at_their_measured_positions_and_a_stop_holds_them() -> None:
     robot = Robot(part(HEAD), pitch=-0.02, yaw=0.01)
     robot.send(0.0, yaw=1.0, pitch=-1.0)
     robot.now += 0.25
@@ -115,16 +116,16 @@ def test_joints_begin_where_they_are_measured_and_a_stop_holds_them_where_they_a
 
 
 def test_a_joint_that_is_held_back_does_not_jump_later() -> None:
-    """It stays where it is while it should have turned by several radians, as in a protective stop."""
+    """It stays put while it should have turned by several radians, as in a protective stop."""
     robot = Robot(part(HEAD), pitch=-0.02, yaw=0.01)
     for number in range(20):
         robot.send(3.0 * number, yaw=1.0 + number % 2)
         robot.now += 0.1
     assert robot.sent[-1] == (TOPIC, [(-0.02, 0), (0.01, 2)])
-    assert robot.said == ["yaw of ada is held back: it continues from where it is, not as the program says"]
+    assert robot.said == ["something holds back yaw of ada: it continues from its real position, not the program's"]
 
 
-def test_a_controller_that_leaves_improv_toml_is_told_to_stand() -> None:
+def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:
     """A save takes over while joints move."""
     robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)
     robot.send(0.0, yaw=1.0)
@@ -137,7 +138,7 @@ def test_a_controller_that_leaves_improv_toml_is_told_to_stand() -> None:
     assert robot.sent[-1] == ("/ada/other_controller/commands", [(0, 0), (0.5, 1)])
 
 
-def test_velocities_need_no_measured_joints_and_are_owed_zeros() -> None:
+def test_velocity_controllers_need_zeros_but_no_measured_positions() -> None:
     robot = Robot(part(VELOCITY))
     robot.send(0.0, yaw=1.0, pitch=-0.5)
     robot.send(1.0, pitch=0.0)
@@ -148,22 +149,22 @@ def test_velocities_need_no_measured_joints_and_are_owed_zeros() -> None:
     assert [call.args for call in robot.standby.mock_calls] == [(COMMANDS, "")] * 2 + [(COMMANDS,)]
 
 
-def test_what_is_no_number_is_never_sent() -> None:
+def test_only_finite_numbers_are_sent() -> None:
     robot = Robot(part(HEAD), yaw=0.0, pitch=0.0)
     with pytest.raises(ValueError, match="ada was given a joint's speed that is not a finite number"):
         robot.send(0.0, yaw=float("nan"))
     assert robot.sent == []
 
 
-def test_others_who_move_the_same_joints_are_named() -> None:
+def test_other_nodes_that_move_the_same_joints_are_named() -> None:
     robot = Robot(part(HEAD))
     assert robot.controllers.warning("ada", lambda topic, guarded: [] if guarded else ["/moveit"]) == (
         f"other nodes also publish to {TOPIC}: /moveit; joints obey all of them: stop the others"
     )
 
 
-def test_nothing_moves_if_nobody_says_where_joints_are() -> None:
-    """It may take a while until the first of it comes."""
+def test_nothing_moves_while_joint_positions_are_unknown() -> None:
+    """The first positions may take a while to arrive."""
     robot = Robot(part(HEAD))
     assert robot.controllers.waits()
     assert robot.said == []
@@ -175,8 +176,8 @@ def test_nothing_moves_if_nobody_says_where_joints_are() -> None:
     assert robot.sent == []
 
 
-def test_joints_that_are_elsewhere_are_sent_nothing_until_somebody_has_brought_them_to_their_starts() -> None:
-    """What that person tells the controller must count."""
+def test_joints_get_no_commands_until_a_person_has_moved_them_to_their_starts() -> None:
+    """A person has to move them, and that person's commands to the controller must count."""
     robot = Robot(part(HEAD), yaw=0.5, pitch=0.0)
     assert robot.controllers.waits()
     robot.controllers.ask(["ada"])
@@ -189,7 +190,7 @@ def test_joints_that_are_elsewhere_are_sent_nothing_until_somebody_has_brought_t
 
 
 def test_joints_are_brought_to_their_starts_slowly() -> None:
-    """A controller obeys: yaw goes 0.3 rad at 0.4 rad/s."""
+    """A controller obeys: yaw turns by 0.3 rad at 0.4 rad/s."""
     robot = Robot(part(HEAD, home="move"), yaw=-0.3, pitch=0.0)
     while robot.controllers.waits():
         robot.bring_home(PERIOD)
@@ -200,8 +201,8 @@ def test_joints_are_brought_to_their_starts_slowly() -> None:
     assert robot.said == ["joints move to their starts first: yaw of ada by +17°"]
 
 
-def test_people_know_which_joints_move_before_these_do() -> None:
-    """Where pitch is comes 2.9 s later, and of that people hear only after 5 s."""
+def test_joints_are_named_before_they_move() -> None:
+    """The position of pitch arrives 2.9 s later. A line about the missing position would come only after 5 s."""
     yaw, pitch = (replace(HEAD, name=name, joints=(name,)) for name in ("yaw", "pitch"))
     robot = Robot(part(yaw, pitch, home="move"), yaw=-1.5)
     robot.bring_home(PERIOD)
@@ -217,7 +218,7 @@ def test_people_know_which_joints_move_before_these_do() -> None:
     assert robot.said[1:] == ["joints move to their starts first: pitch of ada by -29°"]
 
 
-def test_people_know_which_joints_move_also_just_after_they_were_told_that_nothing_does() -> None:
+def test_moving_joints_are_named_also_just_after_a_line_that_nothing_moves() -> None:
     robot = Robot(part(HEAD, home="move"), yaw=-1.5)
     robot.bring_home(PATIENCE + 2 * PERIOD)
     assert [line[:14] for line in robot.said] == ["nothing moves:"]
@@ -226,8 +227,8 @@ def test_people_know_which_joints_move_also_just_after_they_were_told_that_nothi
     assert (len(robot.sent), robot.said[1:]) == (1, ["joints move to their starts first: yaw of ada by +86°"])
 
 
-def test_joints_that_were_halted_on_their_way_are_named_again_when_they_go_on() -> None:
-    """Somebody let go of a deadman button for a moment."""
+def test_joints_that_were_halted_on_their_way_are_named_again_when_they_continue() -> None:
+    """The deadman button was released for a moment."""
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
     robot.bring_home(PERIOD)
     robot.controllers.bring_home([])
@@ -237,7 +238,7 @@ def test_joints_that_were_halted_on_their_way_are_named_again_when_they_go_on() 
 
 
 def test_joints_that_are_held_back_on_their_way_stay_where_they_are() -> None:
-    """Once they are let go, they must not jump to their starts: somebody has to bring them there."""
+    """They must not jump to their starts when released: a person has to move them there."""
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
     robot.bring_home(3.0)
     assert robot.sent[-1] == (TOPIC, [(0, 0), (-1.5, 0)])

@@ -1,4 +1,4 @@
-"""What is published about what plays, before rclpy sends it."""
+"""Topics and diagnostics of a dance, before rclpy sends them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.stage.test_player import Stage, score
         (["a" * 300, "a" * 301], ["a" * 200, "a" * 200 + "_2"]),
     ],
 )
-def test_topics_of_robots_with_all_kinds_of_names(robots: list[str], names: list[str]) -> None:
+def test_all_kinds_of_names_become_valid_topics(robots: list[str], names: list[str]) -> None:
     topics = path_topics(robots)
     assert list(topics) == robots
     assert list(topics.values()) == [f"/improv/{name}/path" for name in names]
@@ -42,7 +42,7 @@ def test_the_layout_for_foxglove_shows_existing_topics() -> None:
     assert all(f'"{panel}"' in panels for panel in layout["configById"])
 
 
-def test_diagnostics() -> None:
+def test_diagnostics_report_lateness_reach_and_limits() -> None:
     stage, outlook = Stage(), Outlook()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
     assert list(diagnose(outlook, health, stage.now)) == []

@@ -1,4 +1,4 @@
-"""The stage's side of the process that publishes what plays. That process is a script here: it needs no ROS."""
+"""The stage's side of the process that publishes the forecast. A script replaces that process, so no ROS is needed."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ own_output()({"type": "error", "message": "RuntimeError: no\\tROS"})
     [(FAILS, "has ended: RuntimeError: no ROS"), ("", "has ended: it was killed"), (None, "can't start: ")],
     ids=["fails", "ends", "missing"],
 )
-def test_a_process_that_fails_is_told_of(monkeypatch: pytest.MonkeyPatch, script: str | None, why: str) -> None:
+def test_a_process_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch, script: str | None, why: str) -> None:
     command = ["/nowhere/python"] if script is None else [sys.executable, "-c", script]
     monkeypatch.setattr(client, "helper", lambda name, *arguments: command)
     publishing = Publishing("node", [], time.monotonic)
     publishing.take(Score(Fraction(60), {}, publish=True), 1)
     end = time.monotonic() + LIMIT
-    while not publishing.problem:  # noticed by a thread that writes
+    while not publishing.problem:  # the thread that writes sets it
         publishing.show({"type": "warning", "message": "still here"})
         assert time.monotonic() < end
         time.sleep(0.001)
     publishing.close()
-    assert publishing.problem.startswith(f"the process that publishes what plays {why}")
+    assert publishing.problem.startswith(f"the process that publishes the dance {why}")
     assert publishing.problem.endswith(": the next play starts another one")

@@ -1,4 +1,4 @@
-"""The stage's side of the process that reads sensors. That process is a script here: it needs no ROS."""
+"""The stage's side of the process that reads sensors. A script replaces that process, so no ROS is needed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EDGE = '{"type": "edge", "robot": "anna", "sense": "bump", "value": false, "at":
 def reading(
     monkeypatch: pytest.MonkeyPatch, script: str
 ) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses | RawJoints]]]:
-    """A reader whose process runs a script, and what it passes on."""
+    """A reader whose process runs a script, and everything that it passes on."""
     heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
     monkeypatch.setattr(client, "helper", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
@@ -36,7 +36,7 @@ def reading(
         yield reader, heard
     finally:
         reader.close()
-        # Others may come at any time: those of the browser, which all tests of a worker share.
+        # Others may exist at any time: those of the browser, which all tests of a worker share.
         left = [pid for pid in descendants(os.getpid()) if script.encode() in command_of(pid)]
         assert left == [], "no process is left"
 
@@ -64,11 +64,11 @@ print(ALIVE + {EDGE!r} + "\\n" + ALIVE, end="", flush=True)
 sys.stdin.readline()  # what to read
 sys.stdin.readline()
 """
-"""It says something, and then hangs for good."""
+"""It sends an edge, and then hangs for good."""
 
 
 def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Long before it is replaced."""
+    """Its messages stop counting long before it is replaced."""
     monkeypatch.setattr(client, "ALIVE_LIMIT", LIMIT)
     with reading(monkeypatch, FROZEN) as (reader, heard):
         assert heard.get(timeout=LIMIT) == Edge(ANNA, False, 1.0)
@@ -78,12 +78,12 @@ def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> N
         assert reader.problem is None
 
 
-def test_a_process_that_stays_frozen_is_given_up_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_stays_frozen_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "ALIVE_LIMIT", 0.5)
-    monkeypatch.setattr(client, "AGAIN", LIMIT)  # so that what is said of it stays
+    monkeypatch.setattr(client, "AGAIN", LIMIT)  # so that the problem stays
     with reading(monkeypatch, FROZEN) as (reader, _):
         end = time.monotonic() + LIMIT
-        while not reader.problem:  # nothing tells of it
+        while not reader.problem:  # nothing reports a change
             assert time.monotonic() < end
             time.sleep(0.001)
         assert reader.problem == "the process that reads sensors was silent for 0.5 s: another one starts"
@@ -100,13 +100,13 @@ while True:
     print(ALIVE, end="", flush=True)
     time.sleep(0.05)
 """
-"""It says something, and then nothing until a file is there."""
+"""It sends an edge, and then nothing until a file exists."""
 
 
 def test_a_process_that_resumes_counts_again_once_it_has_caught_up(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """What it said before it hung may no longer be true."""
+    """Its messages from before it hung may no longer be true."""
     monkeypatch.setattr(client, "ALIVE_LIMIT", LIMIT)
     gate = tmp_path / "gate"
     with reading(monkeypatch, AWAKE.replace("GATE", str(gate))) as (_, heard):
@@ -126,7 +126,7 @@ for topic in ("/anna/before", "/anna/odom"):
     print(json.dumps({"type": "poses", "poses": [pose | {"topic": topic}]}), flush=True)
 sys.stdin.readline()
 """
-"""Once it has been asked for the poses on a topic, those of another one come first."""
+"""After the request for the poses on a topic, poses of another topic come first."""
 
 
 def test_a_pose_from_a_topic_that_no_longer_counts_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:

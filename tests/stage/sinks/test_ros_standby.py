@@ -1,4 +1,5 @@
-"""The stage's side of the standby, on a turned clock: what it tells the process, and what follows if that is lost."""
+"""The stage's side of the standby, on a clock that the tests advance: its messages to the process, and its
+replacement."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ FOUND = {"type": "found", "topic": TOPIC, "kind": "Twist"}
 
 
 class Process:
-    """A standby process that says only what a test lets it say."""
+    """A standby process that sends only the messages of a test."""
 
     def __init__(self) -> None:
         self.told: list[Any] = []
@@ -37,7 +38,7 @@ class Process:
         self.killed = True
 
     def end(self) -> None:
-        """Nothing waits for it."""
+        """Do nothing: nothing waits for it."""
 
 
 class Stage:
@@ -57,7 +58,7 @@ class Stage:
         self.standby.moves(TOPIC, "base_link")
 
     def live(self, seconds: float) -> None:
-        """Go on for a while. The latest process answers nothing."""
+        """Let time pass. The latest process answers nothing."""
         end = self.now + seconds
         while self.now < end:
             self.now += PULSE_PERIOD
@@ -78,9 +79,7 @@ def stage(monkeypatch: pytest.MonkeyPatch) -> Stage:
 
 
 @pytest.mark.parametrize(("ends", "what"), [(True, "has ended"), (False, "does not answer")])
-def test_a_standby_that_is_lost_is_replaced_by_one_that_is_told_all_that_it_knew(
-    stage: Stage, ends: bool, what: str
-) -> None:
+def test_a_lost_standby_is_replaced_by_one_that_knows_the_same(stage: Stage, ends: bool, what: str) -> None:
     lost = stage.started[0]
     lost.ended = ends
     stage.live(ANSWER_LIMIT + 1)
@@ -102,7 +101,7 @@ def test_a_standby_that_is_lost_is_replaced_by_one_that_is_told_all_that_it_knew
 
 
 def test_robots_that_move_without_a_standby_for_too_long_are_stopped(stage: Stage) -> None:
-    """tests/stage/test_loop.py asks what the stage makes of that."""
+    """tests/stage/test_loop.py tests the stage's reaction to the alarm."""
     stage.can_start, stage.started[0].ended = False, True
     stage.live(READY_LIMIT - 0.5)
     assert stage.alarms == []

@@ -1,4 +1,5 @@
-"""What is in a robot's way, and what a sensor would measure: some cases, and any scene beside many small steps."""
+"""Obstacles in a robot's way and the distances a sensor would measure: some cases, and any scene compared with small
+steps."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ ALL_AROUND = (-math.pi, math.pi)
     ],
 )
 @pytest.mark.parametrize("turn", [0.0, 1.0, math.pi])
-def test_obstacles_in_the_way(world: World, expected: bool, turn: float) -> None:
+def test_obstacles_in_the_way_are_found(world: World, expected: bool, turn: float) -> None:
     assert is_in_the_way(turned(scene(world), turn), Pose(heading=turn), RADIUS, REACH) is expected
 
 
@@ -63,7 +64,9 @@ def test_obstacles_in_the_way(world: World, expected: bool, turn: float) -> None
     ],
 )
 @pytest.mark.parametrize("turn", [0.0, 1.0, math.pi])
-def test_the_nearest_thing_in_a_sector(world: World, sector: tuple[float, float], expected: float, turn: float) -> None:
+def test_the_nearest_thing_in_a_sector_is_found(
+    world: World, sector: tuple[float, float], expected: float, turn: float
+) -> None:
     assert nearest(turned(scene(world), turn), Pose(heading=turn), *sector) == pytest.approx(expected)
 
 
@@ -83,8 +86,8 @@ def test_a_wall_behind_does_not_block_a_robot_that_has_hardly_turned() -> None:
 
 @pytest.mark.slow("compares one look with many")
 @given(scenes, poses)
-def test_any_way_beside_many_small_steps(things: Scene, pose: Pose) -> None:
-    """Where nothing touches the disc at first: it is stopped where a disc that moves on touches something."""
+def test_any_path_agrees_with_many_small_steps(things: Scene, pose: Pose) -> None:
+    """If nothing touches the disc at first, it is stopped if a disc that moves along the path would touch something."""
     if distance(things, complex(pose.x, pose.y)) <= RADIUS:
         return
     steps = [complex(pose.x, pose.y) + cmath.rect(REACH * step / 100, pose.heading) for step in range(101)]
@@ -94,11 +97,11 @@ def test_any_way_beside_many_small_steps(things: Scene, pose: Pose) -> None:
 
 
 @given(scenes, poses, st.floats(-math.pi, math.pi), st.floats(0, 2 * math.pi))
-def test_any_sector_beside_many_rays(things: Scene, pose: Pose, start: float, width: float) -> None:
+def test_any_sector_agrees_with_many_rays(things: Scene, pose: Pose, start: float, width: float) -> None:
     place = complex(pose.x, pose.y)
-    # Exactly on the edge of a disc, rounding decides whether a ray that leads away from it touches it.
+    # Exactly on the edge of a disc, rounding decides if a ray that leads away from it touches it.
     assume(all(abs(abs(center - place) - radius) > 1e-9 for center, radius in things.discs))
-    # Exactly on a line, it decides on which side of it a robot stands.
+    # Exactly on a line, rounding decides on which side of it a robot stands.
     assume(nearest(things, pose, *ALL_AROUND) > 1e-9)
     found = nearest(things, pose, start, start + width)
     rays = [nearest(things, pose, angle, angle) for angle in (start + width * ray / 200 for ray in range(201))]
@@ -109,7 +112,7 @@ def test_any_sector_beside_many_rays(things: Scene, pose: Pose, start: float, wi
 
 
 def distance(things: Scene, place: complex) -> float:
-    """From a place to the nearest thing in any direction, computed another way: along each line in small steps."""
+    """The distance from a place to the nearest thing in any direction, computed in small steps along each line."""
     lines = (abs(one + (other - one) * step / 400 - place) for one, other in things.lines for step in range(401))
     discs = (max(abs(center - place) - radius, 0.0) for center, radius in things.discs)
     return min([*lines, *discs], default=math.inf)

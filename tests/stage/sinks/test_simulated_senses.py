@@ -1,4 +1,5 @@
-"""What simulated robots sense, and when: `sensed` is asked like a player would, in frames of any length."""
+"""Senses of simulated robots, and the times of their edges: `sensed` is called like a player does, in frames of any
+length."""
 
 from __future__ import annotations
 
@@ -42,7 +43,7 @@ Orders = Sequence[tuple[float, str, Twist]]
 def perform(
     simulator: Simulator, orders: Orders, asked: Sequence[str], until: float, frame: float = 1 / 60
 ) -> list[Edge]:
-    """All edges of these senses, such as "a near", while robots get these twists at these times."""
+    """Return all edges of these senses, such as "a near", while robots get these twists at these times."""
     senses = {RobotSense(*each.split()) for each in asked}
     found: list[Edge] = []
     times = sorted({min(step * frame, until) for step in range(int(until / frame) + 2)} | {at for at, *_ in orders})
@@ -56,12 +57,12 @@ def perform(
 
 
 def check(edges: list[Edge], *expected: tuple[str, bool, float]) -> None:
-    """These are the edges: sense, value, and when, to three steps."""
+    """Compare edges with these: sense, value, and time, within three steps."""
     assert [(" ".join(edge.what), edge.value) for edge in edges] == [(what, value) for what, value, _ in expected]
     assert [edge.at for edge in edges] == pytest.approx([at for *_, at in expected], abs=3 * STEP)
 
 
-def test_near() -> None:
+def test_near_begins_and_ends_at_the_reach() -> None:
     simulator = stage(WALL, a=Pose())
     edges = perform(simulator, [(0.0, "a", FORWARD), (2.0, "a", BACKWARD)], ["a near"], 3.0)
     check(edges, ("a near", False, 0), ("a near", True, AT_WALL - NEAR), ("a near", False, 4 - (AT_WALL - NEAR)))
@@ -96,7 +97,7 @@ def test_a_profile_sets_how_far_near_is() -> None:
     check(edges, ("a near", False, 0), ("a near", True, AT_WALL - 0.5))
 
 
-def test_near_while_it_slides_along_a_wall() -> None:
+def test_a_wall_that_a_robot_slides_along_is_not_near() -> None:
     simulator = stage(World(walls=(Wall(-9, RADIUS, 9, RADIUS),)), a=Pose())
     check(perform(simulator, [(0.0, "a", FORWARD)], ["a near"], 3.0), ("a near", False, 0))
 
@@ -121,8 +122,9 @@ def test_a_robot_flying_above_another_is_not_near(z: float, near: bool) -> None:
     check(perform(simulator, [], ["a near"], 0.1), ("a near", near, 0))
 
 
-def test_a_bump_lasts_until_the_robot_moves_otherwise() -> None:
-    """Standing against the wall it is still bumped, so that a program can ask afterward; turning away it is not."""
+def test_a_bump_lasts_until_the_robot_moves_away() -> None:
+    """While it stands against the wall, the bump lasts, so that a program can read it afterward; turning away ends
+    it."""
     simulator = stage(WALL, a=Pose())
     orders = [(0.0, "a", FORWARD), (3.0, "a", STILL), (4.0, "a", TURN), (5.0, "a", FORWARD)]
     edges = perform(simulator, orders, ["a bump"], 6.0)
@@ -142,8 +144,8 @@ def test_a_bump_lasts_until_the_robot_moves_otherwise() -> None:
     ],
     ids=str,
 )
-def test_declared_sensors(source: Topic, at: float | None) -> None:
-    """At a negative time, the sense becomes false. What the simulator can't know is false."""
+def test_declared_sensors_measure_the_scene(source: Topic, at: float | None) -> None:
+    """At a negative time, the sense becomes false. Senses that the simulator can't know are false."""
     edges = perform(stage(WALL, {"sight": source}, a=Pose()), [(0.0, "a", FORWARD)], ["a sight"], 2.6)
     expected = [("a sight", at is not None and at < 0, 0.0)]
     check(edges, *expected, *([("a sight", at > 0, abs(at))] if at else []))
@@ -159,7 +161,7 @@ def test_a_declared_sense_replaces_a_built_in_one() -> None:
 
 
 @pytest.mark.parametrize("dynamics", ["ideal", "motors"])
-def test_speed(dynamics: str) -> None:
+def test_odometry_measures_speed(dynamics: str) -> None:
     source = Topic("/a/odom", "nav_msgs/Odometry", above=0.5)
     simulator = stage(World(), {"moves": source}, replace(DISC, dynamics=dynamics), a=Pose())
     edges = perform(simulator, [(0.5, "a", FORWARD), (2.0, "a", TURN)], ["a moves"], 3.0)
@@ -167,7 +169,7 @@ def test_speed(dynamics: str) -> None:
     check(edges, ("a moves", False, 0), ("a moves", True, 0.5 + late), ("a moves", False, 2.0 + late))
 
 
-def test_senses_that_people_hold() -> None:
+def test_senses_that_people_hold_give_no_edges() -> None:
     simulator = stage(WALL, {"drop": Key("d"), **BUILT_IN}, a=Pose())
     assert simulator.sensed({RobotSense("a", "drop"), RobotSense("a", "cue")}, 1.0) == []
 
@@ -185,8 +187,8 @@ def test_asking_again_gives_the_current_value() -> None:
     assert simulator.sensed({near}, 2.1) == []
 
 
-def test_nothing_changes_if_nobody_asks() -> None:
-    """Robots move exactly the same whether or not anything is sensed."""
+def test_senses_change_no_movement() -> None:
+    """Robots move exactly the same with and without senses."""
     orders = [(0.0, "a", Twist(x=1.0, yaw=0.3)), (0.0, "b", Twist(x=0.5, yaw=-1.0))]
     poses, bumps = [], list[Bump]()
     for asked in ([], ["a near", "b near", "a bump"]):

@@ -1,4 +1,4 @@
-"""The simulator: exact paths, the same poses under any load, and robots that do not pass through each other."""
+"""The simulator: exact paths, the same poses under any load, and robots that don't pass through each other."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def near(pose: Pose, expected: Pose, within: float = 1e-9) -> bool:
 
 
 def gap(simulator: Simulator, one: str, other: str) -> float:
-    """Free space between two robots, negative where they overlap."""
+    """The free space between two robots, negative while they overlap."""
     poses = simulator.poses()
     return math.hypot(poses[one].x - poses[other].x, poses[one].y - poses[other].y) - 2 * RADIUS
 
@@ -82,7 +82,7 @@ def test_the_ground_holds_a_robot_that_goes_down() -> None:
 @pytest.mark.parametrize(
     "program", ["beat 97\nr $ repeat (forward left)", "beat 97\nr $ repeat (forward || left || strafeleft)"]
 )
-def test_after_five_minutes_it_is_where_the_score_says(program: str) -> None:
+def test_a_robot_is_on_its_path_after_five_minutes(program: str) -> None:
     score, simulator = score_of(analyze(program)), Simulator(period=None)
     rehearse(score, simulator, seconds=300)
     expected = pose_at(score.parts["r"], Fraction(97 * 5))
@@ -97,7 +97,7 @@ def test_robots_head_on_neither_overlap_nor_pass(aside: float) -> None:
     simulator.send("b", FORWARD, 0.0)
     for frame in range(90):
         simulator.advance(frame * 0.0123)
-        # The first touch may be as deep as both come in one step.
+        # The first touch may be as deep as both move in one step.
         assert gap(simulator, "a", "b") > -2 * 2.0 / 240
         if aside == 0.0:
             assert simulator.poses()["a"].x < simulator.poses()["b"].x
@@ -139,7 +139,7 @@ def test_a_restart_puts_all_robots_at_their_starts_at_time_zero() -> None:
     assert near(simulator.poses()["a"], Pose(2.0, 2.0))
 
 
-def test_without_restart_robots_go_on_and_those_left_out_stay() -> None:
+def test_without_restart_robots_continue_and_those_left_out_stay() -> None:
     simulator = stage(part("a"), part("gone", Pose(0.0, 3.0)))
     simulator.send("a", FORWARD, 0.0)
     simulator.send("gone", FORWARD, 0.0)

@@ -1,4 +1,4 @@
-"""Where simulated robots have been: the arcs of a trail pass through every pose that the robot had."""
+"""Trails of simulated robots: their arcs pass through every pose that the robot had."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FREQUENCY = 50
 
 
 def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 1e-9) -> list[TimedPose]:
-    """Play a program; the places of ada's trail, which is off her poses by at most `slack` meters."""
+    """Play a program, and return the places of ada's trail, which is off her poses by at most `slack` meters."""
     simulator = Simulator()
     player = Player(simulator, lambda message: None, lambda: 0.0)
     analysis = analyze(program, read_robots(robots))

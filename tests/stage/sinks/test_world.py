@@ -1,4 +1,4 @@
-"""Walls, obstacles, heights and bumps: what simulated robots can't pass, and what is reported about it."""
+"""Walls, obstacles, heights, and bumps: simulated robots can't pass them, and the simulator reports bumps."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def drive(simulator: Simulator, seconds: float, **twists: Twist) -> dict[str, Po
         (World(walls=(Wall(-2, -1, -2, 1),)), None),
     ],
 )
-def test_nothing_passes_what_stands_in_its_way(world: World, stops_at: float | None) -> None:
+def test_robots_pass_no_wall_or_obstacle(world: World, stops_at: float | None) -> None:
     simulator = stage(world, a=Pose())
     pose = drive(simulator, 3.0, a=FORWARD)["a"]
     assert pose.x == pytest.approx(6.0 if stops_at is None else stops_at, abs=0.002)
@@ -56,7 +56,7 @@ def test_nothing_passes_what_stands_in_its_way(world: World, stops_at: float | N
     assert [bump.robots for bump in simulator.snapshot().bumps] == ([] if stops_at is None else [("a",)])
 
 
-def test_a_bump_says_when_and_where() -> None:
+def test_a_bump_has_its_time_and_place() -> None:
     simulator = stage(World(walls=(Wall(2, -1, 2, 1),)), a=Pose())
     drive(simulator, 2.0, a=FORWARD)
     (bump,) = simulator.snapshot().bumps
@@ -126,7 +126,7 @@ def test_small_and_fast_robots_pass_nothing_either(radius: float, speed: float) 
         simulator.send("a", Twist(x=speed), 0.0)
         there = 3 / speed + 0.5
         simulator.advance(there)
-        simulator.send("a", STILL, there)  # and are not thrown back
+        simulator.send("a", STILL, there)  # and the wall doesn't throw it back
         simulator.advance(there + 0.1)
         assert simulator.poses()["a"].x == pytest.approx(3 - radius, abs=0.002)
         assert [bump.robots for bump in simulator.snapshot().bumps] == [("a",)]
@@ -152,7 +152,7 @@ def test_a_wall_that_comes_with_a_new_score_stands_at_once() -> None:
 
 
 def test_motors_push_no_harder_than_they_are_strong() -> None:
-    """The ideal one always gets somewhere; the other holds its own against a base as strong as itself."""
+    """The ideal one always gains ground; the other can't push away a base as strong as itself."""
     ways = {}
     for dynamics in ("ideal", "motors"):
         simulator = stage(World(), dynamics, a=Pose(), b=Pose(2 * RADIUS))
@@ -194,7 +194,7 @@ def test_poses_are_identical_at_any_frame_rate(
     ends = []
     for times in ([], frames, [frame / 60 for frame in range(90)]):
         simulator = stage(world, dynamics, **starts)
-        # As the player does it: what is due is sent first, then time advances.
+        # As the player does: it first sends everything that is due, then it advances time.
         events = sorted(
             [(at, 0, robot, twist) for at, robot, twist in told] + [(at, 1, "", STILL) for at in times],
             key=lambda event: event[:2],

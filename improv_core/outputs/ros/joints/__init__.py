@@ -1,4 +1,4 @@
-"""The joints of real robots: controllers of ros2_control.
+"""The joints of real robots, moved by controllers of ros2_control.
 
-Begin with `trajectories`, which decides what controllers are sent; `controllers` sends it.
+Begin with `trajectories`, which computes the controllers' commands; `controllers` sends them.
 """

@@ -1,4 +1,4 @@
-"""Tells the controllers of robots' joints what to do, on ROS 2 topics (nodes are passed in)."""
+"""Sends commands to the controllers of robots' joints, on ROS 2 topics (nodes are passed in)."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
 
 SETTLED = 0.5
-"""Seconds after which joints that were told to stand have come to rest, so that it counts where they are."""
+"""Seconds after which stopped joints have come to rest, so that their measured positions count."""
 PATIENCE = 5.0
-"""Seconds until people are told that it isn't known where joints are: it takes a few until the first of it comes."""
+"""Seconds before people get a line about unknown joint positions: the first positions take a few seconds to arrive."""
 AGAIN = 5.0
-"""Seconds until they are told again, if it is something else."""
+"""Seconds before they get another line, if it differs."""
 
 PERIOD = 0.05
-"""Seconds between two messages to joints on their way to their starts."""
+"""Seconds between two messages to joints that move to their starts."""
 
 OFTEN = 0.75
-"""How much of the period between two commands must have passed until the same is repeated: each body part repeats its
-own, and a controller that moves several gets all of them."""
+"""The share of the period between two commands that must have passed before the same command is repeated. Each body
+part repeats its own, and a controller that moves several gets all of them."""
 
 Measured = Callable[[str], Mapping[str, tuple[float, float]]]
-"""Where the joints of a robot are, and when that came, in monotonic seconds."""
+"""Returns the positions of a robot's joints, each with its time of arrival in monotonic seconds."""
 
 
 class RosControllers:
     """The controllers of all robots that a score has had. `advertise` creates publishers on a topic, and `measured`
-    says where joints are. The topics of velocity controllers, which never stop by themselves, are the standby's and
-    `owed` too: trajectories end at rest, and a position is where a joint stands."""
+    returns joint positions. Only velocity controllers never stop by themselves, so `standby` and `owed` also get their
+    topics. A trajectory ends at rest, and a position is one at which a joint stands."""
 
     def __init__(
         self,
@@ -73,19 +73,19 @@ class RosControllers:
         self._topics: dict[tuple[str, str, int], RosTopic] = {}
         self._robots: dict[str, _Robot] = {}
         self._cast: Collection[str] = ()
-        self._begins = False  # whether beat 0 is yet to come
+        self._begins = False  # True until beat 0
         self._waits_since = 0.0
-        self._told = ""
-        self._tell_at = 0.0
-        self._held_tell_at = 0.0
+        self._line = ""
+        self._line_until = 0.0
+        self._held_line_until = 0.0
 
     def meet(self, part: Part) -> None:
-        """Create publishers for a robot that is about to be prepared."""
+        """Create publishers for a robot that will be prepared next."""
         for channel in channels_of(part):
             self._topic(channel, at_once=True)
 
     def take(self, parts: Mapping[str, Part], restart: bool) -> None:
-        """Have the controllers of these parts. Those that a robot has no longer are told to stand."""
+        """Use the controllers of these parts. Controllers that a robot doesn't have anymore get a command to stand."""
         for robot, part in parts.items():
             before = {arm.channel: arm for arm in self._robots[robot].arms} if robot in self._robots else {}
             channels = channels_of(part)
@@ -95,34 +95,34 @@ class RosControllers:
             self._robots[robot] = _Robot(part, arms)
             for arm in arms:
                 arm.anew, arm.tried = arm.anew or restart, arm.tried and not restart
-                if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
+                if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                     zero = numbers_message([0.0] * len(arm.channel.joints))
                     self._standby.owes(arm.topic.name, "")
                     self._owed.inherits(robot, arm.topic, "", zero)
         self._cast = [*parts]
         self._begins = restart
-        self._waits_since, self._told = self._now(), ""
+        self._waits_since, self._line = self._now(), ""
 
     def topics(self, robots: Collection[str]) -> set[str]:
         """The topics of these robots' controllers."""
         return {arm.topic.name for robot in robots for arm in self._robots[robot].arms}
 
     def waits(self) -> bool:
-        """Whether beat 0 must wait until it is known where joints are, and until they are at their starts."""
+        """Return whether beat 0 must wait until the joints' positions are known and the joints are at their starts."""
         found = [each for robot in self._cast for each in self._off(robot)]
         moving = any(arm.way for robot in self._cast for arm in self._robots[robot].arms)
         self._begins = bool(found) or moving
         line, now = line_of(found, moving=moving), self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
-        if line != self._told and now >= max(self._waits_since + patience, self._tell_at if self._told else 0.0):
-            self._told, self._tell_at = line, now + AGAIN
+        if line != self._line and now >= max(self._waits_since + patience, self._line_until if self._line else 0.0):
+            self._line, self._line_until = line, now + AGAIN
             if line:
                 self._tell(line)
         return self._begins
 
     def ask(self, robots: Collection[str]) -> None:
-        """Have those who listen for these robots, which stand, confirm what moves nothing. Before beat 0, joints that
-        somebody has yet to bring to their starts are left alone."""
+        """Have the listeners of these standing robots confirm a command that moves nothing. Before beat 0, skip joints
+        that people have to bring to their starts themselves."""
         for robot in robots:
             if self._begins and not self._moves_home(robot) and any(self._off(robot)):
                 continue
@@ -131,8 +131,8 @@ class RosControllers:
                     arm.topic.ask(message_of(arm.channel, course), self._node.get_clock(), b"")
 
     def bring_home(self, robots: Collection[str]) -> None:
-        """Bring the joints of these robots to their starts, if `improv.toml` asks for it; those of all others stand.
-        People are told which joints begin to move before these do."""
+        """Bring the joints of these robots to their starts, if `improv.toml` says so; the joints of all other robots
+        stand. People get a line with the joints before these begin to move."""
         told, begin = list[_Arm](), list[JointOff]()
         for robot in self._cast:
             if robot not in robots or not self._moves_home(robot):
@@ -153,20 +153,20 @@ class RosControllers:
                 arm.tried, arm.way = True, None
 
     def halt(self, robot: str) -> None:
-        """Have a robot's joints stand that are on their way to their starts."""
+        """Stop a robot's joints that are on their way to their starts."""
         for arm in self._robots[robot].arms:
             self._halt(arm)
 
     def missing(self, robot: str) -> str | None:
-        """Why a command to one of a robot's controllers would not be heard now, or None. It is "" while they and we
-        are still finding each other."""
+        """The reason why one of a robot's controllers would not receive a command now, or None; "" while listeners and
+        publishers still find each other."""
         lines = [arm.topic.missing(arm.moves) for arm in self._robots[robot].arms]
         found = [line for line in lines if line is not None]
         return max(found, key=bool) if found else None
 
     def warning(self, robot: str, others: Callable[[RosTopic, bool], Collection[str]]) -> str | None:
-        """A line if other nodes publish on the topic of one of a robot's controllers; `others` names them, given
-        whether the standby has a publisher there, too."""
+        """A line if other nodes publish on the topic of one of a robot's controllers. `others` lists them; its second
+        argument says whether the standby also has a publisher there."""
         for arm in self._robots[robot].arms:
             if found := others(arm.topic, arm.channel.interface == "velocity"):
                 line = f"other nodes also publish to {arm.topic.name}: {', '.join(found)}; "
@@ -174,9 +174,9 @@ class RosControllers:
         return None
 
     def send(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
-        """Publish now what the controllers of these joints are to do from performance time `at` on, by a time of which
-        `pace` passes in a second. Those of which it isn't known where their joints are get nothing. Raises ValueError
-        if a number is not finite, and what rclpy raises."""
+        """Publish the commands for these joints from performance time `at` on, where `pace` performance seconds pass in
+        a second. Controllers whose joint positions are unknown get nothing. Raises ValueError if a number isn't finite,
+        and what rclpy raises."""
         if not all(math.isfinite(number) for motion in joints.values() for number in motion):
             raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
         for arm in self._robots[robot].arms:
@@ -190,13 +190,13 @@ class RosControllers:
         if before is None:
             return
         arm.anew = arm.anew and not begins
-        arm.course = course = self._let_go(robot, arm, before, turned(arm.channel, before, joints, at))
+        arm.course = course = self._without_jump(robot, arm, before, turned(arm.channel, before, joints, at))
         if (
             course.moves
             and course.velocities == before.velocities
             and self._now() < arm.sent + OFTEN * self._period(robot)
         ):
-            return  # it has just been told this because of another body part
+            return  # the same command was just sent for another body part
         topic, message = arm.topic, message_of(arm.channel, paced(course, pace))
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
@@ -210,30 +210,32 @@ class RosControllers:
             self._standby.stands(topic.name)
             self._owed.stands(robot, topic, "", message)
 
-    def _let_go(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
+    def _without_jump(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
         now, free = self._now(), let_go(arm.channel, before, course, self._seconds_ago(robot))
         pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
         held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
-        if held and course.moves and now >= self._held_tell_at:
-            self._held_tell_at = now + AGAIN
-            self._tell(f"{held[0]} of {robot} is held back: it continues from where it is, not as the program says")
+        if held and course.moves and now >= self._held_line_until:
+            self._held_line_until = now + AGAIN
+            self._tell(
+                f"something holds back {held[0]} of {robot}: it continues from its real position, not the program's"
+            )
         return free
 
-    def _let_go_home(self, robot: str, way: Channel, before: Course, now: float) -> Course:
-        """The course of joints on their way to their starts; if something holds one back, they all stay where they
+    def _homing_without_jump(self, robot: str, way: Channel, before: Course, now: float) -> Course:
+        """The course of joints on their way to their starts. If something holds one back, they all stay where they
         are."""
         course = turned(way, before, {}, now)
         free = let_go(way, before, course, self._seconds_ago(robot))
         return course if free == course else stopped(way, free, 0.0)
 
     def _steers_home(self, robot: str, arm: _Arm) -> bool:
-        """Find the course of joints that move on to their starts, and return whether to send it now. They try that
-        once: something may be in their way."""
+        """Update the course of joints that move to their starts, and return whether to send it now. They try only once,
+        because something may block them."""
         now = self._now()
         if arm.tried or now < arm.sent + PERIOD or arm.topic.missing(arm.moves) is not None:
             return False
         if arm.way and arm.course:
-            arm.course = self._let_go_home(robot, arm.way, arm.course, now)
+            arm.course = self._homing_without_jump(robot, arm.way, arm.course, now)
             return True
         course = self._course(robot, arm, begins=False)
         if not course or not (way := way_home(arm.channel, course)):
@@ -260,7 +262,7 @@ class RosControllers:
         return 1 / self._robots[robot].part.profile.command_rate
 
     def _leave(self, robot: str, arm: _Arm) -> None:
-        """Have joints stand that another controller moves from now on."""
+        """Stop joints that another controller moves from now on."""
         if arm.course:
             course = stopped(arm.channel, arm.course, max(self._now() - arm.sent, 0.0))
             for _ in range(LAST_ZEROS):
@@ -270,23 +272,22 @@ class RosControllers:
                 self._owed.stands(robot, arm.topic, "", message_of(arm.channel, course))
 
     def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
-        """How the joints of a controller move now, before they begin to move or anything else; None if that isn't
-        known."""
+        """The current course of a controller's joints, before a new command; None if unknown."""
         rests = self._now() >= arm.moved + SETTLED
         arm.course = present(arm.channel, arm.course, self._fresh(robot), begins=begins, anew=arm.anew, rests=rests)
         return arm.course
 
     def _fresh(self, robot: str) -> dict[str, float]:
-        """Where the joints of a robot are, as far as that is known now."""
+        """The known current positions of a robot's joints."""
         return {joint: position for joint, (position, _) in self._recent(robot).items()}
 
     def _seconds_ago(self, robot: str) -> dict[str, tuple[float, float]]:
-        """The same, and how many seconds ago that was."""
+        """These positions, each with its age in seconds."""
         now = self._now()
         return {joint: (position, max(now - at, 0.0)) for joint, (position, at) in self._recent(robot).items()}
 
     def _recent(self, robot: str) -> dict[str, tuple[float, float]]:
-        """The same, and when that was, in monotonic seconds."""
+        """These positions, each with its time of arrival in monotonic seconds."""
         since, body = self._now() - FRESH, self._robots[robot].part.profile.body
         return {
             name: (position + body.joint[name].offset, at)
@@ -295,12 +296,12 @@ class RosControllers:
         }
 
     def _off(self, robot: str) -> Iterator[JointOff]:
-        """The joints that aren't at their starts, or of which that isn't known."""
+        """The joints that aren't at their starts or whose positions are unknown."""
         for arm in self._robots[robot].arms:
             yield from self._off_in(robot, arm)
 
     def _off_in(self, robot: str, arm: _Arm) -> Iterator[JointOff]:
-        """Those of one controller."""
+        """The joints of one controller that aren't at their starts or whose positions are unknown."""
         part = self._robots[robot].part
         topic, needed = joint_states_of(part), arm.channel.needs_positions
         if part.scenes and (topic or needed):
@@ -317,20 +318,20 @@ class RosControllers:
 
 @dataclass(slots=True)
 class _Arm:
-    """A controller of a robot, and what it was told last; None before it is known where its joints are."""
+    """A controller of a robot and its latest course; None until the positions of its joints are known."""
 
     channel: Channel
     topic: RosTopic
     course: Course | None = None
     sent: float = -math.inf
     moved: float = -math.inf
-    """When it was last told to move."""
+    """The time at which it last got a command to move."""
     anew: bool = True
-    """Whether it begins anew, so that its joints are where they are measured."""
+    """True if its next course starts at the measured positions of its joints."""
     way: Channel | None = None
-    """Itself while its joints are brought to their starts."""
+    """The channel that brings its joints to their starts, while they move there."""
     tried: bool = False
-    """Whether they have been."""
+    """True after it has tried to bring its joints to their starts."""
 
     @property
     def moves(self) -> bool:

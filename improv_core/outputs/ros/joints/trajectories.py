@@ -1,7 +1,7 @@
-"""What the controllers of a robot's joints are told. It never reads a clock. Standard library only.
+"""Commands for the controllers of a robot's joints. It never reads a clock. Standard library only.
 
-Positions are in radians or meters, and times in seconds. Where a controller is told that its joints are never jumps: it
-follows from where they stood, and from how fast they were told to move since then.
+Positions are in radians or meters, and times in seconds. A commanded position never jumps: it follows from the joint's
+last position at rest and the commanded velocities since then.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from improv_core.score.profiles import is_simulated
 from improv_core.score.score import Part
 
 CRUISE = 0.2
-"""Seconds for which a trajectory continues as it is: a few commands may be late or get lost."""
+"""Seconds for which a trajectory keeps its velocity: a few commands may be late or get lost."""
 HORIZON = 0.3
-"""Seconds after which a trajectory has come to rest if nothing follows."""
+"""Seconds after which a trajectory has come to rest if no command follows."""
 LAG, LAST_LAG = 0.5, 0.2
-"""Seconds by which joints that move may be behind what they are told, and by which they may be when they are stopped:
-what is left, they still go."""
+"""Seconds by which joints may lag behind their commands: while they move, and when they are stopped. They still cover
+that distance."""
 HOMING = 5
-"""How many times as slow as they can joints move to their starts."""
+"""Joints move to their starts at their highest speed divided by this."""
 TICK = 0.001
-"""Seconds: the times in a trajectory are multiples of it, so that no two of its points are too near to each other."""
+"""Seconds. Times in a trajectory are multiples of it, so that no two points are too close to each other."""
 TOPICS: Mapping[Interface, str] = {"trajectory": "joint_trajectory", "position": "commands", "velocity": "commands"}
-"""What ros2_control calls the topics of joint_trajectory_controller and of forward_command_controller."""
+"""The topic names of ros2_control's joint_trajectory_controller and forward_command_controller."""
 MESSAGES: Mapping[Interface, str] = {
     "trajectory": "JointTrajectory",
     "position": "Float64MultiArray",
     "velocity": "Float64MultiArray",
 }
-"""The types of the messages there."""
+"""The message types on these topics."""
 FOR_ALL = "joint_trajectory"
-"""The name of the one controller that a body without any has."""
+"""The name of the only controller of a body that names none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One controller of one robot: its joints in their order, its interface, and the full name of its topic."""
+    """A controller of a robot: its joints in their order, its interface, and the full name of its topic."""
 
     joints: tuple[Joint, ...]
     interface: Interface
@@ -56,13 +56,13 @@ class Channel:
 
     @property
     def needs_positions(self) -> bool:
-        """Whether it has to be known where its joints are before it can be told anything."""
+        """True if its joints' positions must be known before it can get a command."""
         return self.interface != "velocity"
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """How the joints of a controller move from a performance time on, in their order."""
+    """The movement of a controller's joints, in their order, from a performance time on."""
 
     motions: tuple[JointMotion, ...]
     since: float = 0.0
@@ -77,7 +77,7 @@ class Course:
 
 
 class TrajectoryPoint(NamedTuple):
-    """Where the joints of a controller are, and how fast they move, so many seconds from now."""
+    """Positions and velocities of a controller's joints, this many seconds from now."""
 
     seconds: float
     positions: list[float]
@@ -85,7 +85,7 @@ class TrajectoryPoint(NamedTuple):
 
 
 def channels_of(part: Part) -> list[Channel]:
-    """The controllers that move the body parts of a robot's part. Others are told nothing.
+    """The controllers that move the body parts of a robot's part. Other controllers get no commands.
 
     For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
     """
@@ -100,18 +100,18 @@ def channels_of(part: Part) -> list[Channel]:
 
 
 def controllers_of(body: Body) -> Sequence[Controller]:
-    """The controllers of a body: without any, one has all of its joints."""
+    """The controllers of a body. If it names none, one controller moves all its joints."""
     return body.controllers or [Controller(FOR_ALL, tuple(body.joint))]
 
 
 def joint_states_of(part: Part) -> str | None:
-    """The full name of the topic that says where a robot's joints are, if there is one."""
+    """The full name of the topic with a robot's joint positions, if there is one."""
     body = part.profile.body
     return in_namespace(body.joint_states, part.namespace) if body and body.joint_states else None
 
 
 def needs_base(part: Part) -> bool:
-    """Whether a robot's base has anything to do. One whose body parts alone move need not have one."""
+    """Return whether a robot needs a base. A robot that moves only its body parts doesn't."""
     if is_simulated(part.profile):
         return False
     return not channels_of(part) or any(any(scene.bounds.peak[:4]) for scene in part.scenes)
@@ -128,18 +128,18 @@ def in_namespace(topic: str, namespace: str) -> str:
 
 
 def standing(channel: Channel, positions: Mapping[str, float]) -> Course:
-    """The joints stand at these positions."""
+    """A course in which the joints stand at these positions."""
     return Course(tuple(JointMotion(positions[joint.name], 0.0) for joint in channel.joints))
 
 
 def present(
     channel: Channel, course: Course | None, measured: Mapping[str, float], *, begins: bool, anew: bool, rests: bool
 ) -> Course | None:
-    """How joints move now; None if that isn't known. `measured` is where joints were lately.
+    """The current course of joints; None if unknown. `measured` has their recent positions.
 
-    If joints that rest begin to move, and somebody else has moved them, or they never came to rest where they should,
-    they are where they are measured; so are all that start `anew`, such as for beat 0. As long as they stand, nothing
-    is told to follow what is measured: an arm that hangs a little would sink and sink.
+    When joints at rest begin to move, their course starts at the measured positions if these are off: somebody else
+    moved the joints, or they never arrived. With `anew`, such as for beat 0, it always starts there. Joints that stand
+    never follow their measured positions: an arm that hangs a little would sink further and further.
     """
     if course and (course.moves or not rests or not (begins or anew)):
         return course
@@ -152,9 +152,9 @@ def present(
 
 
 def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at: float) -> Course:
-    """The course after some of the joints were told how fast to move from a time on. The others continue.
+    """The course after some of the joints get a new velocity at a time. The others continue.
 
-    No joint gets faster than it can, or passes its limits.
+    No joint exceeds its highest speed or passes its limits.
     """
     passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
     pairs = zip(channel.joints, before.motions, strict=True)
@@ -162,10 +162,10 @@ def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at
 
 
 def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[str, tuple[float, float]]) -> Course:
-    """The course of joints some of which something may have held back, such as a person or a protective stop: these
-    continue from where they are. They would jump as soon as they are let go.
+    """Return the course with the joints that something holds back, such as a person or a protective stop, at their
+    measured positions. Otherwise they would jump when released.
 
-    `measured` is where joints were, and how many seconds ago. Joints that stand may hang a little.
+    `measured` has each joint's position and its age in seconds. Joints that stand may hang a little.
     """
     if not channel.needs_positions:
         return course
@@ -180,8 +180,9 @@ def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[s
 
 
 def way_home(channel: Channel, course: Course) -> Channel | None:
-    """The controller with joints that stop at their starts and move at a fifth of their highest speed; None if not all
-    that have to move have one. Velocity controllers don't come to rest by themselves, so they have no way home."""
+    """The controller with joints that stop at their starts and move at a fifth of their highest speed; None if a
+    joint that has to move has no highest speed. Velocity controllers don't come to rest by themselves, so they can't
+    do this."""
     joints = []
     for joint, (position, _) in zip(channel.joints, course.motions, strict=True):
         if joint.max_velocity is None and position != joint.start:
@@ -193,7 +194,7 @@ def way_home(channel: Channel, course: Course) -> Channel | None:
 
 
 def homeward(way: Channel, course: Course, now: float) -> Course:
-    """The course of joints that stand, and from now on move to their starts."""
+    """The course of joints that stand until now and then move to their starts."""
     told = {
         joint.name: JointMotion(at, math.copysign(joint.max_velocity or 0.0, joint.start - at))
         for joint, (at, _) in zip(way.joints, course.motions, strict=True)
@@ -202,24 +203,24 @@ def homeward(way: Channel, course: Course, now: float) -> Course:
 
 
 def stopped(channel: Channel, course: Course, passed: float) -> Course:
-    """The course once all joints stand, so many seconds after it began."""
+    """The course with all joints stopped, this many seconds after it began."""
     pairs = zip(channel.joints, course.motions, strict=True)
     motions = tuple(JointMotion(_after(passed, joint, motion), 0.0) for joint, motion in pairs)
     return Course(motions, course.since + passed)
 
 
 def paced(course: Course, pace: float) -> Course:
-    """How joints move by a time of which `pace` passes in a second, such as a simulation's."""
+    """The course for a clock on which `pace` performance seconds pass in a second, such as a simulation's."""
     if pace == 1:
         return course
     return replace(course, motions=tuple(JointMotion(at, speed / pace) for at, speed in course.motions))
 
 
 def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
-    """The points of a course that begins now and comes to rest by itself. Joints that stand are a single point.
+    """The points of a course that begins now and comes to rest by itself. Joints that stand have a single point.
 
-    Between two points, positions are cubic (joint_trajectory_controller's splines): with these velocities, a joint that
-    brakes does so evenly, and none passes its limits.
+    Between two points, positions are cubic (joint_trajectory_controller's splines): with these velocities, a braking
+    joint slows down evenly, and no joint passes its limits.
     """
     plans = [_plan(joint, motion) for joint, motion in zip(channel.joints, course.motions, strict=True)]
     ends = {time for plan in plans if plan.velocity for time in (plan.cruises, plan.rests)}
@@ -240,7 +241,7 @@ def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
 
 
 def message_of(channel: Channel, course: Course) -> bytes:
-    """What a controller is sent at the beginning of a course. It counts from where its encoders do."""
+    """The message for a controller at the beginning of a course, in positions of its encoders."""
     if channel.interface == "velocity":
         return numbers_message(course.velocities)
     if channel.interface == "position":
@@ -274,7 +275,7 @@ def _turned(joint: Joint, motion: JointMotion, told: JointMotion | None, passed:
 
 
 def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
-    """Where a joint is later. It stops at its limits; one that is beyond them already doesn't jump back."""
+    """The position of a joint after some seconds. It stops at its limits; a joint beyond a limit doesn't jump back."""
     position, velocity = motion
     later = position + velocity * seconds
     if velocity > 0 and joint.max is not None:
@@ -285,7 +286,7 @@ def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
 
 
 class _Plan(NamedTuple):
-    """How one joint comes to rest if nothing follows: it `cruises` until a time and brakes evenly until it `rests`."""
+    """A joint's movement if no command follows: it `cruises` until a time and brakes evenly until it `rests`."""
 
     begin: float
     velocity: float
@@ -299,13 +300,13 @@ def _plan(joint: Joint, motion: JointMotion) -> _Plan:
     if not velocity:
         return _Plan(begin, 0.0, 0.0, 0.0, begin)
     end = _after((CRUISE + HORIZON) / 2, joint, motion)  # evenly, so at half the velocity on average
-    limited = (end - begin) / velocity  # how long it takes there without braking
+    limited = (end - begin) / velocity  # seconds to get there without braking
     cruises = min(CRUISE, limited)
     return _Plan(begin, velocity, cruises, cruises + 2 * (limited - cruises), end)
 
 
 def _ticks(seconds: float) -> float:
-    """A time, or a moment later: a joint that reaches its limit must not be told a velocity there."""
+    """Round a time up, so that a joint has no velocity anymore at its limit."""
     return math.ceil(seconds / TICK - _ALMOST) * TICK
 
 

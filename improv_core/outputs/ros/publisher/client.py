@@ -1,4 +1,4 @@
-"""The stage's side of the process that publishes what plays (see publisher.py)."""
+"""The stage's side of the process that publishes the forecast (see process.py)."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
 
 HEALTH_PERIOD = 1.0
-"""Seconds between two reports of how well robots are served; REP 107 has diagnostics once a second."""
+"""Seconds between two reports of how well commands reach robots; REP 107 has diagnostics once a second."""
 MEASURED_PERIOD = 1.0
-"""Seconds between two reports of where a robot was, which lay its odometry's frame on the world of the score."""
+"""Seconds between two reports of a robot's pose. They align its odometry's frame with the world of the score."""
 MOST_WAITING = 10_000
-"""Messages that may wait for the process. One that lets more of them wait hangs."""
+"""The most messages that may wait for the process. With more, it counts as hung."""
 END_LIMIT = 2.0
-"""Seconds it may take to exit when the stage ends."""
+"""Seconds that it may take to exit when the stage ends."""
 POLICY = Policy(20.0)
-"""The same while the stage keeps running. One that is killed stays in the graph for about as long."""
+"""Allows 20 seconds to exit while the stage keeps running, about as long as a killed process stays in the graph."""
 
 
 class Publishing:
-    """Has another process publish what plays while a score asks for that. A thread of its own writes to it.
+    """Has another process publish the forecast while a score asks for that. A thread of its own writes to it.
 
     Nothing waits for that process. If it fails, `problem` says so, and the next score that asks for it starts another.
     """
@@ -39,18 +39,18 @@ class Publishing:
         self._command = helper("publisher", node, *arguments)
         self._clock = clock
         self._due = 0.0  # when the next report of health is due
-        self._measured: dict[str, float] = {}  # when to report each robot's pose again
+        self._measured: dict[str, float] = {}  # when each robot's next pose is due
         self._process: _Process | None = None
         self._leaving: list[_Process] = []
-        self.health = _Noticed()
+        self.health = _CommandStats()
 
     @property
     def problem(self) -> str | None:
-        """What is wrong with the process, in one line."""
+        """The problem with the process, in one line."""
         return self._process.problem if self._process else None
 
     def take(self, score: Score, generation: int) -> None:
-        """A score has arrived: start, keep, or end the process, as it asks."""
+        """Start, keep, or end the process, as a new score asks."""
         if self._process and (self._process.problem or not score.publish):
             self._process.close()
             self._leaving = [each for each in [*self._leaving, self._process] if each.is_alive]
@@ -60,7 +60,7 @@ class Publishing:
             self._process.put((score, generation))
 
     def show(self, message: FromStage) -> None:
-        """Pass on a message of the stage. Of measured poses, only as many as are needed are passed on."""
+        """Pass on a message of the stage, but only one measured pose per `MEASURED_PERIOD`."""
         if not self._process:
             return
         if message["type"] == "measured":
@@ -78,7 +78,7 @@ class Publishing:
             self._process.put(message)
 
     def report(self) -> None:
-        """Report how well robots are served if that is due."""
+        """Report how well commands reach robots, if that is due."""
         if self._process and (now := self._clock()) >= self._due:
             self._due = now + HEALTH_PERIOD
             self._process.put(self.health.taken())
@@ -93,17 +93,18 @@ class Publishing:
 
 
 @dataclass(slots=True)
-class _Noticed:
-    """What is noticed while velocities are sent."""
+class _CommandStats:
+    """Facts about commands, collected while they are sent."""
 
     zero: float | None = None
-    """The time on the clock of performance time 0, while something plays."""
+    """The clock's time at performance time 0, while a score plays."""
     _late: float = 0.0
     _missing: dict[str, str] = field(default_factory=dict)
     _clipped: set[str] = field(default_factory=set)
 
     def sent(self, robot: str, at: float, now: float, clipped: bool) -> float:
-        """A velocity that was due at a performance time has been sent. Returns by how many seconds it was late."""
+        """Note that a velocity was sent that was due at a performance time. Returns the seconds by which it was
+        late."""
         if clipped:
             self._clipped.add(robot)
         late = 0.0 if self.zero is None else now - self.zero - at
@@ -111,7 +112,7 @@ class _Noticed:
         return late
 
     def asked(self, robots: Collection[str], missing: dict[str, str]) -> None:
-        """Some robots have been looked at, and these of them can't hear; the line is empty for one that soon will."""
+        """Note which of the robots that were checked can't be reached; the line is empty if they soon can."""
         for robot in robots:
             if missing.get(robot):
                 self._missing[robot] = missing[robot]
@@ -124,7 +125,7 @@ class _Noticed:
             del self._missing[robot]
 
     def taken(self) -> Health:
-        """What was noticed since the last call."""
+        """Return everything since the last call."""
         late, clipped, self._late, self._clipped = self._late, self._clipped, 0.0, set()
         return {"type": "health", "late": late, "missing": dict(self._missing), "clipped": sorted(clipped)}
 
@@ -156,21 +157,22 @@ class _Process:
             self._child.kill()
 
     def close(self) -> None:
-        """End it, without waiting for that."""
+        """End it, without waiting."""
         self._closed = True
         self._queue.put(None)
-        # The thread that writes can't end one that hangs: it may wait until that one reads.
+        # The thread that writes can't end a process that hangs: it may wait until the process reads.
         patience = threading.Timer(POLICY.end, self.kill)
         patience.daemon = True
         patience.start()
 
     def wait(self) -> None:
-        """Wait until it has ended, and end one that hangs."""
+        """Wait until it has ended, and kill it if it hangs."""
         self._thread.join(END_LIMIT)
         self.kill()
 
     def _run(self) -> None:
-        """Start the process and write to it. Not the stage's thread, since both may take many milliseconds."""
+        """Start the process and write to it, on a thread other than the stage's, because both may take many
+        milliseconds."""
         why = ""
         try:
             self._child = Child(self._command, POLICY)
@@ -178,11 +180,11 @@ class _Process:
         except OSError as error:
             why = f"can't start: {error}"
         if why and not self._closed:
-            line = f"the process that publishes what plays {why}: the next play starts another one"
+            line = f"the process that publishes the dance {why}: the next play starts another one"
             self.problem = in_plain_text(" ".join(line.split()))
 
     def _write(self, child: Child) -> str:
-        """Write everything from the queue; returns why the process ended too early."""
+        """Write everything from the queue; returns the reason why the process ended too early."""
         written = RowsWritten()
         try:
             while (item := self._queue.get()) is not None:

@@ -1,7 +1,7 @@
-"""Publishes what plays, for rviz, Foxglove, and monitors: paths, markers, the position, diagnostics, and messages.
+"""Publishes the forecast for rviz, Foxglove, and monitors: paths, markers, the position, diagnostics, and messages.
 
-A process of its own, because publishing a path takes longer than commands can wait. Started by the stage, with its own
-interpreter, as `python …/improv_core/stage publisher`. Standard library only (rclpy imported lazily).
+It is a process of its own, because publishing a path takes longer than commands can wait. The stage starts it with its
+own interpreter, as `python …/improv_core/stage publisher`. Standard library only (rclpy imported lazily).
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ if TYPE_CHECKING:
     from improv_core.outputs.ros.publisher.topics import Publications
 
 NICENESS = 10
-"""If all processors are busy, this process comes last."""
+"""The process's niceness. If all processors are busy, it comes last."""
 MARKER_PERIOD = 0.1
 """Seconds between two markers of a robot that moves."""
 PERIOD = 1.0
-"""Seconds between two paths of a robot, and two of all that doesn't move. REP 107 has diagnostics once a second."""
+"""Seconds between two paths of a robot, and between two messages about anything that doesn't move. REP 107 has
+diagnostics once a second."""
 
 
 def main() -> int:
-    """Publish what the stage says over standard input, until it ends. If that fails, say why."""
+    """Publish the stage's messages from standard input, until that ends. On failure, report the error."""
     lines: Lines[ToPublisher] = Lines()
     say: Callable[[FromPublisher], None] = own_output()
     os.nice(NICENESS)
@@ -51,7 +52,7 @@ def main() -> int:
 def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
     outlook, read = Outlook(), RowsRead()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
-    due = 0.0  # when all is published again
+    due = 0.0  # when everything is published again
     while not lines.ended:
         select.select([0], [], [], MARKER_PERIOD)
         for message in lines.read():

@@ -1,4 +1,4 @@
-"""The topics on which others in ROS 2 can watch what plays (rclpy and messages imported lazily)."""
+"""The topics on which other ROS 2 programs can watch a dance (rclpy and messages imported lazily)."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from improv_core.safety.fault_rules import LATE
 from improv_core.score.motion import Pose
 
 TEXT_HEIGHT, ABOVE = 0.15, 0.4
-"""Meters: the size of a marker's text, and how high it is above its robot."""
+"""Meters: the size of a marker's text, and its height above the robot."""
 LONGEST_NAME = 200
-"""Characters of a robot's name in the name of a topic, which may have 247."""
+"""The most characters of a robot's name in the name of a topic, which may have 247."""
 GOLDEN = 0.618
-"""The share of the color circle between two robots, so that no two of them look alike."""
+"""The share of the color circle between two robots, so that no two look alike."""
 
 Advertised = tuple[Any, Callable[[], None]]
 """A publisher, and a function that destroys it."""
 
 
 class Publications:
-    """Publishes to whoever subscribes, with ROS's `arguments`. Raises ImportError without rclpy or its messages."""
+    """Publishes to all subscribers, with ROS's `arguments`. Raises ImportError without rclpy or its messages."""
 
     def __init__(self, node: str, arguments: Sequence[str]) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
@@ -49,7 +49,7 @@ class Publications:
         self._uses_sim_time = False
 
     def spin(self) -> None:
-        """Take the time from /clock, if that is the time to use."""
+        """Read the time from /clock, if the node uses it."""
         self._executor.spin_once(timeout_sec=0)
 
     def log(self, severity: str, line: str) -> None:
@@ -61,7 +61,7 @@ class Publications:
             logger.warning(line)
 
     def publish(self, outlook: Outlook, health: Health, now: float) -> None:
-        """Publish everything, by the latest look."""
+        """Publish everything, from the latest forecast."""
         score, transport = outlook.score, outlook.transport
         if not score or not transport:
             return
@@ -81,7 +81,7 @@ class Publications:
             self._diagnostics[0].publish(array)
 
     def publish_markers(self, outlook: Outlook, now: float) -> None:
-        """Publish where robots ideally are and what they play."""
+        """Publish the ideal poses of robots and the words that they play."""
         score = outlook.score
         if not score or not is_heard(self._markers):
             return
@@ -104,7 +104,7 @@ class Publications:
         self._markers[0].publish(MarkerArray(markers=[*markers, *gone]))
 
     def close(self) -> None:
-        """Leave ROS."""
+        """Destroy the nodes."""
         self._executor.shutdown()
         self._nodes.close()
 
@@ -146,11 +146,11 @@ class Publications:
 
 
 _POSITION = ("state", "beats", "tempo", "speed", "generation", "muted", "soloed", "waits_for")
-"""What others are told about the transport, besides the beat."""
+"""The fields of the transport that are published, besides the beat."""
 
 
 class Diagnosis(NamedTuple):
-    """One line for monitors. `level` is that of diagnostic_msgs/DiagnosticStatus: 0 is OK, 1 a warning, 2 an error."""
+    """A line for monitors. `level` is that of diagnostic_msgs/DiagnosticStatus: 0 is OK, 1 a warning, 2 an error."""
 
     name: str
     level: int
@@ -159,7 +159,7 @@ class Diagnosis(NamedTuple):
 
 
 def diagnose(outlook: Outlook, health: Health, now: float) -> Iterator[Diagnosis]:
-    """How well everything plays, and each robot."""
+    """Diagnoses of the performance and of each robot."""
     transport, score = outlook.transport, outlook.score
     if not transport or not score:
         return
@@ -181,7 +181,7 @@ def diagnose(outlook: Outlook, health: Health, now: float) -> Iterator[Diagnosis
 
 
 def path_topics(robots: Sequence[str] | Mapping[str, Any]) -> dict[str, str]:
-    """The topic of each robot's path. Names in programs may have letters that those in ROS 2 may not."""
+    """The topic of each robot's path. Names in programs may have letters that ROS 2 doesn't allow."""
     topics: dict[str, str] = {}
     for robot in robots:
         name = first = re.sub("[^A-Za-z0-9_]", "_", robot)[:LONGEST_NAME]
@@ -194,7 +194,7 @@ def path_topics(robots: Sequence[str] | Mapping[str, Any]) -> dict[str, str]:
 
 
 def is_heard(advertised: Advertised) -> bool:
-    """Whether anybody subscribes."""
+    """Return whether a publisher has a subscriber."""
     return bool(advertised[0].get_subscription_count())
 
 

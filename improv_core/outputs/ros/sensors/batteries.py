@@ -1,4 +1,4 @@
-"""How full the batteries of robots are, from ROS topics (messages imported lazily)."""
+"""Battery levels of robots from ROS topics (messages imported lazily)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from improv_core.outputs.ros.sensors.readings import battery
 
 
 class RosBatteries:
-    """Subscribes to the topics of robots' batteries on a node whose executor is spun.
+    """Subscribes to the topics of robots' batteries on a node that an executor spins.
 
-    `unread` gets a topic that can't be subscribed to, and a line that says why.
+    `unread` gets each topic to which it can't subscribe, and a line with the reason.
     """
 
     def __init__(self, node: Any, unread: Callable[[str, str], None]) -> None:
@@ -34,12 +34,12 @@ class RosBatteries:
             self._made[topic] = self._subscribe(topic)
 
     def take(self) -> dict[str, float]:
-        """How full batteries are of which something was heard since the last call, from 0 to 1."""
+        """The battery levels, from 0 to 1, that arrived since the last call."""
         new, self._new = self._new, {}
         return new
 
     def _subscribe(self, topic: str) -> Any:
-        """A subscription; None if that is impossible."""
+        """Create a subscription; None if that is impossible."""
 
         def take(received: Any) -> None:
             if (share := battery(received)) is not None:

@@ -1,4 +1,4 @@
-"""The stage's side of the process that reads sensors (see reader.py)."""
+"""The stage's side of the process that reads sensors (see process.py)."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
 
 START_LIMIT = 10.0
-"""Seconds until a new process must show signs of life; on a quiet machine it takes half a second."""
+"""Seconds until the first sign of life of a new process; on a quiet machine it takes half a second."""
 SILENT_LIMIT = 0.3
-"""Seconds without a sign of life after which nothing it has said counts anymore. There are twenty of them a second."""
+"""Seconds without a sign of life after which nothing from the process counts anymore. It sends twenty a second."""
 ALIVE_LIMIT = 1.0
 """Seconds without a sign of life after which the process counts as hung."""
 SURE = 3
-"""Signs of life after which what it says counts again: by then, it has taken what came while it stalled."""
+"""Signs of life after which its messages count again: by then, it has read everything that arrived while it stalled."""
 FIND_LIMIT = 5.0
-"""Seconds that beat 0 waits for senses that are still silent, from when they were first asked for."""
+"""Seconds that beat 0 waits for silent senses, from when they were added."""
 AGAIN = 1.0
-"""Seconds until a process that has failed is replaced: one that fails at once must not keep the machine busy."""
+"""Seconds before a failed process is replaced: one that fails at once must not keep the machine busy."""
 WAIT = 0.1
-"""Seconds to wait at a time. Seconds without a sign of life are counted in these."""
+"""Seconds per wait. The time without a sign of life is counted in these."""
 POLICY = Policy(2.0, waits=False)
 POSE_LIMIT = 1.0
-"""Seconds for which a robot may move until its first pose."""
+"""Seconds that a robot may move before its first pose."""
 
 USUAL, PROMPT = 0.05, 0.02
 """Seconds between two looks for poses: usually, and while robots have to keep apart."""
 
 
 class RosReader:
-    """Has another process read senses and poses, starts it for the first of them, and passes on edges and poses on a
+    """Has another process read senses and poses, starts it when the first is needed, and passes on edges and poses on a
     thread of its own.
 
-    If that process fails, all senses are silent until the next one hears something.
+    If that process fails, all senses are silent until the next one receives something.
     """
 
     def __init__(
@@ -53,25 +53,25 @@ class RosReader:
         self._hear = hear
         self._clock = clock
         self.problem: str | None = None
-        """What is wrong with the process, in one line."""
+        """The problem with the process, in one line."""
         self.unread: dict[str, str] = {}
-        """Topics that can't be read, and why."""
+        """Topics that can't be read, with the reasons."""
         self._sources: Mapping[RobotSense, Topic] = {}
-        self._asked = -math.inf  # when the latest sense was asked for
-        self._said: dict[RobotSense, bool | None] = {}  # by the process
-        self._values: dict[RobotSense, bool | None] = {}  # that count
-        self._doubts = 0  # how many signs of life are missing until what it says counts again
+        self._asked = -math.inf  # when the latest sense was added
+        self._reported: dict[RobotSense, bool | None] = {}  # the latest values from the process
+        self._values: dict[RobotSense, bool | None] = {}  # the values that count
+        self._missing_signs = 0  # the signs of life still missing until its messages count again
         self._odometry: Mapping[str, str] = {}
         self._batteries: Mapping[str, str] = {}
         self._joint_states: Mapping[str, str] = {}
         self._period = USUAL
         self.alive = -math.inf
-        """When the process last showed signs of life: all that came by then has been heard."""
+        """The time of the latest sign of life: everything that arrived before it has been read."""
         self.batteries: dict[str, float] = {}
-        """How full the batteries of robots are, from 0 to 1."""
+        """The battery levels of robots, from 0 to 1."""
         self.joints: dict[str, Mapping[str, tuple[float, float]]] = {}
-        """Where the joints of robots are, and when that came."""
-        self._posed: set[str] = set()  # robots of which a pose has come
+        """The positions of robots' joints, with their times of arrival."""
+        self._posed: set[str] = set()  # robots whose first pose has arrived
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -83,8 +83,8 @@ class RosReader:
         joint_states: Mapping[str, str],
         period: float = USUAL,
     ) -> None:
-        """From now on, read these senses, and the poses, batteries, and joint states of these robots (robot: topic),
-        and no others.
+        """Read only these senses from now on, and the poses, batteries, and joint states of these robots (robot:
+        topic).
 
         `period` is the seconds between two looks for poses.
         """
@@ -103,18 +103,18 @@ class RosReader:
             self._thread.start()
 
     def under_way(self) -> bool:
-        """Whether a sense or a robot's pose that was asked for lately is still missing."""
+        """Return whether a recently added sense or pose is still missing."""
         if self._clock() >= self._asked + FIND_LIMIT:
             return False
         return any(map(self.is_silent, self._sources)) or not self._odometry.keys() <= self._posed
 
     def lacks_poses(self, robot: str, since: float) -> bool:
-        """Whether no pose of a robot has ever come, although it has been told to move since a time. Poses that no
-        longer come are a fault of the robot (safety/fault_rules.py)."""
+        """Return whether a robot that has moved since a time has never sent a pose. Poses that stop later are a fault
+        of the robot (safety/fault_rules.py)."""
         return robot in self._odometry and robot not in self._posed and self.alive > since + POSE_LIMIT
 
     def is_silent(self, sense: RobotSense) -> bool:
-        """Whether nothing is known of a sense."""
+        """Return whether a sense has no known value."""
         return self._values.get(sense) is None
 
     def close(self) -> None:
@@ -124,7 +124,7 @@ class RosReader:
             self._thread.join()
 
     def _run(self) -> None:
-        """Keep a process that reads, until we are closed."""
+        """Keep one process running until the reader is closed."""
         while not self._closing.is_set():
             try:
                 child = Child(helper("reader", self._node, *([URGENT] if self._period == PROMPT else [])), POLICY)
@@ -135,13 +135,13 @@ class RosReader:
                 if not self._closing.is_set():
                     child.kill()
                 child.end()
-            self._fall_silent()
-            self._said, self._doubts = {}, 0
+            self._silence_all()
+            self._reported, self._missing_signs = {}, 0
             self.problem = f"the process that reads sensors {what}: another one starts"
             self._closing.wait(AGAIN)
 
     def _listen(self, child: Child) -> str:
-        """Pass on edges until we are closed, or the process ends or hangs. Returns which, in words."""
+        """Pass on edges until the reader is closed or the process ends or hangs. Returns the reason, in words."""
         asked: object = None
         waited, limit = 0.0, START_LIMIT
         while not self._closing.is_set():
@@ -153,10 +153,10 @@ class RosReader:
             except EOFError:
                 return "has ended"
             if not lines:
-                waited += WAIT  # not by a clock, so that the process isn't blamed while we ourselves stall
+                waited += WAIT  # not by a clock, so that a stall of the stage doesn't count against the process
                 if waited >= SILENT_LIMIT and limit == ALIVE_LIMIT:
-                    self._doubts = SURE
-                    self._fall_silent()
+                    self._missing_signs = SURE
+                    self._silence_all()
                 if waited >= limit:
                     return f"was silent for {limit} s"
                 continue
@@ -165,7 +165,7 @@ class RosReader:
                 for line in lines:
                     self._take(json.loads(line))
             except (ValueError, LookupError, TypeError) as error:
-                return f"sent what can't be read ({type(error).__name__})"
+                return f"sent an unreadable line ({type(error).__name__})"
         return "is not needed"
 
     @property
@@ -175,15 +175,15 @@ class RosReader:
     def _take(self, message: FromReader) -> None:
         if message["type"] == "edge":
             sense = RobotSense(message["robot"], message["sense"])
-            self._said[sense] = message["value"]
-            if not self._doubts:
+            self._reported[sense] = message["value"]
+            if not self._missing_signs:
                 self._turn(sense, message["value"], message["at"])
         elif message["type"] == "alive":
             self.alive = self._clock()
-            if self._doubts:
-                self._doubts -= 1
-                if not self._doubts:
-                    for sense, value in self._said.items():
+            if self._missing_signs:
+                self._missing_signs -= 1
+                if not self._missing_signs:
+                    for sense, value in self._reported.items():
                         self._turn(sense, value, self.alive)
         elif message["type"] == "poses":
             self._measure(message)
@@ -199,7 +199,7 @@ class RosReader:
 
     def _measure(self, message: MeasuredPoses) -> None:
         asked = [each for each in message["poses"] if self._odometry.get(each["robot"]) == each["topic"]]
-        if asked:  # others come from topics that counted until just now
+        if asked:  # others are from topics that counted until just now
             self._posed |= {each["robot"] for each in asked}
             self._hear(RawPoses([_pose(each) for each in asked]))
 
@@ -208,7 +208,7 @@ class RosReader:
             self._values[sense] = value
             self._hear(Edge(sense, value, at))
 
-    def _fall_silent(self) -> None:
+    def _silence_all(self) -> None:
         now = self._clock()
         for sense in list(self._values):
             self._turn(sense, None, now)

@@ -1,6 +1,6 @@
-"""Where the joints of robots are, from ROS topics (rclpy and messages imported lazily).
+"""The positions of robots' joints from ROS topics (rclpy and messages imported lazily).
 
-Controllers say that up to a thousand times a second. Only what is used is taken, as with poses.
+Controllers send them up to a thousand times a second. Only messages that are used are taken, as with poses.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from improv_core.protocol.output import RawJoints
 PERIOD = 0.05
 """Seconds between two looks at a topic."""
 DEPTH = 5
-"""How many messages of a topic are kept: each of several controllers may say where its own joints are."""
+"""The number of messages kept of a topic: each of several controllers may send the positions of its own joints."""
 
 
 class RosJointStates:
-    """Subscribes to sensor_msgs/JointState, on a node that no executor uses. `unread` gets a topic that can't be
-    subscribed to, and a line that says why."""
+    """Subscribes to sensor_msgs/JointState, on a node without an executor. `unread` gets each topic to which it can't
+    subscribe, and a line with the reason."""
 
     def __init__(self, node: Callable[[], Any], unread: Callable[[str, str], None]) -> None:
         self._make_node = node
@@ -44,7 +44,7 @@ class RosJointStates:
             self._made[topic] = self._subscribe(topic)
 
     def take(self) -> list[RawJoints]:
-        """The latest positions of each robot's joints that are new, at most twenty times a second."""
+        """The new positions of each robot's joints, at most twenty times a second."""
         now = time.monotonic()
         if not self._made or now < self._due:
             return []
@@ -59,12 +59,12 @@ class RosJointStates:
         return found
 
     def close(self) -> None:
-        """Leave ROS."""
+        """Destroy the node."""
         if self._node:
             self._node.destroy_node()
 
     def _subscribe(self, topic: str) -> Any:
-        """A subscription; None if that is impossible."""
+        """Create a subscription; None if that is impossible."""
         try:
             from rclpy.qos import QoSProfile, ReliabilityPolicy
             from sensor_msgs.msg import JointState

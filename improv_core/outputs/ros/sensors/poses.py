@@ -1,6 +1,6 @@
 """The poses of robots from ROS topics (rclpy and messages imported lazily).
 
-Only those that are used are taken. DDS discards the others itself: it keeps the last message of each topic.
+Only messages that are used are taken. DDS discards the others itself: it keeps the last message of each topic.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ TEXTS = {
     "geometry_msgs/PoseStamped": 1,
     "geometry_msgs/PoseWithCovarianceStamped": 1,
 }
-"""The messages that have a pose after a stamp, and how many texts come in between: the names of frames."""
+"""The messages with a pose after a stamp, and the number of texts (names of frames) in between."""
 LONGEST_WAIT = SECOND
-"""Nanoseconds that a message may have waited for us. Beyond it, the clocks don't agree."""
+"""The longest that a message may have waited, in nanoseconds. Beyond it, the clocks don't agree."""
 
 
 class RosPoses:
-    """Subscribes to the topics of robots' poses as soon as somebody publishes on them.
+    """Subscribes to the topics of robots' poses as soon as they have publishers.
 
-    `node` is used by no executor, so nothing is done for messages that nobody takes. `unread` gets a topic that can't
-    be subscribed to, and a line that says why.
+    No executor uses `node`, so messages that nobody takes cost nothing. `unread` gets each topic to which it can't
+    subscribe, and a line with the reason.
     """
 
     def __init__(self, node: Callable[[], Any], unread: Callable[[str, str], None]) -> None:
@@ -66,12 +66,12 @@ class RosPoses:
         return found
 
     def close(self) -> None:
-        """Leave ROS."""
+        """Destroy the node."""
         if self._node:
             self._node.destroy_node()
 
     def _look(self, topic: str) -> None:
-        """Subscribe to a topic if it is known by now which type of pose is published on it."""
+        """Subscribe to a topic if the type of its poses is known by now."""
         kinds = {info.topic_type.replace("/msg/", "/") for info in self._node.get_publishers_info_by_topic(topic)}
         if kind := next((kind for kind in TEXTS if kind in kinds), None):
             try:
@@ -100,11 +100,11 @@ class RosPoses:
 
 
 def _arrived(about: Mapping[str, Any]) -> float:
-    """When a message came, on the monotonic clock. What it is stamped with may be the time of another machine."""
+    """The time of arrival of a message, on the monotonic clock. Its stamp may come from another machine's clock."""
     waited = time.time_ns() - (about.get("received_timestamp") or 0)
     return time.monotonic() - (waited / SECOND if 0 <= waited <= LONGEST_WAIT else 0.0)
 
 
 def _stamped(stamp: int) -> float | None:
-    """A message's time in nanoseconds, on the monotonic clock as if the sender's clock were ours. None if it is 0."""
+    """A stamp in nanoseconds, on the monotonic clock, as if the sender's clock were ours. None if it is 0."""
     return time.monotonic() + (stamp - time.time_ns()) / SECOND if stamp else None

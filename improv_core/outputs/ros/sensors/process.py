@@ -1,7 +1,8 @@
 """Reads robots' sensors from ROS topics and reports only changes to the stage, instead of up to 2,000 scans a second.
+
 Of each robot's poses and joints, it reports the latest, at most twenty times a second.
 
-A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
+It is a process of its own, because reading would make the stage's commands late. The stage starts it with its own
 interpreter, as `python …/improv_core/stage reader`. Standard library only (rclpy imported lazily).
 """
 
@@ -22,15 +23,16 @@ from improv_core.protocol.reader_messages import FromReader, MeasuredPose, ToRea
 from improv_core.score.senses import RobotSense, Topic, source_from_json
 
 NICENESS = 5
-"""If all processors are busy, commands come first, unless robots have to keep apart: then poses are as urgent."""
+"""The process's niceness. If all processors are busy, commands come first, unless robots have to keep apart: then poses
+are as urgent."""
 PROMPT = "prompt"
-"""The argument that says so."""
+"""The argument that makes poses as urgent as commands."""
 LOOK = 0.05
-"""Seconds between two looks for silence and for what the stage says, at most."""
+"""The most seconds between two checks for silence and for messages of the stage."""
 
 
 def main() -> int:
-    """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
+    """Read the senses that the stage requests on standard input, until that ends; edges go to standard output."""
     lines: Lines[ToReader] = Lines()
     tell: Callable[[FromReader], None] = own_output()
     if PROMPT not in sys.argv[2:]:
@@ -50,7 +52,7 @@ def main() -> int:
         tell({"type": "unread", "topic": topic, "message": message})
 
     subscriptions = Subscriptions(sys.argv[1], hear, tell_unread)
-    # As in the stage: collections of garbage over all that has been imported would make edges late.
+    # As in the stage: collecting garbage among all imported modules would make edges late.
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)
     period = LOOK
@@ -76,7 +78,7 @@ def main() -> int:
 
 
 class HeardSenses:
-    """Makes edges from what is heard on topics and when (in seconds), and from silence. It never reads a clock."""
+    """Turns values from topics, their times (in seconds), and silence into edges. It never reads a clock."""
 
     def __init__(self, now: float) -> None:
         self._read: dict[Topic, dict[RobotSense, None]] = {}
@@ -85,11 +87,11 @@ class HeardSenses:
 
     @property
     def topics(self) -> Iterable[Topic]:
-        """The topics to listen to."""
+        """The topics to subscribe to."""
         return self._read.keys()
 
     def read(self, sources: Mapping[RobotSense, Topic], now: float) -> Iterator[Edge]:
-        """From now on, read these senses and no others. What is no longer read falls silent."""
+        """Read only these senses from now on. All others become silent."""
         old = {sense: topic for topic, senses in self._read.items() for sense in senses}
         before = {sense: self._value(topic) for sense, topic in old.items()}
         self._read = {}
@@ -102,15 +104,15 @@ class HeardSenses:
                 yield Edge(sense, value, now)
 
     def take(self, topic: Topic, value: bool | None, now: float) -> Iterator[Edge]:
-        """Take a message's value; None if it says nothing."""
+        """Take the value of a message; None if it has none."""
         if value is not None:
             yield from self._turn(topic, _Known(value, now), now)
 
     def look(self, is_published: Callable[[str], bool], now: float) -> Iterator[Edge]:
-        """Find what has fallen silent. A topic without a timeout is silent while nobody publishes on it."""
+        """Find topics that have become silent. A topic without a timeout is silent while it has no publisher."""
         late, self._looked = now > self._looked + 2 * LOOK, now
         if late:
-            return  # this process itself stalled, and has not yet taken what came meanwhile
+            return  # this process stalled and hasn't yet read the messages that arrived meanwhile
         for topic, (value, at) in list(self._known.items()):
             if topic.timeout:
                 if value is not None and now >= at + topic.timeout:
@@ -130,7 +132,7 @@ class HeardSenses:
 
 
 class _Known(NamedTuple):
-    """What a topic has said, and when."""
+    """The latest value of a topic, and its time."""
 
     value: bool | None
     at: float

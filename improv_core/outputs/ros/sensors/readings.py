@@ -1,4 +1,4 @@
-"""What a sensor's message says about a sense. Standard library only: messages are whatever has their fields.
+"""The values of senses in sensors' messages. Standard library only: a message is any object with the right fields.
 
 Readings of distances follow REP 117: NaN is no reading, -inf is too close to measure, and inf is nothing in sight.
 """
@@ -14,13 +14,13 @@ from improv_core.score.senses import Message, Topic
 
 _TURN = 2 * math.pi
 _MOST_TURNS = 2
-"""A scan over more turns, or one that starts farther than that from straight ahead, is malformed."""
+"""The most turns of a valid scan, and the farthest that it may start from straight ahead."""
 _SLACK = 0.01
-"""Of an increment: angles are 32-bit floats, so a reading may be barely outside of the sector it is meant to be in."""
+"""Tolerance in increments: angles are 32-bit floats, so a reading on the edge of a sector may be barely outside."""
 
 
 def holds(topic: Topic, message: Any) -> bool | None:
-    """Whether a sense is true by a message on its topic; None if the message doesn't say."""
+    """Return the value of a sense in a message on its topic; None if the message has none."""
     if topic.message == "std_msgs/Bool":
         return bool(message.data)
     if topic.message == "sensor_msgs/Joy":
@@ -30,9 +30,9 @@ def holds(topic: Topic, message: Any) -> bool | None:
 
 
 def battery(message: Any) -> float | None:
-    """How full a battery is by a sensor_msgs/BatteryState, from 0 to 1; None if it doesn't say.
+    """The level of a battery in a sensor_msgs/BatteryState, from 0 to 1; None if it has none.
 
-    The message wants a share from 0 to 1, but some drivers send percent.
+    The message defines a share from 0 to 1, but some drivers send percent.
     """
     share = float(message.percentage)
     if not 0 <= share <= 100:  # NaN if it isn't measured
@@ -57,7 +57,7 @@ def _ranged(topic: Topic, message: Any) -> float | None:
 
 
 def _nearest(readings: Iterable[float], least: float, most: float) -> float | None:
-    """The nearest reading, in meters; None without any. Beyond the sensor's maximum, nothing is in sight."""
+    """The nearest reading, in meters; None if there is none. Beyond the sensor's maximum, nothing is in sight."""
     if least == math.inf:
         return None
     nearest = min((each for each in readings if each >= least or each == -math.inf), default=None)
@@ -66,12 +66,12 @@ def _nearest(readings: Iterable[float], least: float, most: float) -> float | No
 
 @lru_cache(maxsize=1_000)
 def _sector(start: float, end: float, first: float, step: float, count: int) -> Sequence[slice]:
-    """Which readings of a scan are from one angle to another; angles may go either way, and around."""
+    """The readings of a scan from one angle to another. Angles may increase or decrease, and wrap around."""
     if not count or not abs(first) <= _MOST_TURNS * _TURN or not abs(step) * count <= _MOST_TURNS * _TURN:
         return ()
     turns = [each * _TURN - first for each in range(-2 * _MOST_TURNS - 1, 2 * _MOST_TURNS + 2)]
     if not step:
-        # A sensor with one beam need not give an increment. More readings at one angle are malformed.
+        # A sensor with one beam needs no increment. More readings at one angle are malformed.
         return [slice(0, 1)] if count == 1 and any(start + turn <= 0 <= end + turn for turn in turns) else ()
     found = []
     for turn in turns:

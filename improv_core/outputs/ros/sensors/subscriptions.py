@@ -19,9 +19,9 @@ Hear = Callable[[Topic, bool | None], None]
 
 
 class Subscriptions:
-    """Subscribes to topics, each once, and passes on what each message says about the senses that are read from it.
+    """Subscribes to topics, each once, and passes on the values of the senses in each message.
 
-    `unread` gets a topic that can't be subscribed to, and a line that says why.
+    `unread` gets each topic to which it can't subscribe, and a line with the reason.
     """
 
     def __init__(self, node: str, hear: Hear, unread: Callable[[str, str], None]) -> None:
@@ -32,11 +32,11 @@ class Subscriptions:
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
         self.poses = RosPoses(lambda: self._node_without_executor("poses"), unread)
-        """The poses of robots, which are taken, not passed on."""
+        """The poses of robots. The caller takes them."""
         self.batteries = RosBatteries(self._node, unread)
-        """How full the batteries of robots are, which is taken too."""
+        """The battery levels of robots. The caller takes them."""
         self.joint_states = RosJointStates(lambda: self._node_without_executor("joints"), unread)
-        """Where the joints of robots are, which is taken too."""
+        """The positions of robots' joints. The caller takes them."""
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 
@@ -52,17 +52,17 @@ class Subscriptions:
             self._made[name, message] = self._subscribe(name, message)
 
     def spin(self, seconds: float) -> None:
-        """Take what arrives within this many seconds."""
+        """Receive the messages that arrive within this many seconds."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=left)
 
     def is_published(self, topic: str) -> bool:
-        """Whether anybody publishes on a topic."""
+        """Return whether a topic has a publisher."""
         return bool(self._node.count_publishers(topic))
 
     def close(self) -> None:
-        """Leave ROS."""
+        """Destroy all nodes."""
         self._executor.shutdown()
         self.poses.close()
         self.joint_states.close()
@@ -76,7 +76,7 @@ class Subscriptions:
         return rclpy.create_node(name, context=self._node.context, **options)
 
     def _subscribe(self, name: str, message: Message) -> Any:
-        """A subscription; None if that is impossible."""
+        """Create a subscription; None if that is impossible."""
         package, _, kind = message.partition("/")
 
         def take(received: Any) -> None:
@@ -96,9 +96,9 @@ class Subscriptions:
 
 
 def _executor(context: Any) -> Any:
-    """An executor; since Jazzy there is one that takes a message in a quarter of the time.
+    """Create an executor. Since Jazzy there is one that takes a message in a quarter of the time.
 
-    Subscriptions with callbacks for events, which ours have not, can crash it (rclpy#1644).
+    Subscriptions with callbacks for events can crash it (rclpy#1644); ours have none.
     """
     try:
         from rclpy.experimental import EventsExecutor

@@ -1,4 +1,4 @@
 """Finds a Python with rclpy, or installs one, and proves that it carries a Twist. Begin with `interpreter`.
 
-Standard library only. Also `hosts` uses it, to set up other machines.
+Standard library only. `hosts` uses it too, to set up other machines.
 """

@@ -14,16 +14,16 @@ from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.setup.interpreter import PROVEN, VARIABLE
 
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
-"""Every package that is installed, with its version and the hashes of its wheels; tests/ros/pin.sh renews it."""
+"""Every package to install, with its version and the hashes of its wheels; tests/ros/pin.sh renews it."""
 PYTHONS = (10, 14)
 """The minor versions of CPython 3 that ROS 2's wheels support, first and last (PyPI, ros-rclpy 7.1)."""
 DOWNLOAD, SIZE = 75, 270
-"""Megabytes to download, and of the environment on disk, as measured with ros-rclpy 7.1.6 and numpy 2.4."""
+"""Megabytes to download, and the size of the environment on disk, as measured with ros-rclpy 7.1.6 and numpy 2.4."""
 SPARE = 2
 """Times `SIZE` that must be free: pip unpacks before it installs."""
 ELSEWHERE = f"source a ROS 2 (`source /opt/ros/…/setup.bash`), or set {VARIABLE} to a Python with rclpy"
 QUIET_LIMIT = 1800.0
-"""Seconds that an installer may say nothing. It doesn't say how far a download is, which may be slow."""
+"""Seconds that an installer may print nothing. It doesn't show the progress of a download, which may be slow."""
 POLICY = Policy(10.0, errors=subprocess.STDOUT)
 AGAIN = "run `improv ros setup` again"
 
@@ -31,13 +31,13 @@ Say = Callable[[str], object]
 
 
 class SetupError(Exception):
-    """ROS 2 can't be set up; one plain line that says what to do."""
+    """Setting up ROS 2 failed. The message is one plain line that says what to do."""
 
 
 def make(place: Path, say: Say) -> None:
     """Make the environment from scratch, with the wheels in the list and nothing else. Raises SetupError."""
     try:
-        (place / PROVEN).unlink(missing_ok=True)  # first: from here on the environment is incomplete
+        (place / PROVEN).unlink(missing_ok=True)  # first, because the environment is incomplete from here on
         if place.exists():
             shutil.rmtree(place)
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +56,7 @@ def make(place: Path, say: Say) -> None:
 
 
 def unsuited() -> str | None:
-    """Why ROS 2's wheels can't be installed on this machine, and what to do instead; None if they can."""
+    """The reason why ROS 2's wheels can't be installed on this machine, and what to do instead; None if they can."""
     here = f"{platform.system()} on {platform.machine()}"
     if (sys.platform, platform.machine()) != ("linux", "x86_64"):
         return f"ROS 2's packages on PyPI are for Linux on x86_64, and this is {here}: {ELSEWHERE}"
@@ -73,7 +73,8 @@ def unsuited() -> str | None:
 
 
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
-    """Run a command, passing each line it prints to `tell`; if it fails, raise what `problem` makes of the lines."""
+    """Run a command and pass each line that it prints to `tell`; if it fails, raise the error that `problem` makes of
+    the lines."""
     lines: list[str] = []
     child = Child(command, POLICY)
     child.close_input()
@@ -95,7 +96,7 @@ def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError],
 
 
 def _tell_progress(say: Say) -> Say:
-    """Reports only the packages, of the many things pip prints: `ros-rclpy 7.1.6, 2.6 MB`."""
+    """Return a function that reports only the packages in pip's output: `ros-rclpy 7.1.6, 2.6 MB`."""
 
     def tell(line: str) -> None:
         if got := re.match(r"\s+Downloading ([^/\s-]+)-([^-\s]+)-\S+\.whl \((.+)\)", line):

@@ -17,10 +17,10 @@ from improv_core.outputs.ros.discovery import unsourced
 VARIABLE = "IMPROV_ROS_PYTHON"
 SETUP = "`improv ros setup`"
 PROVEN = "proven"
-"""The file that `improv ros setup` writes last; without it, its environment is not used."""
+"""The file that `improv ros setup` writes last. Without it, its environment isn't used."""
 PROBE = "import rclpy, geometry_msgs.msg"
 PROBE_LIMIT = 30.0
-"""Seconds an interpreter may take to import rclpy from a cold disk."""
+"""Seconds that an interpreter may take to import rclpy from a cold disk."""
 
 
 class InterpreterError(Exception):
@@ -29,7 +29,7 @@ class InterpreterError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Interpreter:
-    """A Python that can import rclpy, the environment it needs, and where it was found, in words."""
+    """A Python that can import rclpy, the environment it needs, and its origin, in words."""
 
     python: str
     env: Mapping[str, str]
@@ -39,8 +39,8 @@ class Interpreter:
 def find_ros_python(setting: str | None) -> Interpreter | None:
     """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, or our own.
 
-    None if there is none. Without any sign of ROS, it starts no process. Raises InterpreterError if the one the user
-    named can't be used. Files of an opened project are never consulted: they could name any program.
+    None if there is none. Without any sign of ROS, it starts no process. Raises InterpreterError if the one that the
+    user named can't be used. Files of an opened project are never consulted: they could name any program.
     """
     for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
         if named:
@@ -91,7 +91,7 @@ def _sourced(setup: Path) -> dict[str, str] | None:
 
 
 def _problem(candidate: Interpreter) -> str | None:
-    """Why an interpreter can't be used, or None if it can."""
+    """The reason why an interpreter can't be used, or None if it can."""
     try:
         output([candidate.python, "-c", PROBE], PROBE_LIMIT, candidate.env)
     except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""The proof that a ROS 2 works: a Twist from a real stage to a listener in another process."""
+"""The proof that an installed ROS 2 works: a Twist from a real stage reaches a listener in another process."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from improv_core.protocol.limits import FOLDER
 from improv_core.safety.stops import Stops
 
 LIMIT = 60.0
-"""Seconds the Twist may take to arrive, including everything that has to start for it."""
+"""Seconds that the Twist may take to arrive, including the start of everything it needs."""
 LOOK_PERIOD = 0.02
-"""Seconds between two looks whether the listener has reported something."""
+"""Seconds between two reads of the listener's reports."""
 POLICY = Policy(1.0)
 DOMAIN = "101"
-"""The last domain that does not collide with Linux's ephemeral ports: few robots use it."""
+"""The last domain that doesn't collide with Linux's ephemeral ports: few robots use it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """A score, as JSON, in which one robot moves that doesn't exist, and its topic."""
+    """A score, as JSON, for one robot that doesn't exist, and its topic."""
 
     topic: str
     score: Mapping[str, Any]
@@ -51,7 +51,7 @@ def prove(python: Path, proof: Proof, say: Say) -> None:
 
 
 async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) -> float:
-    """Seconds from loading the score until its first Twist arrives, including discovery."""
+    """Return the seconds from loading the score until its first Twist arrives, including discovery."""
     failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def hear(_: Stage, message: Heard, stops: int) -> None:
@@ -82,7 +82,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) 
 
 
 async def _next(receiver: Child) -> None:
-    """Wait for the next step that a receiver reports."""
+    """Wait for the receiver's next report."""
     try:
         while not (said := receiver.read(0.0)):  # noqa: ASYNC110 (no event tells of a pipe)
             await asyncio.sleep(LOOK_PERIOD)

@@ -14,7 +14,7 @@ from improv_core.outputs.ros.setup.proof import Proof, prove
 def set_up(say: Say, proof: Proof) -> None:
     """Make the private environment, unless one exists that works, and prove that it carries a Twist.
 
-    An environment that does not work, or whose setup was interrupted, is made again. Raises SetupError.
+    An environment that doesn't work, or whose setup was interrupted, is made again. Raises SetupError.
     """
     place, requirements = private_environment(), REQUIREMENTS.read_text(encoding="utf-8")
     python, marker = place / "bin" / "python", place / PROVEN
@@ -48,7 +48,7 @@ def _is_made_of(requirements: str, marker: Path) -> bool:
 
 
 def _say_which_is_used(python: Path, say: Say) -> None:
-    """Say so if another Python is used for ROS 2."""
+    """Report it if Improv uses another Python for ROS 2."""
     try:
         found = find_ros_python(None)
     except InterpreterError as error:

@@ -1,4 +1,4 @@
 """The process that stops robots if their stage dies, and the stage's side of it.
 
-Begin with `client`, the stage's side; `process` waits beside it, with publishers that are matched already.
+Begin with `client`, the stage's side; `process` waits beside the stage, with publishers that are matched already.
 """

@@ -1,4 +1,4 @@
-"""The stage's side of the standby process, which stops robots if the stage dies (see standby.py)."""
+"""The stage's side of the standby process, which stops robots if the stage dies (see process.py)."""
 
 from __future__ import annotations
 
@@ -17,21 +17,20 @@ from improv_core.safety.failover import READY_LIMIT, START_LIMIT, Relief
 PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
 PATIENCE = HANG_LIMIT + PULSE_PERIOD
-"""Seconds without a sign of life after which the stage counts as hung. The parent comes first, since it says so."""
+"""Seconds without a sign of life after which the stage counts as hung. The parent notices first and reports it."""
 AGAIN = 0.5
-"""Seconds until another one is started in place of one that has failed to: it must not keep the machine busy."""
+"""Seconds before a standby that failed to start is replaced again: it must not keep the machine busy."""
 POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
-"""It survives the stage. What it is told about 1,000 robots doesn't fit into a usual pipe."""
+"""It survives the stage. Messages about 1,000 robots don't fit into a usual pipe."""
 
 
 class Standby:
-    """Knows what is published where and which robots move, and sends zeros if the stage dies.
+    """Starts the standby, tells it the topics and which robots move, and replaces it if it is lost.
 
-    It publishes with the same arguments of ROS (`--ros-args …`) as the stage, so that remapping holds for it too.
-
-    Nothing waits for it, except until it has first started. One that is lost while robots move, or before they do, is
+    The standby sends zeros if the stage dies. It publishes with the same arguments of ROS (`--ros-args …`) as the
+    stage, so its topics are remapped alike. Nothing waits for it, except for its first start. A standby that is lost is
     replaced on another thread, and `problem` says so. If none is ready for too long, `alarm` gets a line that says that
-    robots must not move on. Apart from that thread, use it from one thread only.
+    robots must not move on. Apart from that thread, use this from one thread only.
     """
 
     def __init__(
@@ -47,10 +46,10 @@ class Standby:
         self._wanted = wanted
         self._alarm = alarm
         self.problem: str | None = None
-        """What was wrong with the standby lately, in one line."""
+        """The latest problem with the standby, in one line."""
         self._publishers: dict[tuple[str, str], _Publisher] = {}  # by topic and kind
-        self._moving: dict[str, str] = {}  # topics and the frames of velocities on them
-        self._owed: dict[str, str] = {}  # the same for robots that may not have heard that they were told to stop
+        self._moving: dict[str, str] = {}  # topics, and the frames of velocities on them
+        self._owed: dict[str, str] = {}  # the same for robots that may not have received their zeros
         self._pulse = 0.0  # when the next sign of life is due
         self._relief = Relief(clock())
         self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
@@ -62,17 +61,17 @@ class Standby:
 
     @property
     def works(self) -> bool:
-        """Whether there is a standby, as far as is known."""
+        """True while there is a standby, as far as is known."""
         return self._child is not None
 
     def wait(self) -> None:
-        """Wait until it has started, which takes the processor that robots will need."""
+        """Wait until it has started, because that takes processor time that the robots will need."""
         if self._child:
             self._child.speaks(START_LIMIT)
 
     def is_ready(self, topics: Collection[str]) -> bool:
-        """Whether it could stop robots on these topics at once, or need not: it has found a listener wherever we
-        have."""
+        """Return whether it could stop robots on these topics at once, or isn't needed: it has found a listener
+        wherever this process has."""
         if not self._wanted:
             return True
         if not self._child or not self._has_spoken:
@@ -81,13 +80,13 @@ class Standby:
         return not any(key[0] in topics and self._publishers[key].listeners() > 0 for key in unfound)
 
     def renew(self) -> None:
-        """Find out whether the standby is alive, because a score is about to begin."""
+        """Check that the standby is alive, because a score is about to begin."""
         if self.is_ready(()):
             self.problem = None
         self._ask(LOADING_LIMIT)
 
     def look(self) -> None:
-        """Take what it has said, replace it if it is lost, and raise the alarm if robots move without one."""
+        """Read its messages, replace it if it is lost, and raise the alarm if robots move without one."""
         if not self._wanted:
             return
         now = self._clock()
@@ -103,8 +102,9 @@ class Standby:
             )
 
     def publish(self, topic: str, kind: str, second: bool, listeners: Callable[[], int], joints: int = 0) -> None:
-        """The stage has created a publisher of a message type on a topic, on its second node or not. `listeners`
-        counts those that it has found, and `joints` are how many a velocity controller has there."""
+        """Note that the stage has created a publisher of a message type on a topic, on its second node or not.
+        `listeners` counts those that it has found, and `joints` is the number of joints of a velocity controller
+        there."""
         self._publishers[topic, kind] = publisher = _Publisher(second, listeners, joints)
         self._found.discard((topic, kind))
         self._tell(_publish(topic, kind, publisher))
@@ -115,37 +115,37 @@ class Standby:
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
     def moves(self, topic: str, frame: str) -> None:
-        """Note that the robot on a topic is about to be told to move, by velocities in a frame."""
+        """Note that the robot on a topic is about to get a velocity, in this frame."""
         if self._moving.get(topic) != frame:
             self._moving[topic] = frame
             self._owed.pop(topic, None)
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
 
     def stands(self, topic: str) -> None:
-        """Note that the robot on a topic has been told to stop."""
+        """Note that the robot on a topic got a zero."""
         if topic in self._moving:
             self._owed[topic] = self._moving.pop(topic)
             if not self._moving:
                 self._tell({"type": "stands"})
 
     def owes(self, topic: str, frame: str) -> None:
-        """Note that the robot on a topic is told to stop, since an earlier stage may have moved it."""
+        """Note that the robot on a topic gets a zero because an earlier stage may have moved it."""
         self._owed[topic] = frame
         self._tell({"type": "owes", "topic": topic, "frame": frame})
 
     def paid(self, topic: str) -> None:
-        """The robot on a topic has heard that it was told to stop, or zeros are no longer sent for another reason."""
+        """Note that a topic needs no more zeros: its robot has confirmed them, or there is another reason."""
         self._owed.pop(topic, None)
         self._tell({"type": "paid", "topic": topic})
 
     def live(self, patience: float = PATIENCE) -> None:
-        """A sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
+        """Send a sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
         if self._moving and (self._clock() >= self._pulse or patience != PATIENCE):
             self._ask(patience)
 
     def close(self) -> None:
-        """End the process. If robots still move because the stage could not stop them, it tries that first. It stays
-        for a while if robots may not have heard that they were stopped: nobody waits for that."""
+        """End the process. If robots still move because the stage couldn't stop them, it tries that first. It stays for
+        a while if robots may not have received their zeros, but nobody waits for that."""
         self._closing.set()
         if self._starting:
             self._starting.join(POLICY.end)
@@ -158,7 +158,7 @@ class Standby:
             self._child.end()
 
     def _ask(self, patience: float) -> None:
-        """Give a sign of life, ask for one, and look whether earlier ones were answered."""
+        """Send a sign of life, request one, and check for replies to earlier ones."""
         self._tell({"type": "pulse", "patience": patience})
         now = self._clock()
         self._pulse = now + PULSE_PERIOD
@@ -167,10 +167,10 @@ class Standby:
 
     def _tell(self, message: ToStandby) -> None:
         if self._child:
-            self._child.write(json.dumps(message).encode() + b"\n")  # one that doesn't read is noticed by its silence
+            self._child.write(json.dumps(message).encode() + b"\n")  # a standby that doesn't read shows by its silence
 
     def _hear(self) -> bool:
-        """Take what it has said. Returns whether it may still say something."""
+        """Read its messages. Returns whether more may come."""
         with suppress(EOFError):
             while self._child and (lines := self._child.read(0.0)):
                 for line in lines:
@@ -179,7 +179,7 @@ class Standby:
         return False
 
     def _take(self, line: bytes) -> None:
-        with suppress(ValueError, LookupError, TypeError):  # the stage must not fail of it
+        with suppress(ValueError, LookupError, TypeError):  # the stage must not fail because of it
             message: FromStandby = json.loads(line)
             if message["type"] == "found":
                 self._found.add((message["topic"], message["kind"]))
@@ -187,7 +187,7 @@ class Standby:
             self._relief.hears()
 
     def _adopt(self, now: float) -> None:
-        """Use a process that has been started in place of one that was lost: tell it all that the other one knew."""
+        """Use the process that replaces a lost one, and send it everything that the lost one knew."""
         if self._child or self._new.empty():
             return
         new = self._new.get()
@@ -204,8 +204,9 @@ class Standby:
             self._tell({"type": "owes", "topic": topic, "frame": frame})
 
     def _replace(self, what: str) -> None:
-        """Kill the process, which could wake up again, and start another one, on a thread: robots don't wait for it."""
-        again = bool(self.problem) and not self._has_spoken  # the last one failed too
+        """Kill the process, which could wake up again, and start another one on a thread, so that robots don't wait for
+        it."""
+        again = bool(self.problem) and not self._has_spoken  # the previous one failed too
         self.problem = f"the standby process {what}: another one starts"
         old, self._child = self._child, None
         self._found.clear()

@@ -1,7 +1,8 @@
-"""Watches a stage that moves real robots, and stops them itself if the stage dies, is halted or hangs.
+"""Watches a stage that moves real robots, and stops them itself if the stage dies, is halted, or hangs.
 
 A new stage would have to discover the robots first, which takes seconds; this process is matched with them already.
-Started by the stage, with its own interpreter, as `python …/improv_core/stage standby`. Standard library only (rclpy
+
+The stage starts it with its own interpreter, as `python …/improv_core/stage standby`. Standard library only (rclpy
 imported lazily).
 """
 
@@ -26,18 +27,19 @@ from improv_core.safety.zeros import LAST_ZEROS, LINGER
 from improv_core.score.motion import STILL
 
 LOOK = 0.12
-"""Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
-there are between two of them, so that a stage that is well is not looked at."""
+"""Seconds without a sign of life after which to check whether a stage that moves robots was halted: slightly longer
+than the time between two signs of life, so that a healthy stage isn't checked."""
 FIND = 0.02
-"""Seconds between two looks whether listeners of new publishers have been found."""
+"""Seconds between two searches for listeners of new publishers."""
 FIND_LIMIT = 10.0
-"""Seconds to look for them: robots may not be there at all."""
+"""Seconds to search for them: robots may not be there at all."""
 ALIVE_PERIOD = 0.1
 """Seconds between two signs of life while there is much to do."""
 ZERO_PERIOD = 0.05
 """Seconds between two zeros."""
 DISCOVERY_LIMIT = 3.0
-"""Seconds to keep sending zeros where nobody listens: a standby as young as its stage may not have found the robot."""
+"""Seconds to keep sending zeros on a topic without listeners: a standby as young as its stage may not have found the
+robot."""
 
 
 END_LIMIT = 2.0
@@ -45,21 +47,21 @@ END_LIMIT = 2.0
 
 
 class ParentWatch:
-    """Decides when a stage has to be replaced, from its messages and the times (seconds) at which they came."""
+    """Decides when a stage has to be replaced, from its messages and their times in seconds."""
 
     def __init__(self, now: float) -> None:
         self.moved: dict[str, str] = {}
-        """The topics on which robots were told to move since all last stood, and the frames of their velocities."""
+        """The topics on which robots have moved since all last stood, with the frames of their velocities."""
         self.owed: dict[str, str] = {}
-        """The topics on which robots may not have heard that they were told to stop, and the same frames: nobody else
-        knows of them once the stage is gone."""
+        """The topics on which robots may not have received their zeros, with the same frames. Nobody else knows of them
+        once the stage is gone."""
         self.ended = False
-        """Whether the stage has said goodbye: all robots stand."""
+        """True after the stage's last message: all robots stand."""
         self._looked = now
         self._hung = math.inf
 
     def take(self, message: ToStandby, now: float) -> None:
-        """Take a message from the stage; those about publishers are not for us."""
+        """Take a message from the stage; those about publishers are ignored."""
         if message["type"] == "moves":
             self.moved[message["topic"]] = message["frame"]
             self.owed.pop(message["topic"], None)
@@ -77,17 +79,17 @@ class ParentWatch:
             self._looked, self._hung = now, now + message["patience"]
 
     def must_stop(self, now: float, gone: bool, halted: bool) -> bool:
-        """Whether robots move that the stage can no longer stop, or it can't tell them again that they were stopped;
-        all that it has said has been taken before. What is owed by one that is gone needs no stop."""
+        """Return whether robots move that the stage can't stop anymore, or whether it can't repeat their zeros. Take
+        all its messages before. Pending zeros of a stage that is gone need no stop."""
         if now > self._looked + 2 * LOOK:
-            self._hung += now - self._looked  # we ourselves stalled, which says nothing about the stage
+            self._hung += now - self._looked  # this process stalled, which says nothing about the stage
         self._looked = now
         fails = halted or (bool(self.moved) and (gone or now > self._hung))
         return fails and bool(self.moved or self.owed) and not self.ended
 
 
 def main() -> int:
-    """Watch the process that has started us, until it ends; what it says comes over standard input."""
+    """Watch the parent process until it ends; its messages come over standard input."""
     lines: Lines[ToStandby] = Lines()
     tell: Callable[[FromStandby], None] = own_output()
     stage = _Stage(os.getppid())
@@ -108,14 +110,14 @@ def main() -> int:
                 said = time.monotonic()
         gone = gone or lines.ended
         if watch.must_stop(now, gone, silent and stage.is_halted()):
-            if not gone:  # one that has closed our input sends nothing anymore, and may have last words
-                stage.kill()  # it could come back and continue to send
+            if not gone:  # a stage that closed the pipe sends nothing anymore and may still have to report
+                stage.kill()  # it could resume and keep sending
             publishers.stop(watch.moved)
         elif not gone:
             continue
         break
     if owed := {**watch.owed, **watch.moved}:
-        stage.wait_for_end(END_LIMIT)  # its node must not be taken for somebody else's who moves robots now
+        stage.wait_for_end(END_LIMIT)  # otherwise its node would count as another one that moves the robots
         publishers.pay(owed)
     publishers.close()
     return 0
@@ -129,23 +131,23 @@ class _Stage:
         self._poll = select.poll()
         self._poll.register(0, select.POLLIN)
         self._fd = -1
-        with suppress(AttributeError, OSError):  # Linux 5.3 and newer; elsewhere the end of our input tells
+        with suppress(AttributeError, OSError):  # Linux 5.3 and newer; elsewhere the end of standard input shows it
             self._fd = os.pidfd_open(pid)
             self._poll.register(self._fd, select.POLLIN)
 
     def wait(self, seconds: float | None) -> tuple[bool, bool]:
-        """Until it says something or ends: whether it has ended, and whether nothing came in time."""
+        """Wait for a message or the end. Returns whether the process has ended, and whether nothing came in time."""
         events = self._poll.poll(None if seconds is None else seconds * 1000)
         return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid, not events
 
     def wait_for_end(self, seconds: float) -> None:
-        """Wait until it has ended, no matter what it says."""
+        """Wait until it has ended, no matter what it sends."""
         with suppress(KeyError):
             self._poll.unregister(0)
         self._poll.poll(seconds * 1000)
 
     def is_halted(self) -> bool:
-        """Whether it was sent SIGSTOP, or is traced. False if there is no /proc."""
+        """Return whether it got SIGSTOP or is traced. False if there is no /proc."""
         try:
             stat = Path(f"/proc/{self._pid}/stat").read_bytes()
         except OSError:
@@ -159,17 +161,17 @@ class _Stage:
 
 
 class _Publishers:
-    """Publishers like those of the stage, each matched with the same listeners."""
+    """Publishers like those of the stage, matched with the same listeners."""
 
     def __init__(self, node: str, arguments: Sequence[str]) -> None:
         from improv_core.outputs.ros.nodes import Nodes
 
-        # Nobody spins the node, so it offers no services; nor does it log.
+        # Nobody spins the node, so it offers no services; it doesn't log either.
         self._nodes = Nodes(node, arguments, start_parameter_services=False, enable_rosout=False)
         self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
-        self._joints: dict[str, int] = {}  # of the controllers on topics
+        self._joints: dict[str, int] = {}  # the number of joints of the controllers on topics
         self.new: dict[tuple[str, str], float] = {}
-        """Publishers that have found no listener yet, and until when to look."""
+        """Publishers without a listener so far, each with the time until which to search."""
 
     def found(self, now: float) -> Iterator[tuple[str, str]]:
         """The topics and kinds of new publishers that have found a listener."""
@@ -193,9 +195,9 @@ class _Publishers:
             destroy()
 
     def stop(self, topics: Mapping[str, str]) -> None:
-        """Send zeros on these topics, in their frames, to all at once, and longer on those without a known listener.
+        """Send zeros on all these topics at once, in their frames, and longer on topics without a known listener.
 
-        A publisher that fails does not keep the others from it.
+        If one publisher fails, the others still send theirs.
         """
         left = {(topic, kind): LAST_ZEROS for topic, kind in self._made if topic in topics}
         end = time.monotonic() + DISCOVERY_LIMIT
@@ -210,12 +212,12 @@ class _Publishers:
         time.sleep(LINGER)
 
     def pay(self, topics: Mapping[str, str]) -> None:
-        """Send zeros that are owed on these topics, in their frames, until they are heard, for `UNCONFIRMED` at most:
-        nobody can be told anymore."""
+        """Send pending zeros on these topics, in their frames, until they are confirmed, for `UNCONFIRMED` at most:
+        nobody is left to warn."""
         made = {
             topic: {kind: self._made[name, kind][0] for name, kind in self._made if name == topic} for topic in topics
         }
-        for topic in topics:  # at once: listeners have confirmed all that we have sent as long as that is nothing
+        for topic in topics:  # at once: before, its listeners would count as having confirmed everything
             self._send_zeros(topic, made[topic], topics[topic])
         now = time.monotonic()
         owed = {topic: owe(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics}
@@ -246,7 +248,7 @@ class _Publishers:
 
     def _send_zeros(self, topic: str, publishers: Mapping[str, Any], frame: str) -> None:
         for kind, publisher in publishers.items():
-            with suppress(Exception):  # whatever rclpy raises: the others need theirs
+            with suppress(Exception):  # whatever rclpy raises: the others need their zeros
                 self._send_zero(publisher, topic, kind, frame)
 
     def _send_zero(self, publisher: Any, topic: str, kind: str, frame: str) -> None:

@@ -1,4 +1,4 @@
-"""The process that listens to a clock of music, MIDI or Ableton Link, as its parent sees it. Standard library only."""
+"""The parent's side of the process that follows a music clock, MIDI or Ableton Link. Standard library only."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ POLICY = Policy(1.0, errors=subprocess.PIPE)
 
 
 class ClockGone(TypedDict):
-    """The process has ended by itself. Its parent makes this message, which says why unless the process did."""
+    """The process has ended by itself. Its parent makes this message, with the reason unless the process gave it."""
 
     type: Literal["clock_gone"]
     message: str
 
 
 HeardClock = FromClock | ClockGone
-"""What is heard of a clock of music."""
+"""A message from a music clock."""
 
 
 class ClockProcess:
-    """Started with a running event loop, on which `hear` gets what it says. `tempo`, in beats per minute, is that of a
-    session in which nobody else is. Raises OSError."""
+    """Started with a running event loop, on which `hear` gets the messages. `tempo`, in beats per minute, is the tempo
+    of a session without other members. Raises OSError."""
 
     def __init__(self, clock: OutsideClock, tempo: float, hear: Callable[[HeardClock], None]) -> None:
         self._hear = hear
@@ -41,7 +41,7 @@ class ClockProcess:
         threading.Thread(target=self._read, daemon=True).start()
 
     def close(self) -> None:
-        """Have it end. Nothing more is heard of it."""
+        """End the process. `hear` gets nothing more."""
         self._closing = True
         self._child.close_input()
 
@@ -59,8 +59,8 @@ class ClockProcess:
     def _pass_on(self, message: HeardClock) -> None:
         self._explained |= message["type"] == "error"
         with suppress(RuntimeError):  # the loop was closed
-            self._loop.call_soon_threadsafe(self._told, message)
+            self._loop.call_soon_threadsafe(self._deliver, message)
 
-    def _told(self, message: HeardClock) -> None:
+    def _deliver(self, message: HeardClock) -> None:
         if not self._closing:
             self._hear(message)

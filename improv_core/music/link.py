@@ -1,8 +1,8 @@
-"""Listens to Ableton Link, and tells where its session is (docs/protocol.md).
+"""Follows an Ableton Link session and reports its position (docs/protocol.md).
 
-A process of its own, started by the parent, because aalink is under the GPL: Improv neither contains nor links it, and
-nobody gets it unasked. It ends when its standard input ends. `python …/improv_core/stage link "" TEMPO`: the tempo, in
-beats per minute, is that of the session as long as nobody else is in it. aalink is imported lazily.
+It is a process of its own, started by the parent, because aalink is under the GPL: Improv neither contains nor links
+it, and nobody gets it by default. It ends when its standard input ends. `python …/improv_core/stage link "" TEMPO`: the
+tempo, in beats per minute, is that of the session as long as it has no other member. aalink is imported lazily.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LACKS = 'Ableton Link needs one more package, which is under the GPL: pip instal
 
 
 def main() -> int:
-    """Tell where the session is, until standard input ends. Exit code 1 without aalink."""
+    """Report the session's position until standard input ends. Exit code 1 without aalink."""
     lines: Lines[Any] = Lines()
     tell: Callable[[FromClock], None] = own_output()
     try:
@@ -35,7 +35,7 @@ def main() -> int:
 
 
 async def _listen(make: Callable[[float], Any], lines: Lines[Any], tell: Callable[[FromClock], None]) -> None:
-    """Be in the session, and tell where it is while others are in it too: alone, we would follow ourselves."""
+    """Join the session, and report its position while it has other members: alone, Improv would follow itself."""
     link = make(float(sys.argv[2]))
     link.enabled = True
     while not lines.ended:
@@ -44,5 +44,5 @@ async def _listen(make: Callable[[float], Any], lines: Lines[Any], tell: Callabl
             tell({"type": "anchor", "at": at, "beat": beat, "tempo": link.tempo, "period": OFTEN, "jumps": 0})
         await asyncio.sleep(OFTEN)
         for _ in lines.read():
-            pass  # nothing is asked of it but to end
+            pass  # the parent only ever closes the pipe
     link.enabled = False

@@ -1,6 +1,6 @@
-"""Listens to MIDI clock, and tells where it is (docs/protocol.md).
+"""Follows MIDI clock and reports its position (docs/protocol.md).
 
-A process of its own, started by the parent: its library may hang or crash, and robots must not. It ends when its
+It is a process of its own, started by the parent: its library may hang or crash, and robots must not. It ends when its
 standard input ends. `python …/improv_core/stage midi PORT`; mido is imported lazily.
 """
 
@@ -19,14 +19,14 @@ from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.score.peer_clock import Anchor
 
 LOOK = 2.0
-"""Seconds between two looks for inputs: they come and go with their cables."""
+"""Seconds between two searches for inputs: they come and go with their cables."""
 PATIENCE = 0.1
-"""Seconds to wait for a message, before it is asked whether to end."""
+"""Seconds to wait for a message before checking whether to end."""
 LACKS = 'MIDI clock needs two more packages: pip install "improv-ls[midi]"'
 
 
 def main() -> int:
-    """Tell what is heard, until standard input ends. Exit code 1 if this machine can't hear MIDI."""
+    """Report the clock's position until standard input ends. Exit code 1 if this machine has no MIDI."""
     lines: Lines[Any] = Lines()
     tell: Callable[[FromClock], None] = own_output()
     try:
@@ -50,13 +50,13 @@ def main() -> int:
             if anchor:
                 tell(to_message(anchor))
         for _ in lines.read():
-            pass  # nothing is asked of it but to end
+            pass  # the parent only ever closes the pipe
     listening.close()
     return 0
 
 
 def to_message(anchor: Anchor) -> AnchorMessage:
-    """What a stage is told."""
+    """Convert an anchor to a message for stages."""
     return {
         "type": "anchor",
         "at": anchor.at,
@@ -68,29 +68,29 @@ def to_message(anchor: Anchor) -> AnchorMessage:
 
 
 def chosen(names: Sequence[str], wanted: str) -> str | None:
-    """The input to listen to: the first one whose name begins with what is wanted; None if there is none."""
+    """The first input whose name begins with `wanted`; None if there is none."""
     return next((name for name in names if name.startswith(wanted)), None)
 
 
 class _Listening:
-    """Listens to an input as long as there is one."""
+    """Listens on an input while there is one."""
 
     def __init__(self, mido: Any, wanted: str, tell: Callable[[FromClock], None]) -> None:
         self._mido, self._wanted, self._tell = mido, wanted, tell
         self._port: Any = None
         self._inbox: queue.SimpleQueue[tuple[str, int, float]] = queue.SimpleQueue()
-        self._told = ""
+        self._latest_line = ""
 
     def look(self) -> None:
-        """Find the input, or see that it is gone."""
+        """Open the input, or notice that it is gone."""
         try:
             names = self._mido.get_input_names()
             if self._port and self._port.name not in names:
-                self._say(f"the MIDI input {self._port.name} is gone: it is used again once it is back")
+                self._say(f"the MIDI input {self._port.name} is gone: connect it again")
                 self.close()
             if not self._port and (name := chosen(names, self._wanted)) is not None:
                 self._port = self._mido.open_input(name, callback=self._take)
-                self._told = ""
+                self._latest_line = ""
             elif not self._port:
                 which = f"MIDI input whose name begins with {self._wanted}" if self._wanted else "MIDI input"
                 others = f"there are {', '.join(names)}" if names else "connect one"
@@ -99,7 +99,7 @@ class _Listening:
             self._say(f"MIDI can't be heard: {_in_one_line(error)}")
 
     def heard(self) -> list[tuple[str, int, float]]:
-        """The messages that have come: their kinds, song positions, and when they came."""
+        """The messages that have arrived: their kinds, song positions, and times of arrival."""
         try:
             came = [self._inbox.get(timeout=PATIENCE)]
             while not self._inbox.empty():
@@ -114,12 +114,12 @@ class _Listening:
             port.close()
 
     def _take(self, message: Any) -> None:
-        """On a thread of the library, which must not wait."""
+        """Queue a message. A thread of the library calls this, and it must not wait."""
         self._inbox.put((message.type, getattr(message, "pos", 0), time.monotonic()))
 
     def _say(self, line: str) -> None:
-        if line != self._told:
-            self._told = line
+        if line != self._latest_line:
+            self._latest_line = line
             self._tell({"type": "warning", "message": in_plain_text(line)})
 
 

@@ -1,4 +1,4 @@
-"""What MIDI says about time: a tick 24 times a beat, start, continue, stop, and song positions. Pure functions."""
+"""Time from MIDI messages: ticks, 24 per beat; start, continue, stop, and song positions. Pure functions."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ TICKS = 24
 TICKS_PER_POSITION = 6
 """Ticks in a unit of a song position, which is a sixteenth."""
 SILENCE = 0.25
-"""Seconds without a tick after which it may be that ticks have been lost: without a stop, the song went on meanwhile.
-Or else they were late, and come all at once."""
+"""Seconds without a tick after which ticks may have been lost: unless it was stopped, the song kept playing. If they
+were only late, they arrive all at once."""
 OFTEN = 0.1
-"""Seconds between two anchors, at least."""
+"""The least number of seconds between two anchors."""
 
 
 @dataclass(frozen=True, slots=True)
 class MidiTime:
-    """What is known.
+    """The known state of the clock.
 
-    `tick` is the number of the tick that comes next. It `jumps` if the next one is elsewhere in the song, and the song
-    `runs` unless a stop says otherwise. An anchor was last `told` at that time, and the last tick came at `ticked`.
-    After a pause between ticks, it is `paused` as long as they don't fit.
+    `tick` is the number of the next tick. `jumps` is true if that tick is elsewhere in the song, and the song `runs`
+    unless it was stopped. `told` is the time of the latest anchor, and `ticked` that of the latest tick. After a pause
+    between ticks, it is `paused` as long as they don't fit.
     """
 
     tick: int = 0
@@ -37,7 +37,7 @@ class MidiTime:
 
 
 def heard(time: MidiTime, kind: str, position: int, at: float) -> tuple[MidiTime, Anchor | None]:
-    """What is known after a message of this kind, as mido names it, at a time on our clock, and what to pass on.
+    """Return the state after a message of this kind, in mido's words, at a time on our clock, and an anchor to pass on.
 
     The song begins with the tick after a start or a continue.
     """

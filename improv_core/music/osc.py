@@ -1,7 +1,7 @@
-"""Exchanges OSC messages with music and show programs: what they ask for goes to the parent, and they are told what
-plays, each thing as it is due.
+"""Exchanges OSC messages with music and show programs: passes their requests to the parent, and sends them the beats,
+words, and senses of the dance on time.
 
-A process of its own, so that a flood of messages delays nothing else. Started by the parent, as
+It is a process of its own, so that a flood of messages delays nothing else. The parent starts it as
 `python …/improv_core/stage osc`. Standard library only (python-osc imported lazily).
 """
 
@@ -30,25 +30,25 @@ from improv_core.protocol.osc_messages import FromOsc, OscExchange, PeerJson, To
 from improv_core.score.score_json import RowsRead, from_json
 
 NICENESS = 5
-"""If all processors are busy, commands come first."""
+"""The process's niceness. If all processors are busy, commands come first."""
 MOST_AT_ONCE = 100
-"""Datagrams that are read before anything else is looked at."""
+"""The most datagrams to read before anything else is done."""
 AHEAD, LOOK_PERIOD = 2.0, 1.0
-"""Seconds that a look at what comes reaches ahead, and between two looks."""
+"""Seconds that a forecast reaches ahead, and seconds between two forecasts."""
 PATIENCE = 2.0
-"""Seconds for which a port may be taken before people are told."""
+"""Seconds for which a port may be taken before people get a line about it."""
 SAID = 60.0
-"""Seconds until people are told the same kind of thing again."""
+"""Seconds before people get another line of the same kind."""
 
 Say = Callable[[FromOsc], None]
 
 
 def main() -> int:
-    """Exchange messages as the parent says over standard input, until it ends. If that fails, say why."""
+    """Obey the parent's messages on standard input until it ends. On failure, report the error."""
     lines: Lines[ToOsc] = Lines()
     say: Say = own_output()
     os.nice(NICENESS)
-    logging.disable()  # python-osc logs what it can't read
+    logging.disable()  # python-osc logs messages that it can't read
     try:
         _exchange(lines, say)
     except Exception as error:  # whatever python-osc raises, or that it is missing
@@ -58,7 +58,7 @@ def main() -> int:
 
 
 def _exchange(lines: Lines[ToOsc], say: Say) -> None:
-    osc_wire.written([], 0.0)  # imports what it needs
+    osc_wire.written([], 0.0)  # imports everything it needs
     desk = OscDesk(say)
     say({"type": "alive"})
     while not lines.ended:
@@ -72,7 +72,7 @@ def _exchange(lines: Lines[ToOsc], say: Say) -> None:
 
 
 class OscDesk:
-    """What this process knows, and its sockets."""
+    """The state of this process, and its sockets."""
 
     def __init__(
         self, say: Say, clock: Callable[[], float] = time.monotonic, wall: Callable[[], float] = time.time
@@ -82,28 +82,28 @@ class OscDesk:
         self._wall = wall
         self._known, self._rows = osc_in.Situation(), RowsRead()
         self._port: socket.socket | None = None
-        self._wanted: PeerJson | None = None  # where to listen
+        self._wanted: PeerJson | None = None  # the address to listen on
         self._friends: set[str] = set()  # the addresses of machines that count, besides this one
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._out.setblocking(False)
         self._peers: list[tuple[str, int]] = []
         self._time_tags = True
         self._voice, self._outlook, self._begins = osc_out.Voice(), Outlook(), list[WordBegins]()
-        self._looks = math.inf  # when to look ahead again
+        self._looks = math.inf  # when the next forecast is due
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._numbers = itertools.count()
         self._throttle = Throttle(self._ask, self._later)
         self._flood = Flood()
-        self._said: dict[str, float] = {}
+        self._reported: dict[str, float] = {}
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """Where something may arrive."""
+        """The sockets on which messages may arrive."""
         return [self._port] if self._port else []
 
     @property
     def due(self) -> float:
-        """When `advance` is due, in monotonic seconds."""
+        """The time at which `advance` is due, in monotonic seconds."""
         timer = self._timers[0][0] if self._timers else math.inf
         return min(timer, self._voice.next(self._begins), self._looks) if self._peers else timer
 
@@ -120,7 +120,7 @@ class OscDesk:
             self._follow(message)
 
     def hear(self) -> None:
-        """Read what has come, but never so much that something else waits."""
+        """Read messages that have arrived, but never so many that something else waits."""
         for _ in range(MOST_AT_ONCE if self._port else 0):
             assert self._port
             try:
@@ -140,14 +140,14 @@ class OscDesk:
                 self._look(now)
 
     def _follow(self, message: TransportMessage | Sensed | Armed) -> None:
-        """Tell others about it, and look ahead again."""
+        """Send what changed to the other programs, and make a new forecast."""
         if message["type"] == "armed":
             return
         now = self._clock()
         self._outlook.take(message)
         if message["type"] == "transport":
             self._voice, due = self._voice.after(message)
-            now = message["monotonic"]  # from where it is then, or what begins there would be late
+            now = message["monotonic"]  # from that moment on, or words that begin then would be late
         else:
             self._voice, due = self._voice.sensed(message, self._wall(), now)
         if self._peers:
@@ -160,7 +160,7 @@ class OscDesk:
         self._looks = now + LOOK_PERIOD if self._outlook.is_moving else math.inf
 
     def _send(self, due: Sequence[osc_out.OscDue]) -> None:
-        """Send messages: in a bundle for all that are due at the same time, or each by itself."""
+        """Send messages: all that are due at the same time in one bundle, or each by itself."""
         offset = self._wall() - self._clock()
         if self._time_tags:
             datagrams = [
@@ -193,7 +193,7 @@ class OscDesk:
             self._listen(self._wanted, until=self._clock() + PATIENCE)
 
     def _listen(self, at: PeerJson, until: float) -> None:
-        """Listen there, or try again for a moment: a process before this one may only just have ended."""
+        """Listen on an address, or try again for a moment: the process before this one may only just have ended."""
         if at is not self._wanted:
             return
         port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -205,13 +205,13 @@ class OscDesk:
             if error.errno == errno.EADDRINUSE and self._clock() < until:
                 self._later(PATIENCE / 10, lambda: self._listen(at, until))
                 return
-            line = f"OSC can't be heard on {at['host']}:{at['port']}: {error.strerror}"
+            line = f"OSC can't listen on {at['host']}:{at['port']}: {error.strerror}"
             self._complain(f"{line}; change `listen` under [osc] in improv.toml, then save", about="listen")
         else:
             self._port = port
 
     def read(self, datagram: bytes, host: str) -> None:
-        """Do what a datagram from this address asks for."""
+        """Obey a datagram from this address."""
         now = self._clock()
         if not host.startswith("127.") and host not in self._friends:
             line = f"an OSC message from {host} was ignored: only this machine and those in `send` under [osc] count"
@@ -242,7 +242,7 @@ class OscDesk:
         return floods
 
     def _obey(self, message: osc_wire.OscMessage, now: float, due: float) -> None:
-        """Ask for what a message asks for, or hold it until it is `due`."""
+        """Pass on the request of a message, or hold it until it is `due`."""
         try:
             asked = osc_in.request(message.address, message.arguments, self._known)
         except osc_in.UnclearError as error:
@@ -266,11 +266,11 @@ class OscDesk:
         self._say({"type": "request", "command": asked})
 
     def _complain(self, line: str, about: str) -> None:
-        """Tell people, unless they have just been told something like it, or much else."""
+        """Report a problem, unless a similar one or many others were reported recently."""
         now = self._clock()
-        self._said = {each: at for each, at in self._said.items() if at > now - SAID}
-        if about not in self._said and len(self._said) < 10:
-            self._said[about] = now
+        self._reported = {each: at for each, at in self._reported.items() if at > now - SAID}
+        if about not in self._reported and len(self._reported) < 10:
+            self._reported[about] = now
             self._say({"type": "warning", "message": line})
 
 

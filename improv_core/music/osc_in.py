@@ -1,4 +1,4 @@
-"""What OSC messages ask for: `(address, arguments) -> request`, and how many of them count. Pure functions."""
+"""Requests in OSC messages: `(address, arguments) -> request`, and limits for them. Pure functions."""
 
 from __future__ import annotations
 
@@ -16,45 +16,45 @@ from improv_core.score.score import Score
 from improv_core.score.senses import OscName
 
 STOPS = "/improv/stop", "/improv/pause"
-"""What counts however many others come."""
+"""The addresses that always count, even in a flood."""
 URGENT = tuple(address.encode() + b"\0" for address in STOPS)
-"""What a datagram with one of these contains."""
+"""The bytes that a datagram with one of these addresses contains."""
 AHEAD = 2.0
-"""Seconds that a message may wait until its time. Whatever is due later comes from a clock that is wrong."""
+"""Seconds that a message may wait until its time. A later time comes from a wrong clock."""
 MOST_HELD = 1_000
-"""How many messages may wait for their time."""
+"""The most messages that may wait for their time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is known about what plays; `tempo` is in beats per minute at speed 1, and `senses` are those that robots
-    read from OSC messages: names and robots."""
+    """The known state of the dance. `tempo` is in beats per minute at speed 1, and `senses` are those that robots read
+    from OSC messages: names and robots."""
 
     heard: play_again.Heard = field(default_factory=play_again.Heard)
     tempo: float = 60.0
     senses: frozenset[tuple[str, str]] = frozenset()
 
     def after(self, message: FromStage) -> Situation:
-        """The same, after another message of the stage that leads."""
+        """Return the situation after another message of the stage that leads."""
         known = replace(self, heard=self.heard.after(message))
         if message["type"] == "transport":
             return replace(known, tempo=message["tempo"] / message["speed"] / message.get("pace", 1.0))
         return known
 
     def playing(self, score: Score) -> Situation:
-        """The same, once this score plays."""
+        """Return the situation once this score plays."""
         found = [(source, part.robot) for part in score.parts.values() for source in part.senses.values()]
         return replace(self, senses=frozenset((each.osc, robot) for each, robot in found if isinstance(each, OscName)))
 
 
 class UnclearError(Exception):
-    """A message asks for nothing that can be done. The text is one line that says why."""
+    """A message asks for nothing that can be done. The text is one line with the reason."""
 
 
 def request(address: str, arguments: Sequence[Argument], known: Situation) -> PageRequest | None:
-    """What a message asks for; None if there is nothing to do. Raises UnclearError.
+    """Return the request of a message; None if there is nothing to do. Raises UnclearError.
 
-    A button that sends 0 when it is let go only asks for something when it is pressed.
+    A button that sends 0 on release requests something only when it is pressed.
     """
     if address not in _ASKS:
         raise UnclearError(f"there is no {_shown(address)}")
@@ -62,8 +62,8 @@ def request(address: str, arguments: Sequence[Argument], known: Situation) -> Pa
 
 
 def waits(asked: PageRequest) -> bool:
-    """Whether what a message asks for waits until it is due. Robots only sense that: it can't begin anything that
-    somebody has stopped meanwhile."""
+    """Return whether a request waits until its time. Only senses wait, because they can't start anything that somebody
+    has stopped meanwhile."""
     return asked["type"] in ("cue", "osc_sense")
 
 
@@ -108,7 +108,7 @@ def _sense(arguments: Sequence[Argument], known: Situation) -> PageRequest:
         name, robot, value = arguments
         if isinstance(name, str) and isinstance(robot, str) and isinstance(value, int | float) and value in (0, 1):
             if (name, robot) not in known.senses:
-                raise UnclearError(f"no sense of {_shown(robot)} that plays has the word {_shown(name)} as its `osc`")
+                raise UnclearError(f"{_shown(robot)} plays nothing that reads the OSC sense {_shown(name)}")
             return {"type": "osc_sense", "name": name, "robot": robot, "value": bool(value)}
     raise UnclearError("/improv/sense takes the name of a sense, a robot, and 0 or 1")
 
@@ -125,7 +125,7 @@ _ASKS: Mapping[str, Callable[[Sequence[Argument], Situation], PageRequest | None
 
 
 def _pressed(arguments: Sequence[Argument]) -> bool:
-    """Whether a button is pressed, and not let go."""
+    """Return whether a button is pressed rather than released."""
     return not arguments or arguments[0] != 0
 
 

@@ -22,16 +22,16 @@ from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
 
 Reach = Literal["nowhere", "here", "network"]
-"""How far OSC messages may come and go: not at all, on this machine, or wherever improv.toml says."""
+"""The range of OSC messages: none, this machine, or everything in improv.toml."""
 POLICY = Policy(2.0)
 MOST_WAITING = 10_000
-"""Messages that may wait for the process. One that lets more of them wait hangs, and is killed."""
+"""The most messages that may wait for the process. With more, it counts as hung and is killed."""
 READY_LIMIT = 2.0
-"""Seconds that a play may wait until the process has started."""
+"""Seconds that a play may wait for the process to start."""
 
 
 class OscProcess(Protocol):
-    """The process, as far as the link needs it."""
+    """The process, as the link uses it."""
 
     @property
     def is_alive(self) -> bool: ...
@@ -42,14 +42,14 @@ class OscProcess(Protocol):
 
 
 Hear: TypeAlias = Callable[[FromOsc | None], None]
-"""Gets what the process says, on a thread; None once it has ended."""
+"""Gets the process's messages, on a thread; None once it has ended."""
 
 
 class OscLink:
     """Has a process exchange OSC messages while the score that plays asks for that.
 
-    `ask` gets what they ask for and the count of stops when that arrived, and `say` lines for people; both are called
-    on the event loop. Stops are obeyed on the thread that reads, as those of pages are.
+    `ask` gets each request and the count of stops at its arrival, and `say` gets lines for people; both are called on
+    the event loop. The thread that reads obeys stops, as with those of pages.
     """
 
     def __init__(
@@ -66,14 +66,14 @@ class OscLink:
         self._say = say
         self._start = start or _Running
         self._process: OscProcess | None = None
-        self._number = 0  # of the process
-        self._ready: Event | None = None  # it has started, or has ended
+        self._number = 0  # counts the processes
+        self._ready: Event | None = None  # set once the process has started or ended
         self._osc: Osc | None = None
-        self._refused: Osc | None = None  # what people were told to be out of reach
+        self._refused: Osc | None = None  # the settings whose refusal was already reported
         self._written = RowsWritten()
 
     def expect(self, score: Score) -> None:
-        """A score is about to be sent. Start, keep, or end the process, so that it is ready when that plays."""
+        """Start, keep, or end the process, so that it is ready when this score plays."""
         osc = score.osc if self._reach != "nowhere" else None
         if osc and osc.away and self._reach != "network":
             if osc != self._refused:
@@ -87,25 +87,25 @@ class OscLink:
             self._exchange(osc)
 
     async def ready(self) -> None:
-        """Wait until a process that has been started can tell others of beat 0, but not for long."""
+        """Wait briefly until the process is ready to report beat 0 to others."""
         if self._process and self._ready:
             with suppress(TimeoutError):
                 await wait_for(self._ready.wait(), READY_LIMIT)
 
     def plays(self, score: Score, generation: int) -> None:
-        """A score has been sent."""
+        """Pass on a score that was sent to the stage."""
         self.expect(score)
         if self._process:
             self._written = self._written.renewed()
             self._put({"type": "plays", "generation": generation, "score": to_json(score, self._written)})
 
     def tell(self, message: TransportMessage | Sensed | Armed) -> None:
-        """Pass on what the stage that leads says."""
+        """Pass on a message of the stage that leads."""
         if self._process:
             self._put(message)
 
     def close(self) -> None:
-        """End the process, without waiting for that."""
+        """End the process, without waiting."""
         if self._process:
             self._process.close()
         self._process = self._osc = None
@@ -114,10 +114,10 @@ class OscLink:
         if not self._process:
             loop, number = get_running_loop(), self._number + 1
 
-            def hear(message: FromOsc | None) -> None:  # on a thread: a stop is obeyed there
+            def hear(message: FromOsc | None) -> None:  # on a thread, which obeys a stop at once
                 asked = self._stops.arrive(message["command"]) if message and message["type"] == "request" else 0
                 with suppress(RuntimeError):  # the loop has been closed
-                    loop.call_soon_threadsafe(self._told, number, message, asked)
+                    loop.call_soon_threadsafe(self._receive, number, message, asked)
 
             self._ready = Event()
             self._number, self._process = number, self._start(hear)
@@ -132,7 +132,7 @@ class OscLink:
         assert self._process
         self._process.put(message)
 
-    def _told(self, number: int, message: FromOsc | None, asked: int) -> None:
+    def _receive(self, number: int, message: FromOsc | None, asked: int) -> None:
         if number != self._number or not self._process:
             return
         if self._ready:
@@ -175,7 +175,7 @@ class _Running:
             self._child.kill()
 
     def _run(self) -> None:
-        """Start the process and write to it: both may take many milliseconds."""
+        """Start the process and write to it, on a thread, because both may take many milliseconds."""
         try:
             child = self._child = Child(helper("osc"), POLICY)
         except OSError:

@@ -1,4 +1,4 @@
-"""What OSC messages say about what plays, and when each is due. Pure functions; times are monotonic, in seconds."""
+"""OSC messages about a dance, and their times. Pure functions; times are monotonic, in seconds."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from improv_core.protocol.messages import Sensed, State, TransportMessage, beat_
 from improv_core.score.senses import RobotSense
 
 SAME = 1e-3
-"""Beats by which a transport may differ from where the one before has led, if nothing has jumped."""
+"""Beats by which a transport may differ from the prediction of the previous one without counting as a jump."""
 ROUNDING = 1e-9
-"""Beats by which what is due may seem to come later."""
+"""Beats by which rounding may make a due beat seem later."""
 SILENT = -1
 """The value of a sense that is silent."""
 
 
 class OscDue(NamedTuple):
-    """A message, and when it is due."""
+    """A message, and the time at which it is due."""
 
     at: float
     address: str
@@ -30,8 +30,8 @@ class OscDue(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Voice:
-    """What has been said about what plays: its state, the next whole beat, the word that each robot plays, and what
-    robots sense. `begun` is the beat up to which words have been said."""
+    """The facts sent so far: the state, the next whole beat, each robot's word, and the senses. `begun` is the beat up
+    to which words have been sent."""
 
     transport: TransportMessage | None = None
     beat: int = 0
@@ -44,7 +44,7 @@ class Voice:
         return self.transport["state"] if self.transport else None
 
     def after(self, transport: TransportMessage) -> tuple[Voice, list[OscDue]]:
-        """The same after a report of the position, and what is due at once."""
+        """Return the voice after a report of the position, and the messages that are due at once."""
         before = self.transport
         told = (
             []
@@ -52,17 +52,18 @@ class Voice:
             else [OscDue(transport["monotonic"], "/improv/state", [transport["state"]])]
         )
         begin = math.ceil(transport["beat"] - SAME)
-        goes_on = (
+        continues = (
             before is not None
             and before["state"] == transport["state"] == "playing"
             and before["restarted"] == transport["restarted"]
             and abs(beat_at(before, transport["monotonic"]) - transport["beat"]) < SAME
         )
         words = self.words if transport["state"] == "playing" and self.state == "playing" else {}
-        return Voice(transport, max(begin, self.beat) if goes_on else begin, words, self.senses), told
+        return Voice(transport, max(begin, self.beat) if continues else begin, words, self.senses), told
 
     def sensed(self, message: Sensed, wall: float, now: float) -> tuple[Voice, list[OscDue]]:
-        """The same after a report of a sense, and what is due at once. `wall` is the Unix time now."""
+        """Return the voice after a report of a sense, and the messages that are due at once. `wall` is the Unix time
+        now."""
         what, value = RobotSense(message["robot"], message["sense"]), message["value"]
         if what in self.senses and self.senses[what] == value:
             return self, []
@@ -71,21 +72,22 @@ class Voice:
         return replace(self, senses={**self.senses, what: value}), [told]
 
     def next(self, begins: Iterable[WordBegins]) -> float:
-        """When something is due next, if these words begin; infinite if nothing is."""
+        """The next time at which a message is due, given the beats at which words begin; infinite if none is."""
         if not self.transport or self.state != "playing":
             return math.inf
-        whole = self.beat if self._has(self.beat) else math.inf
+        whole = self.beat if self._has_beat(self.beat) else math.inf
         words = min((each.beat for each in begins if each.beat > self.begun), default=math.inf)
         return _time(self.transport, min(whole, words))
 
     def due(self, begins: Iterable[WordBegins], now: float) -> tuple[Voice, list[OscDue]]:
-        """What is due by now, in its order, and what has been said then. Beats that are long past are left out."""
+        """Return the messages that are due by now, in order, and the voice after them. Beats that are long past are
+        left out."""
         transport = self.transport
         if not transport or self.state != "playing":
             return self, []
         reached = beat_at(transport, now) + ROUNDING
         first, last = max(self.beat, math.floor(reached)), math.floor(reached)
-        told = [each for beat in range(first, last + 1) if self._has(beat) for each in self._of(beat)]
+        told = [each for beat in range(first, last + 1) if self._has_beat(beat) for each in self._at_beat(beat)]
         words = dict(self.words)
         for beat, robot, word in sorted(each for each in begins if self.begun < each.beat <= reached):
             if word != words.get(robot):
@@ -95,14 +97,14 @@ class Voice:
         voice = replace(self, beat=max(self.beat, last + 1), words=words, begun=reached)
         return voice, sorted(told, key=lambda each: each.at)
 
-    def _has(self, beat: int) -> bool:
-        """Whether the score has such a beat."""
+    def _has_beat(self, beat: int) -> bool:
+        """Return whether the score reaches a beat."""
         assert self.transport
         beats = self.transport["beats"]
         return beats is None or beat < beats
 
-    def _of(self, beat: int) -> list[OscDue]:
-        """What is said as a beat begins."""
+    def _at_beat(self, beat: int) -> list[OscDue]:
+        """The messages at the beginning of a beat."""
         assert self.transport
         at, length = _time(self.transport, beat), self.transport.get("bar")
         bar = [OscDue(at, "/improv/bar", [beat // length])] if length and beat % length == 0 else []
@@ -110,6 +112,6 @@ class Voice:
 
 
 def _time(transport: TransportMessage, beat: float) -> float:
-    """When a beat is due; what had begun before this report of the position is due with it."""
+    """The time at which a beat is due. Beats before this report of the position are due at its time."""
     passed = max(beat - transport["beat"], 0.0)
     return transport["monotonic"] + passed * 60 / transport["tempo"]

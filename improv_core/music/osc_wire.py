@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 MOST_BYTES = 4096
-"""The longest datagram that is read. Those of music programs fit into a network's 1,500."""
+"""The most bytes of a datagram that is read. Those of music programs fit into a network's 1,500."""
 Argument = str | int | float | bool | None
 
 
 class OscMessage(NamedTuple):
-    """An address, its arguments, and the Unix time at which it is due. What is no plain argument is None."""
+    """An address, its arguments, and the Unix time at which it is due. Arguments of unsupported types are None."""
 
     address: str
     arguments: Sequence[Argument]
@@ -19,17 +19,17 @@ class OscMessage(NamedTuple):
 
 
 class BrokenError(Exception):
-    """A datagram is not OSC."""
+    """A datagram isn't OSC."""
 
 
 def read(datagram: bytes) -> list[OscMessage]:
-    """The messages in a datagram, in the order in which they are due. Those without a time, or with one that has
+    """Return the messages in a datagram, in the order of their times. Messages without a time, or with one that has
     passed, are due now. Raises BrokenError."""
     from pythonosc.osc_packet import OscPacket
 
     try:
         packet = OscPacket(datagram)
-    except Exception as error:  # it raises others than its own, for bytes that are no text and for deep bundles
+    except Exception as error:  # also errors of other libraries, for bytes that aren't text and for deep bundles
         raise BrokenError from error
     return [OscMessage(each.message.address, _plain(each.message.params), each.time) for each in packet.messages]
 
@@ -46,7 +46,7 @@ def written(messages: Sequence[tuple[str, Sequence[Argument]]], due: float) -> b
     from pythonosc.osc_bundle_builder import OscBundleBuilder
     from pythonosc.osc_message_builder import build_msg
 
-    seconds: Any = due  # as its documentation says, and its types don't
+    seconds: Any = due  # its documentation allows this, its types don't
     bundle = OscBundleBuilder(seconds)
     for address, arguments in messages:
         bundle.add_content(build_msg(address, [*arguments]))

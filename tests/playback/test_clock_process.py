@@ -117,7 +117,7 @@ async def test_a_cable_that_is_pulled_is_a_line(cable: Path) -> None:
     with Listening(OutsideClock("midi")) as listening:
         await asyncio.to_thread(send, cable, 2)
         await asyncio.to_thread(cable.unlink)
-        gone = "the MIDI input cable is gone: it is used again once it is back"
+        gone = "the MIDI input cable is gone: connect it again"
         assert await listening.line("warning") == gone
         assert await listening.line("warning", "there is no") == "there is no MIDI input: connect one"
 

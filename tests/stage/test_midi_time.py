@@ -1,4 +1,4 @@
-"""What bytes from a MIDI cable say about time: through mido's parser, to what a stage is told."""
+"""Time from the bytes of a MIDI cable: through mido's parser, to the anchors for a stage."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TICK, START, CONTINUE, STOP = b"\xf8", b"\xfa", b"\xfb", b"\xfc"
 NOISE = b"\x90\x3c\x40"
 """A note: other messages don't matter."""
 Cable = Iterable[tuple[float, bytes]]
-"""Bytes, and when they come."""
+"""Bytes and their times."""
 
 
 def at_bar(number: int) -> bytes:
@@ -39,7 +39,7 @@ def told(cable: Cable) -> list[Anchor]:
 
 
 def check(cable: Cable, at: float, beat: float, tempo: float) -> Anchor:
-    """The latest anchor says that the clock is at a beat at a time, with this tempo."""
+    """Check that the latest anchor has the clock at a beat at a time, with this tempo."""
     latest = told(cable)[-1]
     assert latest.phase_at(at) == pytest.approx(beat, abs=0.01)
     assert latest.rate * 60 == pytest.approx(tempo, rel=0.001)
@@ -62,12 +62,12 @@ def test_the_tick_after_a_start_is_beat_0() -> None:
     assert check(cable, at=3.1 + 2, beat=4, tempo=120).jumps == 1
 
 
-def test_a_start_is_told_with_its_first_tick() -> None:
+def test_a_start_counts_from_its_first_tick() -> None:
     *_, last = told([*ticks(120, 0, 100), (2.09, START), (2.1, TICK)])
     assert (last.at, last.phase, last.jumps) == (2.1, 0, 1)
 
 
-def test_a_stop_is_told_at_once_and_a_continue_goes_on_from_there() -> None:
+def test_a_stop_counts_at_once_and_a_continue_resumes_there() -> None:
     before = [*ticks(120, 0, 97), (2.01, STOP)]
     stands = told(before)[-1]
     assert (stands.at, stands.rate) == (2.01, 0)
@@ -77,18 +77,18 @@ def test_a_stop_is_told_at_once_and_a_continue_goes_on_from_there() -> None:
     check([*idle, (4, CONTINUE), *ticks(120, 4.5, 50)], at=4.5 + 1, beat=97 / 24 + 2, tempo=120)
 
 
-def test_a_song_position_says_where_a_continue_goes_on() -> None:
+def test_a_song_position_sets_where_a_continue_resumes() -> None:
     cable = [*ticks(120, 0, 100), (3, STOP), (3.1, at_bar(9)), (3.2, CONTINUE), *ticks(120, 3.3, 60)]
     check(cable, at=3.3 + 1, beat=9 * 4 + 2, tempo=120)
 
 
-def test_what_else_comes_on_the_cable_changes_nothing() -> None:
+def test_other_messages_on_the_cable_change_nothing() -> None:
     cable = [*ticks(120, 0, 240)]
     mixed = chain.from_iterable([(at, NOISE + data), (at, NOISE)] for at, data in cable)
     assert told(mixed) == told(cable)
 
 
-def test_a_song_whose_ticks_are_lost_for_a_while_has_gone_on() -> None:
+def test_a_song_keeps_playing_while_its_ticks_are_lost() -> None:
     cable = [*ticks(120, 0, 240), *ticks(120, 6.01, 240)]
     assert check(cable, at=6.01 + 2, beat=12 + 4, tempo=120).jumps == 0
 
@@ -100,11 +100,11 @@ def test_ticks_that_were_late_and_come_all_at_once_change_nothing() -> None:
     assert latest.jumps == 0
 
 
-def test_a_tempo_that_is_another_one_at_once_is_followed() -> None:
+def test_a_sudden_change_of_tempo_is_followed() -> None:
     check([*ticks(90, 0, 240), *ticks(140, 10 / 90 * 60, 480)], at=10 / 90 * 60 + 20 / 140 * 60, beat=30, tempo=140)
 
 
-def test_a_stop_before_anything_is_known_is_one() -> None:
+def test_a_stop_counts_before_any_tick() -> None:
     assert told([(1, STOP)]) == [Anchor(1, 0, 0, 0)]
 
 

@@ -1,4 +1,4 @@
-"""What the process that speaks OSC does about datagrams, on a clock that the tests turn; and the process itself."""
+"""Reactions of the process that speaks OSC to datagrams, on a clock that the tests advance; and the process itself."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def datagram(address: str, *arguments: Argument, due: float = 0.0) -> bytes:
 
 
 class Turned:
-    """A desk whose clock a test turns, and what it says."""
+    """A desk on a clock that a test advances, and its messages."""
 
     def __init__(self) -> None:
         self.now = 1000.0
@@ -65,14 +65,14 @@ class Turned:
 
 
 def check(datagrams: Sequence[bytes], asked: Sequence[str], lines: Sequence[str] = (), host: str = "127.0.0.1") -> None:
-    """What is asked for within a second after datagrams have come at once, and the lines about them."""
+    """Check the requests within a second after datagrams have arrived at once, and the lines about them."""
     turned = Turned()
     turned.hear(*datagrams, host=host)
     turned.turn(1.0)
     assert (turned.asked, turned.lines) == (asked, lines)
 
 
-def test_what_cant_be_read_or_comes_from_elsewhere_moves_nothing_and_is_said_once() -> None:
+def test_unreadable_messages_and_strangers_move_nothing_and_are_reported_once() -> None:
     broken = b"#bundle\0\0\0\0\0\0\0\0\1\x7f\xff\xff\xff/a"
     check([broken] * 10, [], ["something that is not an OSC message was ignored"])
     check([datagram("seek", "x" * 5000)] * 3, [], ["an OSC message longer than 4,096 bytes was ignored"])
@@ -81,7 +81,7 @@ def test_what_cant_be_read_or_comes_from_elsewhere_moves_nothing_and_is_said_onc
     check([datagram("dance")] * 10, [], ["an OSC message was ignored: there is no /improv/dance"])
 
 
-def test_of_a_flood_only_stops_count() -> None:
+def test_only_stops_count_in_a_flood() -> None:
     flood = [datagram("seek", float(beat)) for beat in range(10_000)]
     line = f"more than {MOST} OSC messages came within a second: only stops count"
     check([*flood, datagram("stop"), *flood, datagram("pause")], ["seek", "stop", "pause"], [line])
@@ -99,7 +99,7 @@ def test_requests_are_passed_on_fifty_times_a_second_and_short_presses_are_not_l
     assert (turned.asked, values) == (["cue", "osc_sense", "osc_sense"], [True, False])
 
 
-def test_what_robots_sense_waits_until_it_is_due_and_the_rest_does_not() -> None:
+def test_only_senses_wait_until_they_are_due() -> None:
     turned = Turned()
     turned.hear(datagram("cue", due=0.5), datagram("seek", 8.0, due=0.5))
     turned.turn(0.45)
@@ -113,7 +113,7 @@ def test_what_robots_sense_waits_until_it_is_due_and_the_rest_does_not() -> None
 
 @contextmanager
 def running(*messages: ToOsc) -> Iterator[Child]:
-    """The process, which was told this."""
+    """The process, after these messages."""
     child = Child(helper("osc"), Policy(LIMIT))
     try:
         for message in messages:
@@ -142,7 +142,7 @@ def telling(port: int, *, time_tags: bool) -> ToOsc:
 
 @contextmanager
 def bound() -> Iterator[tuple[socket.socket, int]]:
-    """A socket that hears what comes to a port of this machine, and that port."""
+    """A socket on a port of this machine, and that port."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
         made.bind(("127.0.0.1", 0))
         made.settimeout(LIMIT)
@@ -160,7 +160,7 @@ def test_a_real_datagram_is_a_request() -> None:
     assert said[0] == {"type": "request", "command": {"type": "seek", "beat": 8.0}}
 
 
-def test_beats_are_heard_as_they_are_due() -> None:
+def test_beats_are_sent_as_they_are_due() -> None:
     with bound() as (other, port):
         play: ToOsc = {"type": "plays", "generation": 1, "score": to_json(score("r $ repeat forward"), RowsWritten())}
         now: ToOsc = at("playing", 1, monotonic=time.monotonic(), tempo=240.0)
@@ -174,11 +174,11 @@ def test_beats_are_heard_as_they_are_due() -> None:
     assert said[0] == ("/improv/state", "playing")
     assert ("/improv/word", "r", "forward") in said
     beats: list[Any] = [(each.arguments[0], tag / 2**32) for each, tag in heard if each.address == "/improv/beat"]
-    (first, began), *later = beats  # those that are long past are left out
+    (first, began), *later = beats  # beats that are long past are left out
     assert [round(tag - began, 3) for _, tag in later] == [(number - first) * 0.25 for number, _ in later]
 
 
-def test_programs_that_read_no_bundles_hear_messages() -> None:
+def test_programs_that_read_no_bundles_get_messages() -> None:
     with bound() as (other, port), running(telling(port, time_tags=False), at("paused", 1)):
         assert other.recv(4096) == b"/improv/state\0\0\0,s\0\0paused\0\0"
 
@@ -192,15 +192,15 @@ def test_a_port_that_is_briefly_taken_is_tried_again() -> None:
     assert (len(turned.desk.sockets), turned.lines) == (1, [])
 
 
-def test_a_port_that_is_taken_is_said() -> None:
+def test_a_port_that_is_taken_is_reported() -> None:
     with bound() as (_, port), running(exchange(port)) as child:
         alive, said = said_by(child, 2)
     assert alive == {"type": "alive"}
     why = "Address already in use; change `listen` under [osc] in improv.toml, then save"
-    assert said == {"type": "warning", "message": f"OSC can't be heard on 127.0.0.1:{port}: {why}"}
+    assert said == {"type": "warning", "message": f"OSC can't listen on 127.0.0.1:{port}: {why}"}
 
 
-def test_if_it_fails_it_says_why() -> None:
+def test_a_failure_is_reported() -> None:
     child = Child(helper("osc"), Policy(LIMIT))
     child.write(b'{"type": "plays", "generation": 1, "score": {}}\n')
     *_, said = said_by(child, 2)

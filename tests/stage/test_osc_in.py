@@ -1,4 +1,4 @@
-"""What OSC messages ask for, by what is known about what plays."""
+"""Requests in OSC messages, given the known state of the dance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SENSING = replace(PLAYS, senses=frozenset({("kick", "anna")}))
 def check(
     address: str, arguments: Sequence[Any], expected: dict[str, Any] | str | None, known: Situation = SENSING
 ) -> None:
-    """The request of a message, or the line about it."""
+    """Compare the request of a message, or the line about it."""
     asked: Any
     try:
         asked = request(f"/improv/{address}", arguments, known)
@@ -41,7 +41,7 @@ def test_each_address_asks_for_something() -> None:
     check("sense", ["kick", "anna", False], {"type": "osc_sense", "name": "kick", "robot": "anna", "value": False})
 
 
-def test_a_tempo_is_that_of_the_program_whatever_a_clock_makes_of_it() -> None:
+def test_a_tempo_counts_without_the_pace_of_a_clock() -> None:
     followed = Situation().after({**at("playing", 1), "tempo": 132.0, "speed": 1.0, "pace": 1.1})
     check("tempo", [60], {"type": "speed", "factor": pytest.approx(0.5)}, followed)
 
@@ -52,7 +52,7 @@ def test_a_button_asks_only_when_it_is_pressed() -> None:
     check("cue", [1.0], {"type": "cue"})
 
 
-def test_what_can_not_be_done_is_said() -> None:
+def test_invalid_requests_are_reported() -> None:
     check("dance", [], "there is no /improv/dance")
     check("\u202egnp", [], "there is no /improv/\\u202egnp")
     wrong: list[Any]
@@ -62,7 +62,7 @@ def test_what_can_not_be_done_is_said() -> None:
         check("tempo", wrong, "/improv/tempo takes beats per minute, here from 12 to 480")
     for wrong in ([], ["kick", "anna"], ["kick", "anna", 0.5], ["kick", 1, 1], [None, "anna", 1]):
         check("sense", wrong, "/improv/sense takes the name of a sense, a robot, and 0 or 1")
-    check("sense", ["kick", "bert", 1], "no sense of bert that plays has the word kick as its `osc`")
+    check("sense", ["kick", "bert", 1], "bert plays nothing that reads the OSC sense kick")
 
 
 @pytest.mark.parametrize(
@@ -76,13 +76,13 @@ def test_what_can_not_be_done_is_said() -> None:
         ("stopped", {"type": "restart", "by": "osc"}),
     ],
 )
-def test_play_resumes_what_is_paused_and_restarts_what_is_over(
+def test_play_resumes_after_a_pause_and_restarts_after_an_end(
     state: State | None, expected: dict[str, Any] | str | None
 ) -> None:
     check("play", [], expected, Situation(Heard(state)))
 
 
-def test_play_begins_what_is_armed_and_says_what_robots_wait_for() -> None:
+def test_play_begins_an_armed_score_or_reports_what_robots_wait_for() -> None:
     check("play", [], {"type": "resume", "by": "osc"}, Situation(Heard("waiting", armed=True)))
     waiting = Situation().after(at("paused", 1, waits_for=["button 4 on /joy", "anna"]))
     check("play", [], "/improv/play: robots wait for button 4 on /joy and anna", waiting)
@@ -100,7 +100,7 @@ def test_a_pause_while_nothing_plays_asks_for_nothing() -> None:
     check("pause", [], None, Situation(Heard("ended")))
 
 
-def test_what_is_written_can_be_read() -> None:
+def test_written_messages_can_be_read() -> None:
     told: list[tuple[str, list[Any]]] = [
         ("/improv/beat", [8]),
         ("/improv/word", ["anna", "forward"]),
@@ -121,6 +121,6 @@ def test_what_is_written_can_be_read() -> None:
         b"#bundle\0\0\0\0\0\0\0\0\1\x7f\xff\xff\xff/a",
     ],
 )
-def test_what_is_not_osc_is_refused(datagram: bytes) -> None:
+def test_other_bytes_are_refused(datagram: bytes) -> None:
     with pytest.raises(osc_wire.BrokenError):
         osc_wire.read(datagram)

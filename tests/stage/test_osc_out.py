@@ -1,4 +1,4 @@
-"""What OSC messages say about what a real player plays, and when each is due."""
+"""OSC messages about the dance of a real player, and their times."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from tests.stage.test_player import Stage, score
 
 
 class Told(Stage):
-    """A player of a program, and what is said about it, with the seconds since the beginning at which it was due."""
+    """A player of a program, and the OSC messages about it, with the seconds since the beginning at which they were
+    due."""
 
     def __init__(self, program: str, bar: int | None = None) -> None:
         super().__init__()
@@ -32,7 +33,7 @@ class Told(Stage):
         self.listen()
 
     def listen(self) -> None:
-        """Take what the player has said, and look ahead."""
+        """Take the player's messages, and look ahead."""
         for message in self.told[self._heard :]:
             if message["type"] == "transport":
                 self.outlook.take(message)
@@ -45,7 +46,7 @@ class Told(Stage):
             self._heard, self._looked = len(self.told), self.now
 
     def pass_time(self, seconds: float) -> None:
-        """Let time pass, and say everything as it is due."""
+        """Let time pass, and collect all messages as they are due."""
         end = self.now + seconds
         while True:
             self.listen()
@@ -62,12 +63,12 @@ class Told(Stage):
         self.said += [(round(each.at - self._begins, 3), line) for each, line in zip(due, told, strict=True)]
 
     def take(self) -> list[tuple[float, str]]:
-        """What has been said since the last call."""
+        """The messages since the last call."""
         said, self.said = self.said, []
         return said
 
 
-def test_beats_bars_and_words_are_said_as_they_are_due() -> None:
+def test_beats_bars_and_words_are_sent_as_they_are_due() -> None:
     stage = Told("beat 120\nr $ slow 3 forward left\nc $ fast 2 (forward left)", bar=2)
     stage.pass_time(3.0)
     assert stage.take() == [
@@ -86,7 +87,7 @@ def test_beats_bars_and_words_are_said_as_they_are_due() -> None:
     ]
 
 
-def test_beats_are_where_they_are_at_another_speed_after_a_seek_and_after_a_pause() -> None:
+def test_beats_are_on_time_after_a_change_of_speed_a_seek_and_a_pause() -> None:
     stage = Told("beat 60\nr $ repeat forward")
     stage.pass_time(1.5)
     stage.take()
@@ -103,7 +104,7 @@ def test_beats_are_where_they_are_at_another_speed_after_a_seek_and_after_a_paus
     assert stage.take() == [(2.1, "state paused"), (3.1, "state playing"), (3.1, "word r forward"), (3.5, "beat 9")]
 
 
-def test_a_speed_set_exactly_at_a_beat_says_it_once() -> None:
+def test_a_speed_set_exactly_at_a_beat_sends_it_once() -> None:
     stage = Told("beat 60\nr $ repeat forward")
     stage.pass_time(1.0)
     stage.player.set_speed(2, stage.now)
@@ -111,7 +112,7 @@ def test_a_speed_set_exactly_at_a_beat_says_it_once() -> None:
     assert [line for _, line in stage.take() if line.startswith("beat")] == ["beat 0", "beat 1", "beat 2"]
 
 
-def test_a_muted_robot_says_no_words_and_a_save_says_those_that_change() -> None:
+def test_a_muted_robot_sends_no_words_and_a_save_sends_those_that_change() -> None:
     stage = Told("beat 60\na b $ repeat (forward left)")
     stage.pass_time(1.5)
     stage.player.set_silent(["b"], [], stage.now)
@@ -123,7 +124,7 @@ def test_a_muted_robot_says_no_words_and_a_save_says_those_that_change() -> None
     assert stage.take() == [(2.5, "word a backward")]
 
 
-def test_after_a_long_sleep_only_the_latest_beat_is_said() -> None:
+def test_after_a_long_sleep_only_the_latest_beat_is_sent() -> None:
     stage = Told("beat 60\nr $ repeat forward")
     stage.pass_time(0.5)
     stage.take()
@@ -132,7 +133,7 @@ def test_after_a_long_sleep_only_the_latest_beat_is_said() -> None:
     assert voice.next([]) == pytest.approx(stage.now + 5.5)
 
 
-def test_the_word_that_senses_choose_is_said_when_they_change() -> None:
+def test_the_word_that_senses_choose_is_sent_when_they_change() -> None:
     stage = Told("beat 60\nr $ repeat (if near left else forward)")
     stage.player.force(RobotSense("r", "near"), False, stage.now)
     stage.pass_time(1.5)
@@ -143,7 +144,7 @@ def test_the_word_that_senses_choose_is_said_when_they_change() -> None:
 
 
 @pytest.mark.parametrize(("value", "said"), [(True, 1), (False, 0), (None, -1)])
-def test_what_a_robot_senses_is_said_once_with_its_time(value: bool | None, said: int) -> None:
+def test_a_sense_is_sent_once_with_its_time(value: bool | None, said: int) -> None:
     message: Sensed = {
         "type": "sensed",
         "generation": 1,

@@ -1,4 +1,4 @@
-"""Calibration: two dances to play, and from what was measured the settings with which a robot keeps to its path."""
+"""Calibration: two dances to play, and the profile settings that follow from measuring them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import Profile
 
 QUARTERS = 8
-"""The quarter turns of the turning dance: after two full turns, errors add up, and the robot faces its line again."""
+"""The quarter turns of the turning dance. Two full turns add up the errors, and the robot faces its line again."""
 LEAST_ROUNDS, MOST_ROUNDS = 3, 8
 PRECISION = 0.005
 """The standard error, as a share, at which a setting counts as known: 1 cm in 2 m, half a degree in a quarter turn."""
 PATIENCE = 0.3
-"""Seconds at the beginning of a dance, and at the end of the rest that ends it, that may be without poses."""
+"""Seconds that may lack poses, at the beginning of a dance and at the end of its final rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class MeasuredSettings:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """What the dances should come to: so many steps straight ahead, and `QUARTERS` quarter turns."""
+    """The intended result of the dances: a number of steps straight ahead, and `QUARTERS` quarter turns."""
 
     steps: int
     step: float
@@ -51,7 +51,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class Straight:
-    """How far a robot got in the straight dance along its path, in meters, and how far it turned left, in radians."""
+    """The result of the straight dance: meters along the robot's path, and radians that it turned left."""
 
     distance: float
     bend: float
@@ -59,7 +59,7 @@ class Straight:
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """What was measured of both dances; `turn` is how far the robot turned left on the spot, in radians."""
+    """The measured results of both dances. `turn` is in radians to the left, on the spot."""
 
     straight: Straight
     turn: float
@@ -74,7 +74,7 @@ class Calibration:
 
     @property
     def is_known(self) -> bool:
-        """Whether the settings are so precise that no more rounds are needed."""
+        """True if the settings are precise enough to need no more rounds."""
         shares = (
             self.error.commanded_step / self.settings.commanded_step,
             self.error.commanded_quarter_turn / self.settings.commanded_quarter_turn,
@@ -84,23 +84,23 @@ class Calibration:
 
 
 def goal_in(room: float, profile: Profile) -> Goal:
-    """As many steps as fit into so many meters of free floor."""
+    """The goal with as many steps as fit into this many meters of free floor."""
     return Goal(math.floor(room / room_for(profile) + 1e-9), profile.step, profile.quarter_turn)
 
 
 def room_for(profile: Profile) -> float:
-    """The meters that a step takes: as it should be, or as it is commanded, if that is more."""
+    """The meters of floor that a step takes: its intended or its commanded length, whichever is longer."""
     return profile.step * max(profile.linear_scale, 1.0)
 
 
 def settings_of(profile: Profile) -> MeasuredSettings:
-    """The settings with which a robot with this profile is calibrated so far."""
+    """The current calibration in a profile."""
     step, turn = profile.step * profile.linear_scale, profile.quarter_turn * profile.angular_scale
     return MeasuredSettings(step, turn, profile.left_right)
 
 
 def with_settings(profile: Profile, settings: MeasuredSettings) -> Profile:
-    """This profile, calibrated."""
+    """Return this profile with these settings."""
     linear, angular = settings.commanded_step / profile.step, settings.commanded_quarter_turn / profile.quarter_turn
     return replace(profile, linear_scale=linear, angular_scale=angular, left_right=settings.left_right)
 
@@ -111,19 +111,19 @@ def straight_dance(robot: str, profile: Profile, goal: Goal, tempo: int) -> str:
 
 
 def turning_dance(robot: str, profile: Profile, tempo: int) -> str:
-    """The program of the turning dance, likewise."""
+    """The program of the turning dance, at this tempo if the robot's limits allow it."""
     return _program(robot, profile, f"repeat {QUARTERS} left", "left", tempo)
 
 
 def _program(robot: str, profile: Profile, movement: str, word: str, tempo: int) -> str:
-    """At the end comes a rest of at least a second, in which a base slows down and stops."""
+    """The program of a dance. It ends with a rest of at least a second, in which a base slows down and stops."""
     if over := excess(PRIMITIVES[word], profile, Fraction(tempo)):
         tempo = over.tempo or 1
     return f"beat {tempo}\n{robot} $ {movement}{' rest' * math.ceil(tempo / 60)}\n"
 
 
 def straight_by_tape(ahead: float, aside: float) -> Straight:
-    """From where the robot stopped: meters ahead of its start and to the left of its line.
+    """Compute the result from the robot's final place: meters ahead of its start and to the left of its line.
 
     Its path is an arc that begins along the line. The angle between chord and tangent is half the arc's.
     """
@@ -131,7 +131,7 @@ def straight_by_tape(ahead: float, aside: float) -> Straight:
 
 
 def straight_by_poses(start: Pose, end: Pose) -> Straight:
-    """From its poses before and after the dance."""
+    """Compute the result from the robot's poses before and after the dance."""
     bend = math.remainder(end.heading - start.heading, math.tau)
     return _arc(math.dist((start.x, start.y), (end.x, end.y)), bend)
 
@@ -142,18 +142,19 @@ def _arc(chord: float, bend: float) -> Straight:
 
 
 def turn_by_poses(start: Pose, end: Pose, goal: Goal) -> float:
-    """How far a robot turned on the spot, if that is less than half a turn off."""
+    """The radians that a robot turned on the spot, if that is less than half a turn off."""
     return goal.turn + math.remainder(end.heading - start.heading - goal.turn, math.tau)
 
 
 def are_whole(first: MeasuredRobot, last: MeasuredRobot, seconds: float) -> bool:
-    """Whether poses came during a whole dance of so many seconds, and in one frame, judging by its first and last."""
+    """Return whether poses in a single frame covered a dance of this many seconds, judging by its first and last
+    pose."""
     begun, ended = first["performed"] <= PATIENCE, last["performed"] >= seconds - PATIENCE
     return begun and ended and first["aligned"] == last["aligned"]
 
 
 def doubtful_distance(straight: Straight, told: float) -> str | None:
-    """Why a measurement can't be right of a robot that was told to drive so many meters, or None."""
+    """The reason why the measurement of a straight drive of `told` meters can't be right, or None."""
     if not 0.5 * told <= straight.distance <= 1.5 * told:
         return f"{straight.distance:.2f} m can't be right for {told:.2f} m"
     if abs(straight.bend) > math.pi / 2:
@@ -162,14 +163,14 @@ def doubtful_distance(straight: Straight, told: float) -> str | None:
 
 
 def doubtful_turn(turn: float, told: float) -> str | None:
-    """Likewise for a turn on the spot, in radians."""
+    """The reason why the measurement of a turn on the spot, in radians, can't be right, or None."""
     return None if 0.5 * told <= turn <= 1.5 * told else f"{_degrees(turn)} can't be right for {_degrees(told)}"
 
 
 def calibrate(now: MeasuredSettings, goal: Goal, rounds: Sequence[Round], separation: float) -> Calibration:
     """The settings that take a robot to its goal, from rounds that it played with its settings of `now`.
 
-    `separation` is that of its wheels, in meters, as `Profile.wheel_separation` has it.
+    `separation` is that of its wheels, in meters, as in `Profile.wheel_separation`.
     """
     each = [_settings(now, goal, played, separation) for played in rounds]
     columns = zip(*map(astuple, each), strict=True)
@@ -182,11 +183,11 @@ def calibrate(now: MeasuredSettings, goal: Goal, rounds: Sequence[Round], separa
 
 
 def _settings(now: MeasuredSettings, goal: Goal, played: Round, separation: float) -> MeasuredSettings:
-    """The settings by one round.
+    """The settings that follow from one round.
 
-    When told to drive a meter, a base also turns by `c` because of its wheels, and by what `left_right` adds to that,
-    `bend_of(left_right)`. The latter comes out as `gain` times what is told, as all turns do. So the bend per meter is
-    c + gain * bend_of(now), and the new `left_right` makes that 0.
+    For each meter, a base also turns by `c` because of its wheels, and by the `bend_of(left_right)` that `left_right`
+    adds. The latter comes out multiplied by `gain`, as all turns do. So the bend per meter is c + gain * bend_of(now),
+    and the new `left_right` makes that 0.
     """
     told = goal.steps * now.commanded_step
     gain = played.turn / (QUARTERS * now.commanded_quarter_turn)
@@ -199,12 +200,12 @@ def _settings(now: MeasuredSettings, goal: Goal, played: Round, separation: floa
 
 
 def _bend_of(left_right: float, separation: float) -> float:
-    """Radians to the left that `Twist.balanced` adds to each meter."""
+    """The radians to the left that `Twist.balanced` adds to each meter."""
     return 2 / separation * (left_right - 1) / (left_right + 1)
 
 
 def errors(goal: Goal, rounds: Sequence[Round]) -> str:
-    """How far off the goal a robot was on average, in words."""
+    """A robot's average deviations from the goal, in words."""
     distance = fmean(played.straight.distance for played in rounds)
     bend = fmean(played.straight.bend for played in rounds)
     turn = fmean(played.turn for played in rounds)

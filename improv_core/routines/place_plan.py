@@ -1,4 +1,4 @@
-"""How robots get to their places without coming too near to anybody: who drives next, and along which way.
+"""Plans how robots get to their places without coming too near to each other: which drive next, and along which paths.
 
 Lengths are in meters, angles in radians. Pure functions.
 """
@@ -16,23 +16,24 @@ from improv_core.score.world import World
 from improv_core.slices import checkpoint
 
 SLACK = 0.05
-"""Room beyond what robots should keep: they are a little off their ways, and their poses come late."""
+"""Room beyond the distance that robots should keep: they are slightly off their paths, and their poses arrive late."""
 THERE, THERE_TURN = 0.04, math.radians(4)
-"""How far from its place a robot may end. What is promised is a little more: 0.05 m and 5°, since poses jitter."""
+"""The distance and the angle from its place within which a robot has arrived. The promise is slightly larger, 0.05 m
+and 5°, because poses jitter."""
 PROMISED, PROMISED_TURN = 0.05, math.radians(5)
 ASIDE = (0.5, 1.0, 1.5, 2.0)
-"""How far a robot drives that makes room for others, or around what is in its way."""
+"""The distances that a robot drives to make room for others, or to get around an obstacle."""
 DIRECTIONS = 16
-"""In how many directions it may make room."""
+"""The number of directions in which it may make room."""
 LEAST = 1e-3
-"""By how much a robot that is near another may come nearer: rounding."""
+"""The tolerance for rounding by which a robot near another one may come nearer."""
 
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Traveler:
-    """A robot: where it is, where it should be, its radius, and how far it may still come when it is told to stand."""
+    """A robot: its pose, its place, its radius, and the distance that it may still move after a stop."""
 
     pose: Pose
     place: Pose
@@ -48,21 +49,21 @@ class Traveler:
         return self.is_within(PROMISED, PROMISED_TURN)
 
     def is_within(self, distance: float, turn: float) -> bool:
-        """Whether it is near enough to its place."""
+        """Return whether it is near enough to its place."""
         far, turned = self.off
         return far <= distance and turned <= turn
 
     @property
     def off(self) -> tuple[float, float]:
-        """How far it is from its place, on the floor, and turned from it."""
+        """Its distance from its place on the floor, and its angle from it."""
         far = math.dist(_point(self.pose), _point(self.place))
         return far, abs(math.remainder(self.pose.heading - self.place.heading, math.tau))
 
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """The points to which a robot drives one after the other, and the heading to which it then turns, if it has to.
-    Without points, it only turns."""
+    """A path: the points to which a robot drives in turn, and the heading to which it then turns, if any. Without
+    points, it only turns."""
 
     points: Sequence[Point]
     heading: float | None = None
@@ -70,17 +71,17 @@ class Way:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The robots that can drive at the same time, and what is in the way of those that can't drive by themselves."""
+    """The robots that can drive at the same time, and the obstacle of each robot that can't drive by itself."""
 
     ways: Mapping[str, Way]
     blocked: Mapping[str, str] = field(default_factory=dict)
 
 
 def next_ways(travelers: Mapping[str, Traveler], world: World) -> Plan:
-    """Who drives next, while all others stand.
+    """Plan which robots drive next, while all others stand.
 
-    A robot drives straight to its place, or around what stands in its way. One whose place is in the way of others lets
-    them go first. If nobody can go, one makes room.
+    A robot drives straight to its place, or around whatever stands between. A robot whose place blocks others lets them
+    go first. If no robot can go, one makes room.
     """
     floor = _Floor(travelers, [*obstacles(world)], world)
     away = [robot for robot, each in travelers.items() if not each.is_there]
@@ -96,7 +97,7 @@ def next_ways(travelers: Mapping[str, Traveler], world: World) -> Plan:
 
 
 def too_near(travelers: Mapping[str, Traveler], keep_apart: float | None) -> list[tuple[str, str, float]]:
-    """The pairs whose places are nearer to each other than real robots may be, and how far apart these are."""
+    """The pairs whose places are nearer to each other than real robots may be, with the distance between them."""
     names, found = [*travelers], []
     for number, one in enumerate(names):
         for other in names[:number]:
@@ -109,14 +110,14 @@ def too_near(travelers: Mapping[str, Traveler], keep_apart: float | None) -> lis
 
 @dataclass(frozen=True, slots=True)
 class _Floor:
-    """Where everybody stands, and what has to be kept clear."""
+    """The positions of all robots, and everything to keep clear of."""
 
     travelers: Mapping[str, Traveler]
     things: Sequence[Obstacle]
     world: World
 
     def way(self, robot: str) -> Way | None:
-        """The way of a robot to its place while all others stand; None if there is none."""
+        """The path of a robot to its place while all others stand; None if there is none."""
         checkpoint()
         traveler = self.travelers[robot]
         if traveler.off[0] <= THERE:
@@ -128,17 +129,17 @@ class _Floor:
         return None
 
     def in_the_way(self, robot: str) -> str:
-        """What is in the straight way of a robot that has no way."""
+        """The obstacle on the straight path of a robot that has no other path."""
         return self._blocker(robot, [_point(self.travelers[robot].place)]) or robot
 
     def hindered(self, robot: str, away: Collection[str]) -> int:
-        """In how many robots' straight ways the place of a robot is."""
+        """The number of robots whose straight paths this robot's place blocks."""
         return sum(
             other != robot and self._hinders(robot, _point(self.travelers[robot].place), other) for other in away
         )
 
     def are_apart(self, robot: str, way: Way, others: Mapping[str, Way]) -> bool:
-        """Whether a robot keeps apart from all ways that others drive at the same time."""
+        """Return whether a robot on this path keeps apart from all robots that drive at the same time."""
         mine = self._legs(robot, way.points)
         return all(
             _between(one, two) >= self._needed(robot, other, self.travelers[other].coasting)
@@ -148,7 +149,7 @@ class _Floor:
         )
 
     def ways_aside(self, away: Collection[str]) -> Iterator[dict[str, Way]]:
-        """How one of the robots that are away can make room for another."""
+        """Paths on which one of the robots that are away makes room for another."""
         for robot in away:
             x, y = begin = _point(self.travelers[robot].pose)
             if not any(other != robot and self._hinders(robot, begin, other) for other in away):
@@ -163,16 +164,15 @@ class _Floor:
                         yield {robot: Way([point])}
 
     def _hinders(self, robot: str, point: Point, other: str) -> bool:
-        """Whether a robot at a point is in the straight way of another one to its place."""
+        """Return whether a robot at a point blocks another one's straight path to its place."""
         traveler = self.travelers[other]
         leg = _point(traveler.pose), _point(traveler.place)
         return _between((point, point), leg) < self._needed(other, robot)
 
     def _blocker(self, robot: str, points: Sequence[Point]) -> str | None:
-        """What a robot would come too near to on its way: another robot or a thing in the world.
+        """The first robot or thing in the world that a robot would come too near to on its path, if any.
 
-        It may begin too near to it and drive away. It may end as near to a robot that is in its place as the program
-        has them.
+        It may begin too near and drive away. It may end as near to a robot in its place as the program has them.
         """
         traveler, legs = self.travelers[robot], self._legs(robot, points)
         begin, end = legs[0][0], legs[-1][1]
@@ -194,8 +194,8 @@ class _Floor:
         return any(_least(thing, leg) < enough for leg in legs)
 
     def _needed(self, robot: str, other: str, coasting: float = 0.0) -> float:
-        """How far apart a robot that drives and another one have to be, from center to center, or they would be paused.
-        The other one stands, or its own `coasting` counts, too."""
+        """The distance from center to center that a driving robot must keep from another one, or both would be paused.
+        The other one stands, unless its own `coasting` is given."""
         mine, others = self.travelers[robot], self.travelers[other]
         keeps = self.world.keep_apart + mine.coasting + coasting if self.world.keep_apart is not None else 0.0
         return mine.radius + others.radius + max(self.world.margin, keeps) + SLACK
@@ -206,7 +206,7 @@ class _Floor:
 
 
 def _detours(begin: Point, end: Point) -> Iterable[Point]:
-    """Points beside a straight way, the nearest first."""
+    """Points beside a straight path, the nearest first."""
     (x, y), length = begin, math.dist(begin, end)
     along = (end[0] - x) / length, (end[1] - y) / length
     return [
@@ -248,7 +248,8 @@ def _to_segment(point: Point, segment: tuple[Point, Point]) -> float:
 
 
 def _least(thing: Obstacle, leg: tuple[Point, Point]) -> float:
-    """How near a leg comes to a thing. The distance is convex along it, so thirds that are farther are cut off."""
+    """The smallest distance between a leg and a thing. It is convex along the leg, so the farther third is cut off each
+    time."""
     (x, y), (to_x, to_y) = leg
 
     def distance(share: float) -> float:

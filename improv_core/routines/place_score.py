@@ -1,4 +1,4 @@
-"""The scores with which robots drive to their places: slowly, corrected by their poses, and with all rules of stopping.
+"""Scores with which robots drive to their places: slowly, corrected by their poses, and with all rules for stopping.
 
 Lengths are in meters, angles in radians, times in seconds. Pure functions.
 """
@@ -20,28 +20,28 @@ from improv_core.score.profiles import Profile, slow_speeds
 from improv_core.score.score import Part, Score
 
 LEG = 0.5
-"""Meters that a robot drives before it is measured again if it can't be pulled back to its way meanwhile."""
+"""Meters that a robot drives before its pose is read again, if nothing pulls it back to its path meanwhile."""
 BACKWARD = 0.3
-"""Meters: to a point behind it that is not farther, a robot drives backward."""
+"""Meters. To a point behind it within this distance, a robot drives backward."""
 LOOK = 1.0
-"""Seconds for which robots stand to find out where they are."""
+"""Seconds for which robots stand to find out their poses."""
 TEMPO = Fraction(60)
-"""So that beats are seconds."""
+"""Makes a beat last a second."""
 RULES = FaultRules({"off_path": "stop", "jumped": "stop", "stuck": "stop", "gone": "stop"}, distance=0.15)
-"""Nobody is asked to watch a robot closely that drives to its place, so whatever is wrong with one stops all."""
+"""While robots drive, any fault stops all of them, because people needn't watch them closely."""
 
 
 ANYWHERE = FaultRules(distance=1e6, angle=math.pi)
-"""While robots only stand to be seen, they may be anywhere."""
+"""While robots only stand to find out their poses, they may be anywhere."""
 
 
 def looking(score: Score) -> Score:
-    """All robots of a score stand for a moment, so that it is known where they are."""
+    """A score in which all robots stand for a moment, so that their poses become known."""
     return _placing(score, {robot: part.start for robot, part in score.parts.items()}, {}, LOOK, ANYWHERE)
 
 
 def driving(score: Score, poses: Mapping[str, Pose], ways: Mapping[str, Way]) -> Score:
-    """Robots of a score drive their ways from where they are, and all others stand."""
+    """A score in which robots drive their paths from where they are, and all others stand."""
     movements = {
         robot: series([*_movements(score.parts[robot].profile, poses[robot], way)]) for robot, way in ways.items()
     }
@@ -49,7 +49,7 @@ def driving(score: Score, poses: Mapping[str, Pose], ways: Mapping[str, Way]) ->
 
 
 def undrivable(part: Part) -> str | None:
-    """Why a robot can't be driven to its place, and what to do; None if it can."""
+    """The reason why a robot can't drive to its place, and what to do; None if it can."""
     if not part.odom or part.odom_frame != "world":
         return 'its poses are not in the world: add `odom`, and `odom_frame = "world"`'
     if not part.profile.drives_anywhere:
@@ -78,8 +78,8 @@ def _placing(
 
 
 def _movements(profile: Profile, pose: Pose, way: Way) -> Iterator[Movement]:
-    """Turn toward each point and drive there, and turn to the heading. What is measured in between is in meters and
-    seconds; a movement is in steps and quarter turns."""
+    """Yield movements that turn toward each point and drive to it, and then turn to the heading. Lengths here are in
+    meters and seconds; movements are in steps and quarter turns."""
     speed, turning = slow_speeds(profile)
     linear, angular = speed / profile.step, turning / profile.quarter_turn
     points = _shortened(pose, way.points, math.inf if refusal(profile) is None else LEG)
@@ -98,14 +98,14 @@ def _movements(profile: Profile, pose: Pose, way: Way) -> Iterator[Movement]:
 
 
 def _moved(direction: str, amount: float, speed: float) -> Iterator[Movement]:
-    """Steps or quarter turns at a speed, if it is any."""
+    """A movement of this many steps or quarter turns at a speed; none for 0."""
     seconds = near(abs(amount) / speed)
     if seconds:
         yield hold(Velocity(**{direction: Fraction(amount).limit_denominator(10**9) / seconds}), seconds)
 
 
 def _shortened(pose: Pose, points: Sequence[Point], longest: float) -> list[Point]:
-    """The beginning of a way, which is at most so long."""
+    """The beginning of a path, at most this long."""
     at, left, found = (pose.x, pose.y), longest, list[Point]()
     for point in points:
         if (far := math.dist(at, point)) > left:

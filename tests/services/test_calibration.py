@@ -1,4 +1,4 @@
-"""From a base's wheels and what is measured of it to the settings with which it keeps to its path."""
+"""Calibration, from a base's wheels and its measurements to the settings with which it keeps to its path."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ wheels = st.floats(0.9, 1.1)
 
 
 def driven(told: MeasuredSettings, left: float, right: float) -> tuple[Pose, Pose]:
-    """Where each dance takes a base from `START` whose wheels roll so far for each meter."""
+    """The poses after each dance of a base from `START`, whose wheels roll this far for each meter."""
     base = Wheels(left, right, SEPARATION, 0.0, "")
     dances = (Twist(x=told.commanded_step), GOAL.steps), (Twist(yaw=told.commanded_quarter_turn), QUARTERS)
     straight, turning = (
@@ -68,7 +68,7 @@ def test_a_base_without_noise_is_calibrated_after_two_passes(
     left: float, right: float, step: float, turn: float, left_right: float
 ) -> None:
     told = MeasuredSettings(0.2 * step, math.pi / 2 * turn, left_right)
-    for _ in range(2):  # the wheels' mean also depends a little on left_right
+    for _ in range(2):  # the mean of the wheels also depends slightly on left_right
         told = calibrate(told, GOAL, [measured(told, left, right)], SEPARATION).settings
     after = measured(told, left, right)
     assert told.left_right == pytest.approx(left / right, abs=1e-4)
@@ -107,7 +107,7 @@ def test_noise_averages_out_and_its_size_is_known() -> None:
         (1.0, -1.0, math.pi / 2, -math.pi / 2),
     ],
 )
-def test_what_a_tape_measures_is_the_end_of_an_arc(ahead: float, aside: float, distance: float, bend: float) -> None:
+def test_a_tape_measures_the_end_of_an_arc(ahead: float, aside: float, distance: float, bend: float) -> None:
     straight = straight_by_tape(ahead, aside)
     assert (straight.distance, straight.bend) == pytest.approx((distance, bend))
 
@@ -133,12 +133,12 @@ def test_two_turns_are_known_from_two_headings(turned: float) -> None:
         (Straight(2.0, 2.0), "114.6° off a straight line can't be right"),
     ],
 )
-def test_distances_that_can_not_be_right(straight: Straight, why: str | None) -> None:
+def test_impossible_distances_are_reported(straight: Straight, why: str | None) -> None:
     assert doubtful_distance(straight, 2.0) == why
 
 
 @pytest.mark.parametrize(("turn", "why"), [(12.0, None), (2 * math.pi, None), (0.1, "5.7° can't be right for 720.0°")])
-def test_turns_that_can_not_be_right(turn: float, why: str | None) -> None:
+def test_impossible_turns_are_reported(turn: float, why: str | None) -> None:
     assert doubtful_turn(turn, GOAL.turn) == why
 
 
@@ -166,7 +166,7 @@ def test_poses_count_if_they_came_all_the_time(begin: float, end: float, aligned
     assert are_whole(measured(begin, 1), measured(end, aligned), 5.0) == whole
 
 
-def test_errors_in_words() -> None:
+def test_errors_are_put_in_words() -> None:
     rounds = [Round(Straight(1.9, 0.05), 12.0), Round(Straight(1.8, 0.05), 12.0)]
     assert errors(GOAL, rounds) == "1.850 m instead of 2.000 m, 2.9° to the left; 687.5° instead of 720.0°"
 
@@ -190,9 +190,9 @@ def test_a_profile_keeps_its_settings() -> None:
     assert (calibrated.step, calibrated.quarter_turn) == (0.2, math.pi / 2)
 
 
-def test_the_dances() -> None:
+def test_the_dances_are_programs_within_the_limits() -> None:
     assert goal_in(2.0, TURTLEBOT4) == GOAL
-    assert goal_in(2.0, replace(TURTLEBOT4, linear_scale=1.1)) == replace(GOAL, steps=9)  # so far, it may go too far
+    assert goal_in(2.0, replace(TURTLEBOT4, linear_scale=1.1)) == replace(GOAL, steps=9)  # longer steps, so fewer
     assert straight_dance("anna", TURTLEBOT4, GOAL, 60) == "beat 60\nanna $ repeat 10 forward rest\n"
     assert turning_dance("anna", HUSKY, 60) == "beat 38\nanna $ repeat 8 left rest\n"
     assert turning_dance("anna", TURTLESIM, 90) == "beat 90\nanna $ repeat 8 left rest rest\n"

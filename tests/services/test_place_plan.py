@@ -1,4 +1,4 @@
-"""Who drives to its place, and along which way: where robots are and should be → who can go, and who can't."""
+"""Plans for robots that drive to their places: from their poses and places to the paths of those that can drive."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def standing(x: float, y: float) -> Traveler:
 
 
 def driven(travelers: dict[str, Traveler], plan: Plan) -> dict[str, Traveler]:
-    """Where robots are after they have driven their ways."""
+    """The robots after they have driven their paths."""
     moved = dict(travelers)
     for robot, way in plan.ways.items():
         before = travelers[robot]
@@ -40,7 +40,7 @@ def driven(travelers: dict[str, Traveler], plan: Plan) -> dict[str, Traveler]:
 
 
 def check(travelers: dict[str, Traveler], rounds: list[str], blocked: str = "", world: World = FREE) -> None:
-    """Who drives in each round, and who is blocked by what in the end."""
+    """Check which robots drive in each round, and what blocks the others in the end."""
     found = []
     while (plan := next_ways(travelers, world)).ways:
         found.append(" ".join(sorted(plan.ways)))
@@ -56,7 +56,7 @@ def test_robots_whose_ways_cross_drive_one_after_another() -> None:
     check({"a": going((0, 0), (2, 2)), "b": going((0, 2), (2, 0))}, ["a", "b"])
 
 
-def test_who_is_there_stays_and_who_is_only_turned_turns() -> None:
+def test_a_robot_in_its_place_stays_or_only_turns() -> None:
     travelers = {"a": going((0, 0), (THERE / 2, 0)), "b": going((1, 0), (1, 0), heading=1.0)}
     plan = next_ways(travelers, FREE)
     assert {robot: ([*way.points], way.heading) for robot, way in plan.ways.items()} == {"b": ([], 1.0)}
@@ -86,7 +86,7 @@ def test_a_robot_drives_around_one_that_stands_in_its_way() -> None:
     [
         (World(walls=(Wall(1, -9, 1, 9),), margin=MARGIN), "wall 1"),
         (World(boxes=(Box(1, 0, 0.5, 18),), margin=MARGIN), "box 1"),
-        (World(circles=(Circle(2.1, 0, 0.5),), margin=MARGIN), "circle 1"),  # its place is in it
+        (World(circles=(Circle(2.1, 0, 0.5),), margin=MARGIN), "circle 1"),  # its place is inside
     ],
 )
 def test_a_robot_without_a_way_is_blocked_by_what_is_in_it(world: World, thing: str) -> None:
@@ -97,7 +97,7 @@ def test_a_robot_without_a_way_is_blocked_by_what_is_in_it(world: World, thing: 
 def test_robots_that_would_be_paused_beside_each_other_drive_one_after_another(
     coasting: float, together: list[str]
 ) -> None:
-    """0.1 m stay between them beyond what they keep, and they may still come 0.06 m nearer each."""
+    """Beyond the distance that they keep, 0.1 m is left between them, and each may still come 0.06 m nearer."""
     beside = 2 * RADIUS + 0.3 + SLACK + 0.1
     travelers = {"a": going((0, 0), (2, 0)), "b": going((0, beside), (2, beside))}
     travelers = {robot: replace(each, coasting=coasting) for robot, each in travelers.items()}
@@ -144,7 +144,7 @@ def test_scattered_robots_keep_apart_all_the_way(seed: int) -> None:
 
 
 def _along(traveler: Traveler, plan: Plan, robot: str) -> list[Point]:
-    """Points along the way of a robot, at most 4 cm apart."""
+    """Points along the path of a robot, at most 4 cm apart."""
     found = [(traveler.pose.x, traveler.pose.y)]
     for to in plan.ways[robot].points if robot in plan.ways else ():
         (x, y), steps = found[-1], math.ceil(math.dist(found[-1], to) / 0.04)

@@ -1,4 +1,4 @@
-"""The scores with which robots drive to their places: where they end, how fast they are, and what stops them."""
+"""The scores with which robots drive to their places: their ends, their speeds, and the rules that stop them."""
 
 from __future__ import annotations
 
@@ -90,14 +90,14 @@ def test_all_robots_are_in_the_score_until_its_end_and_must_be_seen() -> None:
     assert score.safety.faults.response("stuck") == "stop"
 
 
-def test_robots_only_stand_while_it_is_found_out_where_they_are() -> None:
+def test_robots_only_stand_while_their_poses_are_found_out() -> None:
     score = looking(dance())
     assert score.safety.sight
     assert [end(part) for part in score.parts.values()] == [part.start for part in score.parts.values()]
     assert score.beats == LOOK
 
 
-def test_a_stage_reads_it() -> None:
+def test_a_stage_can_read_the_score() -> None:
     score = drives([(1.0, 1 / 3)], 0.1)
     assert from_json(json.loads(json.dumps(to_json(score)))).safety == score.safety
 
@@ -113,6 +113,8 @@ def test_a_stage_reads_it() -> None:
         ({}, replace(WHEELS, turning_radius=0.5), "can't turn on the spot"),
     ],
 )
-def test_why_a_robot_can_not_be_driven(changed: dict[str, str], profile: Profile, why: str | None) -> None:
+def test_robots_that_can_not_drive_to_their_places_are_refused(
+    changed: dict[str, str], profile: Profile, why: str | None
+) -> None:
     found = undrivable(replace(dance(profile).parts["a"], **changed))  # type: ignore[arg-type]
     assert (found is None) if why is None else (found and why in found)

@@ -1,4 +1,4 @@
-"""Where robots ideally are, what they play, and their next seconds, computed from what a stage reports.
+"""The robots' ideal poses, their words, and their next seconds, computed from a stage's reports.
 
 It never reads a clock: `now` is the monotonic time, in seconds.
 """
@@ -24,16 +24,16 @@ from improv_core.score.score import Score
 AHEAD = 30.0
 """Seconds that a path reaches ahead."""
 LARGEST_TURN = math.radians(10)
-"""Radians between two poses of a path: an arc is drawn as chords."""
+"""The most radians between two poses of a path: an arc is drawn as chords."""
 MOST_POSES = 1_000
 """The most poses in one path."""
 WORLD = "improv"
-"""The frame in which start poses are."""
+"""The frame of start poses."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame, and where the origin of the world of the score is in it."""
+    """A frame, and the origin of the score's world in it."""
 
     name: str
     origin: Pose
@@ -41,7 +41,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """A robot now: where it ideally is (None if that can't be known), and the words that play, the outermost first.
+    """A robot's ideal pose now (None if it can't be known), and the words that play, the outermost first.
 
     Here and in paths, poses are in the robot's `Outlook.frame`.
     """
@@ -51,7 +51,7 @@ class Sight:
 
 
 class WordBegins(NamedTuple):
-    """A robot begins to play a word at a beat; an empty one if it plays none."""
+    """The beat at which a robot begins to play a word; the word is empty if it plays none."""
 
     beat: float
     robot: str
@@ -63,7 +63,7 @@ class Outlook:
 
     def __init__(self) -> None:
         self._met: dict[int, Score] = {}
-        self._begun: Score | None = None  # as it took over, before scenes began at beats that were not known in advance
+        self._begun: Score | None = None  # as it took over, before scenes began at beats unknown in advance
         self._replay: Replay | None = None
         self._stretches: Mapping[str, RobotWindow] = {}
         self._frames: dict[str, Frame] = {}
@@ -73,11 +73,11 @@ class Outlook:
         """The stage's latest transport message."""
 
     def meet(self, score: Score, generation: int) -> None:
-        """A score may play from now on."""
+        """Add a score that may play from now on."""
         self._met[generation] = score
 
     def take(self, message: TransportMessage | Sensed | Measured) -> None:
-        """Take a message about the playback position, what robots sense, or where they were."""
+        """Take a message about the playback position, senses, or measured poses."""
         if message["type"] == "sensed":
             if self._replay:
                 note(self._replay, message)
@@ -92,7 +92,7 @@ class Outlook:
             self._met = {number: each for number, each in self._met.items() if number >= message["generation"]}
 
     def frame(self, robot: str) -> Frame:
-        """The frame of a robot's odometry, if it is known, or else the world of the score."""
+        """The frame of a robot's odometry, if known, or else the world of the score."""
         part = self.score.parts.get(robot) if self.score else None
         return self._frames.get(robot, _IN_WORLD) if part and part.odom else _IN_WORLD
 
@@ -102,36 +102,36 @@ class Outlook:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the position advances."""
+        """True while the position advances."""
         return self.transport is not None and self.transport["state"] == "playing"
 
     def look(self, now: float, ahead: float = AHEAD) -> None:
-        """Look so many seconds ahead from now; `sight`, `path`, and `words` use the latest look."""
+        """Compute the next `ahead` seconds. `sight`, `path`, and `words` use the latest result."""
         self._stretches = {}
         if self._replay and self.transport:
             begin = self.beat(now)
-            beats = ahead * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
+            beats = ahead * self.transport["tempo"] / 60 if self.transport["state"] in _UNFINISHED else 0.0
             self._stretches = window(self._replay, begin, begin + beats)
 
     def words(self) -> Iterator[WordBegins]:
-        """The words that robots play, the innermost ones, and when they begin."""
+        """The innermost words that robots play, with the beats at which they begin."""
         for robot, stretch in self._stretches.items():
             for start, _, *_, sources in stretch["moments"]:
                 yield WordBegins(start, robot, self._word(*sources[-1]) if sources else "")
 
     def sight(self, robot: str, now: float) -> Sight:
-        """What can be seen of a robot."""
+        """A robot's pose and words now."""
         sight = self._sight(robot, now)
         return replace(sight, pose=self.frame(robot).origin.then(sight.pose)) if sight.pose else sight
 
     def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
-        """A robot's next poses, and in how many seconds it is there; none if nothing plays, or it is silent."""
+        """A robot's next poses, with the seconds until then; none if nothing plays or the robot is silent."""
         stretch, transport, score = self._stretches.get(robot), self.transport, self.score
         if not stretch or not transport or not score or stretch["pose"] is None:
             return
         if is_silent(robot, transport["muted"], transport["soloed"]):
             return
-        if transport["state"] not in _GOES_ON:
+        if transport["state"] not in _UNFINISHED:
             return
         beat_seconds, count = 60 / transport["tempo"], 1
         pose = self.frame(robot).origin.then(Pose(*stretch["pose"]))
@@ -153,8 +153,8 @@ class Outlook:
             pose = pose.after(moving, seconds).above_ground()
 
     def _sight(self, robot: str, now: float) -> Sight:
-        """The same, in the world of the score."""
-        stretch, beat = self._stretches.get(robot), near(self.beat(now))  # as what plays is looked up
+        """A robot's pose and words now, in the world of the score."""
+        stretch, beat = self._stretches.get(robot), near(self.beat(now))  # rounded as in the lookup of words
         if not stretch or not self.score or stretch["pose"] is None:
             return Sight(None, ())
         pose, words = Pose(*stretch["pose"]), list[str]()
@@ -167,7 +167,7 @@ class Outlook:
         return Sight(pose, words)
 
     def _score_of(self, message: TransportMessage) -> Score:
-        """The score that a message is about, with the beats and the poses at which its parts began."""
+        """The score of a message, with the beats and the poses at which its parts began."""
         generation, before, old = message["generation"], self.transport, self.score
         entry: Takeover = {"beat": message["beat"], "monotonic": message["monotonic"]}
         if "begins" in message:
@@ -190,7 +190,7 @@ class Outlook:
         return self._begun
 
     def _next_scene(self, old: Score, index: int, begins: float) -> Score:
-        """The score from its next scene on, which begins where robots ideally are by then."""
+        """The score from its next scene on, which begins at the robots' ideal poses of that time."""
         beat = near(begins)
         at = self._clock(begins)
         self.look(at)
@@ -207,7 +207,7 @@ class Outlook:
         return self.transport["monotonic"] + (beat - self.transport["beat"]) * 60 / self.transport["tempo"]
 
     def _word(self, statement: int, start: int, end: int) -> str:
-        """A word of the program; empty if it was too long to be sent."""
+        """A word of the program; empty if the text was too long to send."""
         assert self.score
         offset = self.score.offsets.get(statement)
         return "" if offset is None else self.score.text[offset + start : offset + end]
@@ -215,5 +215,5 @@ class Outlook:
 
 _IN_WORLD = Frame(WORLD, Pose())
 _FIRST_SCENE: SceneJson = {"index": 0, "begins": 0.0}
-_GOES_ON = ("waiting", "playing", "paused")
-"""States in which there is still something to perform."""
+_UNFINISHED = ("waiting", "playing", "paused")
+"""States in which more of the score may be performed."""

@@ -1,4 +1,4 @@
-"""Keeps up with what a stage says, so that what plays can be replayed beside it. Standard library only."""
+"""Keeps a replay of the dance up to date from a stage's messages. Standard library only."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 
 JUMP = 0.01
-"""Seconds by which the position may differ from what is expected before that counts as a jump."""
+"""Seconds by which the position may differ from the expected one before that counts as a jump."""
 
 
 def followed(replay: Replay | None, score: Score, before: TransportMessage | None, message: TransportMessage) -> Replay:
-    """The replay of a score, of which a message is about, after one about `before`. The score knows when its parts
-    began. What senses have decided stays, unless playback has jumped."""
-    goes_on = before is not None and before["restarted"] == message["restarted"] and not _jumps(before, message)
-    if replay and goes_on and replay.score is score:
+    """Return the replay of a score after a message about it; `before` is the previous message. The score knows the
+    beats at which its parts began. Decisions of senses stay, unless playback has jumped."""
+    continues = before is not None and before["restarted"] == message["restarted"] and not _jumps(before, message)
+    if replay and continues and replay.score is score:
         return replay
-    return Replay(score, near(message["beat"]), replay if goes_on else None)
+    return Replay(score, near(message["beat"]), replay if continues else None)
 
 
 def note(replay: Replay, message: Sensed) -> None:
-    """Note in a replay what a robot senses."""
+    """Add a change of a robot's sense to a replay."""
     replay.sense(message["robot"], message["sense"], message["value"], near(message["beat"]))
 
 
 def _jumps(before: TransportMessage, message: TransportMessage) -> bool:
-    """Whether the position in a message is not where the message before it leads."""
+    """Return whether the position in a message differs from the prediction of the message before it."""
     expected = beat_at(before, message["monotonic"])
     return abs(message["beat"] - expected) > JUMP * message["tempo"] / 60

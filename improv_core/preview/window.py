@@ -1,4 +1,4 @@
-"""What comes next, for the page: a score, and a stretch of it, as plain values. Standard library only."""
+"""The next stretch of a score, for the page, as plain values. Standard library only."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from improv_core.score.score import Part, Score, twist
 from improv_core.score.walk import Moment
 
 MOST_MOMENTS = 20_000
-"""Moments of all robots together in one window."""
+"""The most moments of all robots together in one window."""
 
 
 def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownScore:
@@ -92,11 +92,11 @@ def _body(part: Part, score: Score) -> list[ShownBodyPart]:
 
 
 def window(replay: Replay, start: float, end: float) -> dict[str, RobotWindow]:
-    """What each robot does from beat `start` to beat `end`, up to `MOST_MOMENTS`.
+    """The moments of each robot from beat `start` to beat `end`, up to `MOST_MOMENTS`.
 
     `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
-    of start and duration in beats, velocity at the score's own tempo (m/s, rad/s; that of a body part as its base would
-    have it), and the words that play: statement, and span in it. `until` is the beat they reach.
+    of start and duration in beats, velocity at the score's own tempo (m/s, rad/s; that of a body part is converted as
+    if it were the base's), and the words that play: statement, and span in it. `until` is the beat they reach.
     """
     score, begin = replay.score, near(max(start, 0.0))
     moving = {name: replay.body_parts(name) for name in score.parts}

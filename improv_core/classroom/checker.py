@@ -1,4 +1,4 @@
-"""Reads what children have sent in a process of its own, so that a heavy dance delays nobody and can be given up."""
+"""Reads children's dances in a process of its own, so that a heavy dance delays nobody and can be given up."""
 
 from __future__ import annotations
 
@@ -27,33 +27,33 @@ from improv_core.score.svg import plot
 
 MODULE = "improv_core.classroom.checker"
 LIMIT = 10.0
-"""Seconds of a processor's time that an answer may take, however busy the machine is. Then the process ends, and
-another one answers the next question."""
+"""Seconds of processor time that an answer may take, however busy the machine is. Then the process ends, and another
+one answers the next question."""
 QUICK = 1.0
-"""Seconds of that time in which almost every dance is read."""
+"""Seconds of processor time in which almost every dance is read."""
 PATIENCE = 1 if sys.platform == "win32" else 60
-"""How many times longer than that an answer may take until the process is killed: on a busy machine, it hardly runs.
-Windows limits no process by the time of its processor."""
+"""The factor on `LIMIT` after which the process is killed, in real time: on a busy machine, it hardly runs. On Windows,
+which can't limit the processor time of a process, it is 1."""
 MOST_MEMORY = 2_000_000_000
-"""Bytes of address space that the process may have, where that can be limited."""
+"""The most bytes of address space for the process, where the system can limit that."""
 NICENESS = 5
-"""The machine plays first, and reads dances in the time that is left."""
+"""The process's niceness: playing comes first."""
 LARGEST_PICTURE = 200_000
 LARGEST_SCORE = 400_000
-"""Characters of a score as JSON: about 6,000 movements. The event loop that hears the teacher's stop sends it to a
-stage in less than a tenth of a second."""
+"""The most characters of a score as JSON: about 6,000 movements. The event loop that receives the teacher's stop sends
+that to a stage in less than a tenth of a second."""
 _MOST_MOMENTS = 2_000
 _SIZE = 320.0
 LIMITS = ("too-fast",)
-"""Warnings with which a real robot performs nothing of a child."""
+"""Warnings because of which a real robot performs none of a child's dance."""
 _POLICY = Policy(1.0)
 HEAVY = "this dance takes too long to read: make it shorter"
 LONG = "this has too many movements to play in a class: make it shorter, or play fewer together"
 
 
 class Impression(TypedDict):
-    """What a dance is: whether it can be played, a line about it, and the picture of its paths as SVG, or "". `spent`
-    are the seconds of a processor's time that this took."""
+    """The result of reading a dance: whether it can be played, a line about it, and the picture of its paths as SVG, or
+    "". `spent` is the processor time in seconds."""
 
     ok: bool
     line: str
@@ -62,7 +62,8 @@ class Impression(TypedDict):
 
 
 class Prepared(TypedDict):
-    """A score, as JSON, and its program; or why there is none, in one line. `notes` say what merging changed."""
+    """A score, as JSON, and its program; or the reason why there is none, in one line. `notes` list the changes by
+    merging."""
 
     score: Mapping[str, Any] | None
     text: str
@@ -71,7 +72,7 @@ class Prepared(TypedDict):
 
 
 def look(text: str) -> Impression:
-    """What a dance is."""
+    """Read a dance: check it, and draw its paths."""
     began = time.process_time()
     ok, line, picture = _looked(text)
     return {"ok": ok, "line": line, "picture": picture, "spent": time.process_time() - began}
@@ -105,7 +106,7 @@ def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
 
 
 def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
-    """The score of a child's dance for a real robot, with what its `improv.toml` says about it."""
+    """The score of a child's dance for a real robot, by the robot's table in this `improv.toml`."""
     dance = analyze(text)
     problem, own = "", ""
     if not dance.ok:
@@ -130,7 +131,7 @@ def _prepared(name: str, analysis: Analysis, notes: Sequence[str] = ()) -> Prepa
 
 
 class DanceReader:
-    """Asks such a process, which starts with the first question. One question at a time."""
+    """Sends dances to the process that reads them, one at a time. The first one starts it."""
 
     def __init__(self, limit: float = LIMIT) -> None:
         self._limit = limit
@@ -160,8 +161,8 @@ class DanceReader:
             child.close_input()
 
     async def _ask(self, question: Mapping[str, object]) -> Any:
-        """The answer; None if it took too long or the process has ended. If this is cancelled, the process ends: the
-        next question must not wait for an answer that nobody wants."""
+        """Return the answer; None if it took too long or the process has ended. Cancelling ends the process, so that
+        the next question doesn't wait for an answer that nobody needs."""
         async with self._one:
             given_up = threading.Event()
             answering = asyncio.ensure_future(asyncio.to_thread(self._answer, question, given_up))
@@ -195,8 +196,8 @@ class DanceReader:
 
 
 def _serve(limit: float) -> None:
-    """Answer what is asked on standard input, until it is closed. Ends if an answer takes more than `limit` seconds of
-    a processor's time."""
+    """Answer questions from standard input, until it is closed. Ends if an answer takes more than `limit` seconds of
+    processor time."""
     say = own_output()
     with suppress(AttributeError, OSError):  # not on Windows
         os.nice(NICENESS)
@@ -212,8 +213,8 @@ def _serve(limit: float) -> None:
 
 
 def _end_after(limit: float) -> None:
-    """Have this process end after so many seconds of a processor's time; never, for 0. A signal without a handler does
-    that even in the middle of a regular expression."""
+    """End this process after this many seconds of processor time; never, for 0. A signal without a handler does that
+    even in the middle of a regular expression."""
     if sys.platform != "win32":
         signal.setitimer(signal.ITIMER_PROF, limit)
 

@@ -1,4 +1,4 @@
-"""The process that serves the children, as its parent sees it."""
+"""The parent's side of the process that serves the children."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.classroom.student_server import CODE, MODULE
 from improv_core.ipc.child import Child, Policy
 
 POLICY = Policy(1.0, leads=True, errors=subprocess.PIPE)
-"""Ctrl-C in the terminal doesn't reach it, and with it end the processes that read dances."""
+"""Ctrl-C in the terminal must not reach it: it would end the processes that read dances."""
 
 
 class ChildrenError(Exception):
@@ -29,7 +29,8 @@ class Children:
     def __init__(self, site: Path, address: str, port: int, code: str) -> None:
         command = [sys.executable, "-m", MODULE, str(site.absolute()), address, str(port)]
         try:
-            self._child = Child(command, POLICY, {**os.environ, CODE: code})  # everybody can list commands
+            # The code is in the environment, because everybody on this machine can list command lines.
+            self._child = Child(command, POLICY, {**os.environ, CODE: code})
         except OSError as error:
             raise ChildrenError(f"{sys.executable} can't be started: {error.strerror}") from None
         self.code = code
@@ -45,13 +46,14 @@ class Children:
             raise ChildrenError(serving["problem"])
 
     def listen(self, hear: Callable[[FromChildren], None], ended: Callable[[str], None]) -> None:
-        """From now on, `hear` what children do, and in the end why their process has ended: both on a thread."""
+        """Pass children's messages to `hear`, and in the end the reason why their process ended to `ended`: both on a
+        thread."""
         threading.Thread(target=self._listen, args=(hear, ended), name="improv-children", daemon=True).start()
 
     def remove(self, numbers: Collection[int]) -> None:
-        """From now on, these children can't send anything."""
+        """Refuse everything that these children send from now on."""
         message: SendOut = {"numbers": [*numbers]}
-        with suppress(OSError):  # it has ended, and the thread says so
+        with suppress(OSError):  # it has ended, which the thread reports
             self._child.write(json.dumps(message).encode() + b"\n")
 
     def close(self) -> None:

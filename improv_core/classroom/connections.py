@@ -1,4 +1,4 @@
-"""The connections of the children's server: how many there may be, which ones give way, and what is logged of them."""
+"""The connections of the children's server: how many there may be, which ones are closed first, and their log."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ if TYPE_CHECKING:
     from aiohttp.web_protocol import RequestHandler
 
 MOST_OF_ONE = 256
-"""StudentConnections from one address: six for each of 40 browsers that share it, and a few more."""
+"""The most connections from one address: six for each of 40 browsers that share it, and a few more."""
 MOST = 2 * MOST_OF_ONE
-"""StudentConnections from all addresses: far fewer than the usual limit of 1024 open files."""
+"""The most connections from all addresses: far fewer than the usual limit of 1024 open files."""
 STALL_LIMIT = 20.0
-"""Seconds after which a connection is closed on which nothing progresses: no request comes, a request doesn't arrive as
-a whole, or the browser doesn't read what it has asked for."""
+"""Seconds without progress after which a connection is closed: no request arrives, a request stays incomplete, or the
+browser doesn't read its answer."""
 LOOK_PERIOD = 1.0
-"""Seconds from one look for stalled connections to the next."""
+"""Seconds between two searches for stalled connections."""
 SEND_BUFFER = 128_000
-"""Bytes that the system may keep of each connection until the browser reads them."""
+"""The most bytes that the system keeps of each connection until the browser reads them."""
 AGAIN = 0.1
-"""Seconds until the next try if no connection can be accepted."""
+"""Seconds before the next try if no connection can be accepted."""
 
 Key = TypeVar("Key")
 
 
 @dataclass(frozen=True, slots=True)
 class OpenConnection:
-    """The address that a connection comes from, and when something last progressed on it, in seconds."""
+    """The address of a connection, and the time of its latest progress, in seconds."""
 
     address: str
     moved: float
 
 
 def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | None:
-    """The connection that gives way to a new one from this address; None if there is room.
+    """Return the connection to close for a new one from this address; None if there is room.
 
-    It is one of the same address if that has too many, and else one of the address that has the most: the one on which
-    nothing has progressed for longest.
+    It belongs to this address if that has too many connections, and otherwise to the address with the most. Among
+    those, it is the one without progress for longest.
     """
     counts: dict[str, int] = {}
     for each in connections.values():
@@ -60,12 +60,12 @@ def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | N
 
 
 def stalled(connections: Mapping[Key, OpenConnection], now: float) -> list[Key]:
-    """The connections on which nothing progresses."""
+    """The connections without progress for too long."""
     return [key for key, each in connections.items() if now - each.moved >= STALL_LIMIT]
 
 
 class StudentConnections:
-    """The connections of a server. Its requests say when they progress."""
+    """The connections of a server. Its requests report their progress."""
 
     def __init__(self, server: Server) -> None:
         self._server = server
@@ -84,7 +84,7 @@ class StudentConnections:
             looking.cancel()
 
     def progressed(self, connection: RequestHandler) -> None:
-        """Note that a request has come on a connection, or that its browser has read something."""
+        """Note that a request has arrived on a connection, or that its browser has read something."""
         if known := self._open.get(connection):
             self._open[connection] = OpenConnection(known.address, self._loop.time())
 
@@ -119,7 +119,7 @@ class StudentConnections:
 def log() -> logging.Logger:
     """The log of a server, without the tracebacks of malformed requests."""
     found = logging.getLogger("aiohttp.server")
-    found.addFilter(_is_of_server)  # once, however often it is added
+    found.addFilter(_is_of_server)  # adding it again changes nothing
     return found
 
 

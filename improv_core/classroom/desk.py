@@ -1,4 +1,4 @@
-"""What the teacher has: the dances that children have sent, what they are, and what is played of them."""
+"""The teacher's desk: the dances that children have sent, their checks, and the one that plays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from improv_core.session.state import PlayScore
 
 @dataclass(frozen=True, slots=True)
 class Latest:
-    """The latest dance of a child, how many it has sent, and what is known about it: nothing until it was looked at."""
+    """The latest dance of a child, the number of dances it has sent, and the result of the check; empty before it."""
 
     name: str
     text: str = ""
@@ -31,8 +31,8 @@ class Latest:
 class Desk:
     """Keeps the dances, and plays them. Use it from one event loop only.
 
-    `publish` gets what the teacher's pages show. `remove` sends children out. One of the real `robots` moves only when
-    the teacher has it perform a dance that is in front.
+    `publish` gets messages for the teacher's pages. `remove` removes children from the class. A real robot of `robots`
+    moves only when the teacher has it perform a dance that is shown in front.
     """
 
     def __init__(
@@ -50,13 +50,13 @@ class Desk:
         self._line = ""
 
     def hear(self, news: FromChildren) -> None:
-        """A child has come, gone, or sent a dance, or its dance was looked at."""
+        """Take a message about a child: it has joined or left, or its dance was sent or read."""
         number = news["number"]
         if news["type"] == "joined":
             self._change(number, Latest(news["name"]))
         elif news["type"] == "left":
             self._drop([number])
-        elif known := self._sent.get(number):  # it wasn't just sent out
+        elif known := self._sent.get(number):  # it wasn't just removed
             if news["type"] == "handed":
                 self._change(number, Latest(known.name, news["text"], news["count"], line="is being read"))
             elif known.count == news["count"]:
@@ -64,12 +64,12 @@ class Desk:
                 self._change(number, replace(known, ok=news["ok"], line=line, picture=news["picture"]))
 
     def text(self, number: int, count: int) -> str | None:
-        """The dance that a child has sent as its `count`-th, unaltered; None if it has sent another one since."""
+        """A child's `count`-th dance, unaltered; None if it has sent another one since."""
         sent = self._sent.get(number)
         return sent.text if sent and sent.count == count else None
 
     def messages(self) -> Sequence[FromDesk]:
-        """All that a page has to know that was just opened."""
+        """The messages for a page that was just opened."""
         return [
             {"type": "robots", "names": [*self._robots.robots]},
             *(_shown(number, sent) for number, sent in self._sent.items()),
@@ -77,7 +77,7 @@ class Desk:
         ]
 
     def take(self, command: Command) -> None:
-        """Do what the teacher asks for."""
+        """Obey a command of the teacher."""
         if command["type"] == "remove":
             self._remove(command["numbers"])
             self._drop(command["numbers"])
@@ -92,7 +92,7 @@ class Desk:
         self._plays = asyncio.create_task(self._play(chosen, asked))
 
     def stopped(self) -> None:
-        """The teacher has stopped everything."""
+        """Show that the teacher has stopped everything."""
         self._say("Stopped")
 
     def close(self) -> None:
@@ -123,12 +123,12 @@ class Desk:
         await self._begin(ready, f"{sent.name}, performed by {robot}", asked, simulated=False)
 
     async def _begin(self, ready: Prepared, names: str, asked: int, *, simulated: bool) -> None:
-        """Play what was read, and say what plays, or why it doesn't."""
+        """Play a dance that was read, and show what plays, or why it doesn't."""
         if ready["score"] is None:
             self._say(message(ready["problem"]))
             return
         try:
-            score = await asyncio.to_thread(from_json, ready["score"])  # a long one must not hold up the loop
+            score = await asyncio.to_thread(from_json, ready["score"])  # a long score must not block the loop
             self._playback.present(names, "")
             begun = await self._playback.play(PlayScore(score, names, asked, simulated=simulated))
         except (StageError, ValueError) as problem:

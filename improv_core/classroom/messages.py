@@ -10,7 +10,7 @@ from improv_core.classroom.roster import MOST_CHILDREN
 
 
 class Joined(TypedDict):
-    """A child has come."""
+    """A child has joined."""
 
     type: Literal["joined"]
     number: int
@@ -18,7 +18,7 @@ class Joined(TypedDict):
 
 
 class Left(TypedDict):
-    """A child has gone: its browser has joined again."""
+    """A child has left: its browser has joined again."""
 
     type: Literal["left"]
     number: int
@@ -34,7 +34,7 @@ class Handed(TypedDict):
 
 
 class DanceRead(TypedDict):
-    """A dance was looked at: whether it can be played, a line about it, and the picture of its paths as SVG, or ""."""
+    """A dance was read: whether it can be played, a line about it, and the picture of its paths as SVG, or ""."""
 
     type: Literal["looked"]
     number: int
@@ -53,13 +53,13 @@ class Serving(TypedDict):
 
 
 class SendOut(TypedDict):
-    """From now on, these children can't send anything."""
+    """Children that can't send anything from now on."""
 
     numbers: list[int]
 
 
 class ChildShown(TypedDict):
-    """A child, how many dances it has sent (0: none yet), and what is known about the latest."""
+    """A child, the number of dances it has sent, and the check of the latest one."""
 
     type: Literal["child"]
     number: int
@@ -71,21 +71,21 @@ class ChildShown(TypedDict):
 
 
 class SentOut(TypedDict):
-    """A child was sent out."""
+    """A child was removed from the class."""
 
     type: Literal["gone"]
     number: int
 
 
 class RealRobots(TypedDict):
-    """The real robots that may dance what a child has sent."""
+    """The real robots that may perform children's dances."""
 
     type: Literal["robots"]
     names: Sequence[str]
 
 
 class NowPlaying(TypedDict):
-    """What plays, or why nothing does."""
+    """The dance that plays, or the reason why none does."""
 
     type: Literal["playing"]
     line: str
@@ -99,14 +99,14 @@ class PlayThese(TypedDict):
 
 
 class Remove(TypedDict):
-    """Send children out."""
+    """Remove children from the class."""
 
     type: Literal["remove"]
     numbers: list[int]
 
 
 class Perform(TypedDict):
-    """Have a real robot perform the dance of a child that was looked at: the one that it has sent as its `count`-th."""
+    """Have a real robot perform the dance that a child has sent as its `count`-th and the teacher has looked at."""
 
     type: Literal["perform"]
     number: int
@@ -120,7 +120,7 @@ Command = PlayThese | Remove | Perform
 
 
 def read(text: str) -> Command | None:
-    """A command of the teacher's page; None if it is none."""
+    """Read a command of the teacher's page; None if it isn't valid."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Who is in a class, and what they may send: decided here, from the time that is given."""
+"""The members of a class, and limits for what they send: pure decisions, with the time passed in."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from improv_core.program.compiler import LONGEST_TEXT
 MOST_CHILDREN = 40
 LONGEST_NAME = 24
 LONGEST_DANCE = LONGEST_TEXT // 2
-"""Characters of a dance: as many as the page's editor takes."""
+"""The most characters of a dance: as many as the page's editor takes."""
 PERIOD = 1.0
-"""Seconds that a child waits until it can send again."""
+"""Seconds before a child can send again."""
 MINUTE = 60.0
 MOST_GUESSES = 60
-"""Wrong codes from one address in a minute. Beyond that, nobody there can join until the minute is over."""
+"""Wrong codes from one address in a minute. After that, nobody there can join until the minute is over."""
 MOST_JOINS = MOST_CHILDREN
 """Right codes from one address in a minute: a whole class may share an address."""
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
-"""The characters of a room's code: none looks like another one."""
+"""The characters of a room's code: no two look alike."""
 JOINERS = re.compile("[\u200c\u200d\u180b-\u180d\u180f\ufe00-\ufe0f\U000e0020-\U000e007f\U000e0100-\U000e01ef]")
 """Invisible characters that names need: Persian words, emoji of several parts, and variants of characters."""
 INVISIBLE = re.compile(
@@ -32,11 +32,11 @@ INVISIBLE = re.compile(
 )
 """Unicode's default-ignorable characters."""
 BLANK = re.compile("[\\s\u2800\U0001d159]+")
-"""Characters without ink, but with a width."""
+"""Invisible characters that have a width."""
 
 
 class ForbiddenError(Exception):
-    """A child can't do this. The message is one line for it, and `status` the one of HTTP."""
+    """A child isn't allowed to do this. The message is one line for the child, and `status` is HTTP's."""
 
     def __init__(self, status: int, message: str) -> None:
         super().__init__(message)
@@ -45,19 +45,19 @@ class ForbiddenError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A child's page, and the browser that has it. `sent` is when it sent a dance last, in seconds."""
+    """A child's page and its browser. `sent` is the time of its latest dance, in seconds."""
 
     number: int
     name: str
     browser: str
     count: int = 0
-    """How many dances it has sent."""
+    """The number of dances it has sent."""
     sent: float = -PERIOD
 
 
 @dataclass(frozen=True, slots=True)
 class Tries:
-    """The codes that came from an address in the minute since `minute`, in seconds."""
+    """The counts of codes that came from an address in the minute since `minute`, in seconds."""
 
     minute: float
     wrong: int = 0
@@ -66,7 +66,7 @@ class Tries:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A class: its code, its members by their secrets, how many have ever joined, and the tries of each address."""
+    """A class: its code, its members by their secrets, the number that ever joined, and the tries of each address."""
 
     code: str
     members: Mapping[str, Member] = field(default_factory=dict)
@@ -75,12 +75,13 @@ class Room:
 
 
 def new_code() -> str:
-    """A code that nobody guesses: one of a thousand million."""
+    """Return a code that is hard to guess: one of a thousand million."""
     return "".join(secrets.choice(LETTERS) for _ in range(6))
 
 
 def guess(room: Room, address: str, code: str, now: float) -> tuple[Room, bool]:
-    """The room after a code has come from an address, and whether it is right. Raises ForbiddenError after too many."""
+    """Return the room after a code has come from an address, and whether it is right. Raises ForbiddenError after too
+    many."""
     recent = {each: tries for each, tries in room.tries.items() if now - tries.minute < MINUTE}
     tries = recent.get(address, Tries(now))
     if tries.wrong >= MOST_GUESSES:
@@ -93,8 +94,8 @@ def guess(room: Room, address: str, code: str, now: float) -> tuple[Room, bool]:
 
 
 def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member]:
-    """The room with another child, which has this secret, and that child. It takes the place that its browser had.
-    Raises ForbiddenError if it can't come in."""
+    """Return the room with another child, which has this secret, and that child. It replaces the previous one of its
+    browser. Raises ForbiddenError if it can't join."""
     others = {key: each for key, each in room.members.items() if each.browser != browser}
     if len(others) >= MOST_CHILDREN:
         raise ForbiddenError(409, f"this class is full ({MOST_CHILDREN}): ask your teacher")
@@ -110,8 +111,8 @@ def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member
 
 
 def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
-    """The room after a child has begun to send a dance, and that child. Raises ForbiddenError if it may not, or not
-    yet."""
+    """Return the room after a child has begun to send a dance, and that child. Raises ForbiddenError if it may not, or
+    not yet."""
     member = room.members.get(secret)
     if member is None:
         raise ForbiddenError(403, "join the class first")
@@ -127,8 +128,7 @@ def without(room: Room, numbers: Collection[int]) -> Room:
 
 
 def shown_name(name: str) -> str:
-    """A name that was typed, short and on one line, without characters that hide or turn text; "" if nothing of it is
-    visible."""
+    """Shorten a typed name to one line, without characters that hide or turn text; "" if nothing of it is visible."""
     plain = "".join(
         char
         for char in BLANK.sub(" ", unicodedata.normalize("NFC", name[:1_000]))
@@ -139,5 +139,5 @@ def shown_name(name: str) -> str:
 
 
 def compared(name: str) -> str:
-    """A name without its invisible characters: two names that look the same are the same."""
+    """A name without its invisible characters, so that names that look the same compare as equal."""
     return " ".join(unicodedata.normalize("NFC", INVISIBLE.sub("", name)).split())

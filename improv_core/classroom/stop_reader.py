@@ -1,4 +1,4 @@
-"""The teacher's stop, heard on threads of its own: whatever the event loop does, and even if its terminal takes no more
+"""The teacher's stop, read on threads of its own. Whatever the event loop does, and even if the terminal takes no more
 text, a stop goes straight to the stages' channels of stops."""
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from improv_core.page.routes import HOST, OWN_HOST
 LIMIT = 2.0
 """Seconds in which a request has to arrive."""
 MOST = 16
-"""Requests that are heard at the same time."""
+"""The most requests that are read at the same time."""
 AGAIN = 0.05
-"""Seconds until the next try if the system has no file handle for a new connection."""
+"""Seconds before the next try if the system has no file handle for a new connection."""
 
 
 class StopReader:
-    """Listens on a port of its own. Calls `stop`, on a thread, when a page of one of these `origins` asks for it that
+    """Listens on a port of its own. Calls `stop`, on a thread, for a request from a page of one of these `origins` that
     has the token."""
 
     def __init__(self, token: str, origins: Collection[str], stop: Callable[[], None]) -> None:
@@ -36,11 +36,11 @@ class StopReader:
 
     @property
     def origin(self) -> str:
-        """Where pages find it."""
+        """The address that pages use."""
         return f"http://{HOST}:{self._listening.getsockname()[1]}"
 
     def close(self) -> None:
-        """Hear no more stops."""
+        """Close the port."""
         self._closed.set()
         with suppress(OSError):
             self._listening.shutdown(socket.SHUT_RDWR)  # wakes the thread
@@ -67,7 +67,7 @@ class StopReader:
 
 
 class _Request(BaseHTTPRequestHandler):
-    """Answers a request as it is made."""
+    """Answers one request."""
 
     timeout = LIMIT
 

@@ -1,5 +1,5 @@
-"""The children's website and what they send, over HTTP (aiohttp, imported lazily), in a process of its own: whatever
-children send, and however fast, the teacher's process hears little of it. `children.py` is its parent's side."""
+"""The children's website and their requests, over HTTP (aiohttp, imported lazily), in a process of its own: however
+much children send, the teacher's process gets little of it. `children.py` is its parent's side."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ MODULE = "improv_core.classroom.student_server"
 CODE = "IMPROV_CLASS_CODE"
 """The environment variable with the room's code."""
 MOST_BYTES = 4 * LONGEST_DANCE
-"""Of a dance, as UTF-8."""
+"""The most bytes of a dance, as UTF-8."""
 MOST_JOINING = 2_000
-"""Bytes of a request to join: a code and a name."""
+"""The most bytes of a request to join: a code and a name."""
 SLICE = 32_768
 """Bytes of a file that are sent before the browser has to read some of them."""
 LINGER = 1.0
-"""Seconds in which the rest of a refused request is read, so that its browser sees the answer."""
+"""Seconds in which the rest of a refused request is read, so that its browser gets the answer."""
 COOKIE = "improv-class"
-"""The cookie that tells browsers apart: each has one place."""
+"""The cookie that identifies a browser: each one has one place in the class."""
 NICENESS = 5
-"""The machine plays first, and serves children in the time that is left."""
+"""The process's niceness: playing comes first."""
 CLASS = '<meta name="improv-class" content="">'
-"""What tells the page that it can send its dance to a teacher."""
+"""Marks a page that can send its dance to a teacher."""
 TYPES = {
     ".css": "text/css; charset=utf-8",
     ".html": "text/html; charset=utf-8",
@@ -64,11 +64,11 @@ HEADERS = {"Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"
 
 
 class SiteFolderError(Exception):
-    """A folder is no website that `improv site` has built. The message is one line that says what to do."""
+    """A folder isn't a website that `improv site` has built. The message is one line that says what to do."""
 
 
 class File(NamedTuple):
-    """A file of the website, compressed if that is `smaller`."""
+    """A file of the website, with its compressed form if that is `smaller`."""
 
     data: bytes
     smaller: bytes | None
@@ -97,7 +97,7 @@ def files_of(site: Path) -> Mapping[str, File]:
 
 
 class StudentServer:
-    """The children's server on a socket. `tell` gets what the teacher has to know."""
+    """The children's server on a socket. `tell` gets messages for the teacher."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class StudentServer:
         return f"http://{self._host}/"
 
     def remove(self, numbers: list[int]) -> None:
-        """From now on, these children can't send anything."""
+        """Refuse everything that these children send from now on."""
         self._room = without(self._room, numbers)
         self._turns.forget(numbers)
 
@@ -174,7 +174,7 @@ class StudentServer:
             response.headers["Content-Encoding"] = "gzip"
         response.content_length = len(data)
         await response.prepare(request)
-        whole = memoryview(data)  # a response would copy what its browser doesn't read
+        whole = memoryview(data)  # a response would copy the data that its browser doesn't read
         for start in range(0, len(data), SLICE):
             await response.write(whole[start : start + SLICE])
             self._connections.progressed(request.protocol)
@@ -203,7 +203,7 @@ class StudentServer:
         return answer
 
     async def _send(self, request: web.Request) -> web.Response:
-        """Take a dance. Only a child's own request is read at all, and only one at a time."""
+        """Receive a dance. Only requests of members are read, and only one at a time for each."""
         secret = request.headers.get("Authorization", "").removeprefix("Bearer ")
         try:
             self._room, member = send(self._room, secret, time.monotonic())
@@ -217,7 +217,7 @@ class StudentServer:
             if len(text) > LONGEST_DANCE:
                 raise ForbiddenError(413, f"this dance is longer than {LONGEST_DANCE:,} characters")
             if secret not in self._room.members:
-                raise ForbiddenError(403, "join the class first")  # it was sent out meanwhile
+                raise ForbiddenError(403, "join the class first")  # the teacher removed it meanwhile
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
         self._tell({"type": "handed", "number": member.number, "count": member.count, "text": text})
@@ -226,7 +226,7 @@ class StudentServer:
 
 
 async def _body(request: web.Request, most: int) -> str:
-    """The text that a request has, which says how long it is: at most so many bytes."""
+    """Return the text of a request, which must declare its length: at most this many bytes."""
     from aiohttp import web
 
     if "Content-Encoding" in request.headers:
@@ -242,7 +242,7 @@ async def _body(request: web.Request, most: int) -> str:
 
 
 def _texts(body: str, *names: str) -> list[str]:
-    """The values of a JSON object that has exactly these, all of them texts."""
+    """Return the values of a JSON object that has exactly these keys and only texts."""
     from aiohttp import web
 
     try:
@@ -258,7 +258,7 @@ def _texts(body: str, *names: str) -> list[str]:
 
 
 def _is_text(value: object) -> bool:
-    """Whether it is a text that can be written as UTF-8, without half of a pair of surrogates."""
+    """Return whether it is a text that can be written as UTF-8, without half of a pair of surrogates."""
     if not isinstance(value, str):
         return False
     try:
@@ -275,7 +275,7 @@ def _answer(status: int, value: Mapping[str, str]) -> web.Response:
 
 
 async def _serve(site: Path, address: str, port: int, code: str) -> None:
-    """Serve until standard input is closed, which lists the children that are sent out."""
+    """Serve until standard input is closed. Its lines list children to remove."""
     say = own_output()
     with suppress(AttributeError, OSError):  # not on Windows
         os.nice(NICENESS)

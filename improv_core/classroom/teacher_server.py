@@ -43,8 +43,8 @@ HEADERS = {
 
 class TeacherPage:
     """Serves the page on a socket. `take` gets each command. `stop` stops everything at once, on any thread. `stage`
-    makes a new address of the simulator's page, and `messages` what a page shows first. `text` gives a child's dance by
-    the child's number and by how many it had sent."""
+    makes a new address of the simulator's page, and `messages` returns the first messages for a page. `text` returns a
+    child's dance, given the child's number and the number of dances it had sent."""
 
     def __init__(
         self,
@@ -60,21 +60,21 @@ class TeacherPage:
         self._text = text
         self._token = secrets.token_urlsafe()
         self._tickets = Tickets(self._token)
-        self._seats: list[_Seat] = []
+        self._queues: list[_PageQueue] = []
         port = listening.getsockname()[1]
         self._stops = StopReader(self._token, [f"http://{host}:{port}" for host in (HOST, "localhost")], stop)
 
     def link(self) -> str:
-        """A new URL that opens the page once."""
+        """Return a new URL that opens the page once."""
         return f"http://{HOST}:{self._socket.getsockname()[1]}/?ticket={issue(self._token)}"
 
     def publish(self, message: FromDesk) -> None:
-        """Tell all pages."""
-        for seat in self._seats:
-            seat.put(message)
+        """Send a message to all pages."""
+        for queue in self._queues:
+            queue.put(message)
 
     async def serve(self, address: str, code: str) -> None:
-        """Serve the page, which shows where children find the class and its code, until this is cancelled."""
+        """Serve the page, which shows the class's address and its code, until this is cancelled."""
         from aiohttp import web
 
         link, stops = f"{address}#class={code}", self._stops.origin
@@ -157,15 +157,15 @@ class TeacherPage:
         from aiohttp import WSMsgType, web
 
         self._check(request)
-        if len(self._seats) >= MOST_PAGES:
+        if len(self._queues) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable
         page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE, compress=False)
         await page.prepare(request)
-        seat, flood = _Seat(), Flood()
+        queue, flood = _PageQueue(), Flood()
         for each in self._messages():
-            seat.put(each)
-        self._seats.append(seat)
-        telling = asyncio.create_task(seat.empty_into(page))
+            queue.put(each)
+        self._queues.append(queue)
+        telling = asyncio.create_task(queue.empty_into(page))
         try:
             async for message in page:
                 if flood.counts(asyncio.get_running_loop().time()):
@@ -174,7 +174,7 @@ class TeacherPage:
                     self._take(command)
         finally:
             telling.cancel()
-            self._seats.remove(seat)
+            self._queues.remove(queue)
         return page
 
     async def _harden(self, request: web.Request, response: web.StreamResponse) -> None:
@@ -190,8 +190,8 @@ class TeacherPage:
             raise web.HTTPForbidden
 
 
-class _Seat:
-    """What one page hasn't been told yet: of each child, only the latest."""
+class _PageQueue:
+    """The messages that wait for one page: of each child, only the latest."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, FromDesk] = {}

@@ -20,14 +20,14 @@ class SentDance:
 
 
 def next_child(waiting: Collection[int], spent: Mapping[int, float]) -> int:
-    """The child whose turn it is: the one whose dances have taken the least time, in seconds, and of several the one
-    that waits longest, which comes first."""
+    """The child whose turn it is: the one whose dances have taken the least processor time so far, in seconds; among
+    equals, the first of `waiting`, which has waited longest."""
     return min(waiting, key=lambda number: spent.get(number, 0.0))
 
 
 class Turns:
-    """Two processes read: a dance that takes long in the first one moves to the second, where only such dances wait.
-    `tell` gets what is found."""
+    """Two processes read: a dance that takes long in the first one moves to the second, which reads only such dances.
+    `tell` gets the results."""
 
     def __init__(self, tell: Callable[[DanceRead], None], quick: float = QUICK, limit: float = LIMIT) -> None:
         self._tell = tell
@@ -36,13 +36,13 @@ class Turns:
         self._latest: dict[int, int] = {}
 
     def put(self, number: int, dance: SentDance) -> None:
-        """A child has sent a dance."""
+        """Add a dance that a child has sent."""
         self._latest[number] = dance.count
         self._slow.drop(number)
         self._quick.put(number, dance)
 
     def forget(self, numbers: Collection[int]) -> None:
-        """These children have gone."""
+        """Drop children that have left."""
         for number in numbers:
             self._latest.pop(number, None)
             self._spent.pop(number, None)
@@ -50,7 +50,7 @@ class Turns:
             self._slow.drop(number)
 
     async def serve(self) -> None:
-        """Have dances read forever."""
+        """Read dances forever."""
         try:
             await asyncio.gather(self._serve(self._quick), self._serve(self._slow))
         finally:

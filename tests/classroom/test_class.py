@@ -1,4 +1,4 @@
-"""A class as children and teacher use it: over HTTP, from a stage that plays."""
+"""A class as children and teacher use it: over HTTP, with a stage that plays."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FILES = {"/": File(b"<html>", None, "text/html"), "/large": File(bytes(8_000_000
 
 
 class ChildrenOnThread:
-    """The children's server on a thread, where starting it costs nothing. test_processes.py has its process."""
+    """The children's server on a thread, on which it starts quickly. test_processes.py tests its process."""
 
     def __init__(self) -> None:
         self.code = new_code()
@@ -73,7 +73,7 @@ class ChildrenOnThread:
 
 
 class Pages:
-    """A class and what its pages ask."""
+    """A class and the requests of its pages."""
 
     def __init__(
         self, held: Class, http: aiohttp.ClientSession, live: aiohttp.ClientWebSocketResponse, base: str
@@ -96,13 +96,13 @@ class Pages:
         return await self.post("send", text, Authorization=f"Bearer {secret}", **headers)
 
     async def dance(self, number: int, count: int) -> tuple[int, bytes]:
-        """What the teacher's page gets as a child's dance."""
+        """Request a child's dance as the teacher's page does."""
         about = {"token": self.token}
         async with self._http.get(f"{self._base}/dance/{number}/{count}", params=about) as answer:
             return answer.status, await answer.read()
 
     async def hear(self, is_it: Callable[[Any], bool]) -> Any:
-        """The next message of this kind to the teacher's page."""
+        """Wait for the next message of this kind to the teacher's page."""
         async with asyncio.timeout(LIMIT):
             while True:
                 message = await self.live.receive_json()
@@ -118,7 +118,7 @@ class Pages:
 
 @pytest.fixture(autouse=True)
 def stage_on_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    """test_pages.py starts the command with its processes."""
+    """Run the stage on a thread. test_pages.py starts the command with its processes."""
     monkeypatch.setattr(USED, StageOnThread)
 
 
@@ -142,7 +142,7 @@ async def a_class() -> AsyncIterator[Pages]:
                 link = held.teacher.link()
                 base = link.partition("/?")[0]
                 async with asyncio.timeout(LIMIT):
-                    while True:  # until it serves
+                    while True:  # until it accepts connections
                         try:
                             async with http.get(link) as answer:
                                 page = await answer.text()
@@ -185,7 +185,7 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
     check(scene)
 
 
-def test_a_stop_is_heard_while_the_event_loop_is_busy() -> None:
+def test_a_stop_works_while_the_event_loop_is_busy() -> None:
     async def scene(pages: Pages) -> None:
         stops, address = pages.held._performing.stops, pages.held.teacher._stops.origin
         asked = urllib.request.Request(f"{address}/stop?token={pages.token}", b"", {"Origin": pages._base})
@@ -204,7 +204,7 @@ def test_silent_connections_hold_up_no_stop_for_long() -> None:
         silent = [await asyncio.open_connection(host, port) for _ in range(3 * MOST)]
         async with asyncio.timeout(LIMIT):
             status = 0
-            while status != 204:  # as the page tries again
+            while status != 204:  # the page also tries again
                 with suppress(aiohttp.ClientConnectionError):
                     status = await pages.stop(pages.token)
         for _, writer in silent:
@@ -253,7 +253,7 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         ("stop", {}, {}, 404),
     ],
 )
-def test_what_children_may_not_do_is_refused(
+def test_forbidden_requests_of_children_are_refused(
     what: str, body: Any, headers: dict[str, str], status: int, caplog: pytest.LogCaptureFixture
 ) -> None:
     async def scene(pages: Pages) -> None:
@@ -272,7 +272,7 @@ def test_what_children_may_not_do_is_refused(
         ("r $ left", {"Content-Encoding": "deflate"}, 415),
     ],
 )
-def test_a_dance_that_is_no_text_or_too_long_is_refused(
+def test_a_dance_that_is_not_text_or_too_long_is_refused(
     text: str | bytes, headers: dict[str, str], status: int, caplog: pytest.LogCaptureFixture
 ) -> None:
     async def scene(pages: Pages) -> None:
@@ -331,7 +331,7 @@ def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str, caplog: pyt
             first, _, rest = lines.replace("HOST", host).partition("\r\n")
             writer.write(f"{first}\r\nHost: {host}\r\n{rest}\r\n".encode())
             await writer.drain()
-            await pages.join("Ada")  # it has arrived
+            await pages.join("Ada")  # the earlier request has arrived
             writer.transport.abort()
             await pages.join("Ada")
 
@@ -379,7 +379,7 @@ def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> Non
         '{"type": "remove", "numbers": [1e300]}', "[" * 9_000,
     ],
 )  # fmt: skip
-def test_what_is_no_command_of_the_teacher_is_dropped(text: str) -> None:
+def test_invalid_commands_of_the_teacher_are_dropped(text: str) -> None:
     assert read(text) is None
 
 
@@ -398,13 +398,13 @@ def test_a_dance_that_takes_too_long_is_given_up_and_the_next_one_is_read() -> N
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no process by the time of its processor")
 @pytest.mark.parametrize(("text", "code"), [(WORST, -signal.SIGPROF), ("r $ forward", 0)])
-def test_a_process_ends_itself_once_a_dance_has_taken_too_much_of_a_processors_time(text: str, code: int) -> None:
-    """However long that takes on a busy machine."""
+def test_a_process_ends_once_a_dance_has_taken_too_much_processor_time(text: str, code: int) -> None:
+    """It ends even if that takes long on a busy machine."""
     command = [sys.executable, "-m", MODULE, "0.25"]
     assert subprocess.run(command, input=json.dumps({"look": text}), text=True, capture_output=True).returncode == code
 
 
-def test_an_answer_that_nobody_wants_any_more_delays_no_other_one() -> None:
+def test_a_cancelled_question_delays_no_other_one() -> None:
     async def scenario() -> None:
         checker = DanceReader()
         given_up = [asyncio.ensure_future(checker.look(WORST)) for _ in range(50)]
@@ -421,7 +421,7 @@ def test_an_answer_that_nobody_wants_any_more_delays_no_other_one() -> None:
 
 
 @pytest.mark.parametrize(("limit", "line"), [(LIMIT, "r 1 beat"), (0.001, HEAVY)])
-def test_a_dance_that_takes_long_moves_to_a_process_in_which_only_such_dances_wait(limit: float, line: str) -> None:
+def test_a_heavy_dance_moves_to_the_process_for_heavy_dances(limit: float, line: str) -> None:
     async def scenario() -> None:
         found: asyncio.Queue[DanceRead] = asyncio.Queue()
         turns = Turns(found.put_nowait, quick=0.001, limit=limit)
@@ -438,7 +438,7 @@ def test_a_dance_that_takes_long_moves_to_a_process_in_which_only_such_dances_wa
     ("waiting", "spent", "number"),
     [
         ([3, 1, 2], {}, 3),  # in turn
-        ([3, 1, 2], {3: 9.0, 1: 0.2, 2: 0.1}, 2),  # whose dances are heavy waits until others have had as much
+        ([3, 1, 2], {3: 9.0, 1: 0.2, 2: 0.1}, 2),  # a child with heavy dances waits until others have had as much
         ([3, 1], {3: 9.0}, 1),
     ],
 )
@@ -448,14 +448,14 @@ def test_the_child_whose_dances_took_least_time_is_next(
     assert next_child(waiting, spent) == number
 
 
-def test_dances_are_read_with_the_name_of_who_is_wrong() -> None:
+def test_problems_name_the_child_whose_dance_is_wrong() -> None:
     assert look("x = left")["line"] == "no robot plays anything yet"
     assert prepare([("Ada", "r $ left"), ("Bo", "r $ lft")])["problem"] == "Bo: it has errors: fix them first"
     assert prepare([("Ada", "r $ lft")])["problem"].startswith("Ada: line 1: ")
 
 
 def test_a_dance_with_too_many_movements_is_not_played() -> None:
-    """Sending it to a stage would hold up the event loop that hears the teacher's stop."""
+    """Sending it to a stage would block the event loop that receives the teacher's stop."""
     assert prepare([("Ada", "r $ " + "left right " * 4_000)])["problem"] == f"Ada: {LONG}"
     assert embody("Ada", "r $ " + "left right " * 4_000, "turtle1", ROBOTS)["problem"] == f"Ada: {LONG}"
     assert prepare([(f"Ada {number}", "r $ " + "left right " * 20) for number in range(40)])["score"]
@@ -489,13 +489,13 @@ def test_a_real_robot_gets_the_dance_of_one_robot_within_its_limits() -> None:
         ("r $ up", "heavy", "Ada: heavy can't perform it: "),
     ],
 )
-def test_what_a_real_robot_can_not_perform_is_said(text: str, robot: str, problem: str) -> None:
+def test_problems_of_a_real_robot_are_reported(text: str, robot: str, problem: str) -> None:
     ready = embody("Ada", text, robot, ROBOTS)
     assert ready["score"] is None
     assert ready["problem"].startswith(problem), ready["problem"]
 
 
-def test_without_real_robots_none_is_told_anything() -> None:
+def test_without_real_robots_none_performs() -> None:
     async def scene(pages: Pages) -> None:
         assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
         await pages.send(await pages.join("Ada"), "r $ forward")
@@ -539,7 +539,7 @@ def test_the_address_is_one_of_this_machine(address: str, tmp_path: Path) -> Non
     done = run("class", tmp_path, "--address", address)
     assert (done.returncode, done.stdout) == (2, "")
     assert address in done.stderr
-    assert "--address" in run("class", tmp_path).stderr  # nobody confirms
+    assert "--address" in run("class", tmp_path).stderr  # no address was confirmed
 
 
 @pytest.mark.parametrize(
@@ -549,6 +549,6 @@ def test_the_address_is_one_of_this_machine(address: str, tmp_path: Path) -> Non
         ("songs/waltz.wav", "audio/wav"),
     ],
 )
-def test_what_is_served_says_what_it_is(name: str, kind: str, tmp_path: Path) -> None:
+def test_files_are_served_with_their_type(name: str, kind: str, tmp_path: Path) -> None:
     make_site(tmp_path, name)
     assert files_of(tmp_path)[f"/{name}"].content_type == kind

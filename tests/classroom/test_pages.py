@@ -22,9 +22,9 @@ from tests.stage.viewer.conftest import Keep
 
 @pytest.fixture
 def links(tmp_path: Path) -> Iterator[tuple[str, str, str]]:
-    """The children's address, the code, and the address that opens the teacher's page, of a class that runs."""
+    """The children's address, the code, and the teacher's address of a running class."""
     pyodide, site = tmp_path / "pyodide", tmp_path / "site"
-    imitate(pyodide)  # no child plays here
+    imitate(pyodide)  # no child plays in this test
     build(site, pyodide)
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
@@ -47,7 +47,7 @@ def send(address: str, what: str, body: str, secret: str = "") -> dict[str, str]
             with urllib.request.urlopen(asked, timeout=60) as answer:
                 return dict(json.load(answer))
         except urllib.error.HTTPError as problem:
-            if problem.code != 429:  # once in a second
+            if problem.code != 429:  # a child may send once a second
                 raise
 
 
@@ -95,7 +95,7 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
     page.locator("#children .look").first.click()
     expect(page.locator("#front-text")).to_have_text("r $ repeat (forward left)")
     expect(page.locator("#front-stop")).to_be_in_viewport(ratio=1)
-    page.locator("#front-stop").click()  # the other one is behind the dance
+    page.locator("#front-stop").click()  # the dance covers the other one
     expect(page.locator("#playing")).to_have_text("Stopped")
     page.get_by_role("button", name="Play it").click()
     expect(page.locator("#playing")).to_have_text("Ada <img>")
@@ -103,7 +103,7 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
     assert violations(page) == []
     lost = [1, 2]
     page.route("**/stop?*", lambda route: route.abort("connectionreset") if lost and lost.pop() else route.continue_())
-    page.keyboard.press("Escape")  # also while a dance is in front, and if its connection breaks twice
+    page.keyboard.press("Escape")  # also while a dance is in front, even if the connection breaks twice
     expect(page.locator("#playing")).to_have_text("Stopped")
     page.reload()  # the token is kept for this tab
     expect(page.locator("#children li")).to_have_count(2)
@@ -111,7 +111,7 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
     expect(page.locator("#front-real")).to_be_hidden()  # this class has no real robots
     send(address, "send", "s $ backward", secret)
     expect(page.locator("#front-line")).to_contain_text("Bo has sent another dance.")
-    expect(page.locator("#front-text")).to_have_text("s $ forwrd")  # what is looked at stays
+    expect(page.locator("#front-text")).to_have_text("s $ forwrd")  # the dance in front stays
     page.get_by_role("button", name="Close").click()
     hidden = "# \x1b\u202e\r\ns $ backward\r\n"
     send(address, "send", hidden, secret)
@@ -120,7 +120,7 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
     expect(page.locator("#front-text")).to_have_text("# \\u{1b}\\u{202e}\ns $ backward\n")
     with page.expect_download() as download:
         page.get_by_role("button", name="Save as a file").click()
-    assert download.value.path().read_bytes() == hidden.encode()  # escapes are for the eye
+    assert download.value.path().read_bytes() == hidden.encode()  # the page shows escapes, but doesn't save them
     page.get_by_role("button", name="Send out", exact=True).click()
     expect(page.locator("#children li")).to_have_count(1)
     page.get_by_label("Choose Ada").check()

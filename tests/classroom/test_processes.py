@@ -35,7 +35,7 @@ CHILDREN = 40
 def running(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str, str, str]]:
     """A class, with the children's address, the code, and the teacher's address."""
     pyodide, site = tmp_path / "pyodide", tmp_path / "site"
-    imitate(pyodide)  # no child plays here
+    imitate(pyodide)  # no child plays in this test
     build(site, pyodide)
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
@@ -50,7 +50,7 @@ def running(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str, str, s
 
 
 async def send_forever(address: str, code: str, sent: threading.Event) -> None:
-    """Be all children, and send the worst dance without a pause."""
+    """Act as all children, and send the worst dance without a pause."""
     own = {"Origin": address.rstrip("/")}
 
     async def child(http: aiohttp.ClientSession, number: int) -> None:
@@ -102,7 +102,7 @@ def children(tmp_path: Path) -> Iterator[Children]:
 
 
 def used(pid: int) -> int:
-    """Bytes of memory."""
+    """The memory of a process in bytes."""
     found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
     assert found
     return int(found[1]) * 1024
@@ -121,7 +121,7 @@ def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobo
         silent.append(connection)
     with urllib.request.urlopen(f"{children.address}large.wasm", timeout=LIMIT) as answer:
         assert len(answer.read()) == 8_000_000
-    assert used(children._child.pid) - before < 300_000_000  # and not 8 MB for each
+    assert used(children._child.pid) - before < 300_000_000  # rather than 8 MB for each
     for each in silent:
         each.close()
 
@@ -133,7 +133,7 @@ def test_an_address_that_is_in_use_is_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow("a stage starts twice")
-def test_a_class_goes_on_when_its_stage_ends() -> None:
+def test_a_class_continues_when_its_stage_ends() -> None:
     async def scenario() -> None:
         async with a_class() as pages:
             performing = pages.held._performing
@@ -150,7 +150,7 @@ def test_a_class_goes_on_when_its_stage_ends() -> None:
     asyncio.run(scenario())
 
 
-def test_the_end_of_the_childrens_process_is_heard(children: Children) -> None:
+def test_the_end_of_the_childrens_process_is_reported(children: Children) -> None:
     why: list[str] = []
     ended = threading.Event()
 

@@ -1,4 +1,4 @@
-"""Who is in a class, and what they may send."""
+"""The members of a class, and limits for what they send."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def status_of(problem: pytest.ExceptionInfo[ForbiddenError]) -> int:
         ("Maria", "Maria"),
         ("  José  Luis\n", "José Luis"),
         ("阿明", "阿明"),
-        ("a\u202eb\u200b\x00c\x1b[31m", "abc[31m"),  # what steers or hides text
+        ("a\u202eb\u200b\x00c\x1b[31m", "abc[31m"),  # characters that control or hide text
         ("x" * 99, "x" * 24),
         ("\u202e\x07 ", ""),
         ("\u2800", ""),  # nothing of these is visible
@@ -53,11 +53,11 @@ def status_of(problem: pytest.ExceptionInfo[ForbiddenError]) -> int:
         ("葛󠄀城", "葛󠄀城"),
     ],
 )
-def test_names_are_those_typed_without_what_does_not_show(typed: str, shown: str) -> None:
+def test_names_lose_their_invisible_characters(typed: str, shown: str) -> None:
     assert shown_name(typed) == shown
 
 
-def test_two_children_with_one_name_are_told_apart() -> None:
+def test_children_with_the_same_name_get_numbers() -> None:
     assert [each.name for each in joined("Ada", "Ada", "Ada").members.values()] == ["Ada", "Ada 2", "Ada 3"]
 
 
@@ -68,11 +68,11 @@ def test_a_name_with_hidden_characters_is_the_same_name(hidden: str) -> None:
 
 
 @pytest.mark.parametrize(("code", "right"), [("ABC234", True), (" abc234 ", True), ("ABC23", False), ("é", False)])
-def test_only_who_knows_the_code_comes_in(code: str, right: bool) -> None:
+def test_only_the_right_code_lets_children_join(code: str, right: bool) -> None:
     assert guess(ROOM, "10.0.0.1", code, 0.0)[1] == right
 
 
-def test_nobody_can_guess_for_long_and_only_that_address_waits() -> None:
+def test_too_many_wrong_codes_block_only_their_address() -> None:
     room = ROOM
     for _ in range(MOST_GUESSES):
         room, right = guess(room, "10.0.0.1", "?", 5.0)
@@ -83,7 +83,7 @@ def test_nobody_can_guess_for_long_and_only_that_address_waits() -> None:
     assert guess(room, "10.0.0.2", room.code, 6.0)[1]
     room, right = guess(room, "10.0.0.1", room.code, 66.0)
     assert right
-    assert len(room.tries) == 1  # nothing is kept of earlier minutes
+    assert len(room.tries) == 1  # no tries of earlier minutes remain
 
 
 def test_a_whole_class_can_join_from_one_address_but_not_again_and_again() -> None:
@@ -135,7 +135,7 @@ def test_a_child_sends_once_in_a_second_and_nobody_waits_for_another() -> None:
     send(room, "secret 0", 11.0)
 
 
-def test_who_was_sent_out_can_send_nothing() -> None:
+def test_a_removed_child_can_send_nothing() -> None:
     room = without(joined("Ada", "Bo", "Cy"), [1, 3])
     with pytest.raises(ForbiddenError, match="join the class first"):
         send(room, "secret 0", 0.0)
@@ -147,7 +147,7 @@ def test_codes_have_no_letters_that_look_alike() -> None:
 
 
 def crowd(*counts: int) -> dict[int, OpenConnection]:
-    """Connections from several addresses, so many from each; the one with the least number has rested longest."""
+    """Connections from several addresses, this many from each. A lower key means longer without progress."""
     addresses = [f"10.0.0.{number}" for number, count in enumerate(counts) for _ in range(count)]
     return {key: OpenConnection(address, float(key)) for key, address in enumerate(addresses)}
 
@@ -158,7 +158,7 @@ def crowd(*counts: int) -> dict[int, OpenConnection]:
         (crowd(240), "10.0.0.0", None),  # 40 browsers behind one address
         (crowd(MOST_OF_ONE, 1), "10.0.0.0", 0),  # one of its own
         (crowd(MOST_OF_ONE, 1), "10.0.0.1", None),
-        (crowd(6, MOST_OF_ONE, MOST - MOST_OF_ONE - 6), "10.0.0.3", 6),  # one of the address that has most
+        (crowd(6, MOST_OF_ONE, MOST - MOST_OF_ONE - 6), "10.0.0.3", 6),  # one of the address with the most
         (crowd(6, 6), "10.0.0.0", None),
     ],
 )

@@ -83,7 +83,7 @@ class OscDesk:
         self._known, self._rows = osc_in.Situation(), RowsRead()
         self._port: socket.socket | None = None
         self._wanted: PeerJson | None = None  # the address to listen on
-        self._friends: set[str] = set()  # the addresses of machines that count, besides this one
+        self._allowed_hosts: set[str] = set()  # the addresses of machines that count, besides this one
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._out.setblocking(False)
         self._peers: list[tuple[str, int]] = []
@@ -179,12 +179,12 @@ class OscDesk:
     def _open(self, exchange: OscExchange) -> None:
         for port in self.sockets:
             port.close()
-        self._port, self._friends, self._peers = None, set(), []
+        self._port, self._allowed_hosts, self._peers = None, set(), []
         self._time_tags = exchange["time_tags"]
         for peer in exchange["send"]:
             try:
                 host = socket.gethostbyname(peer["host"])
-                self._friends.add(host)
+                self._allowed_hosts.add(host)
                 self._peers.append((host, peer["port"]))
             except OSError as error:
                 self._complain(f"OSC can't be sent to {peer['host']}: {error.strerror}", about=peer["host"])
@@ -213,7 +213,7 @@ class OscDesk:
     def read(self, datagram: bytes, host: str) -> None:
         """Obey a datagram from this address."""
         now = self._clock()
-        if not host.startswith("127.") and host not in self._friends:
+        if not host.startswith("127.") and host not in self._allowed_hosts:
             line = f"an OSC message from {host} was ignored: only this machine and those in `send` under [osc] count"
             self._complain(line, about="stranger")
             return

@@ -62,7 +62,7 @@ class Outlook:
     """Follows a stage: `meet` gets each score before it plays, and `take` the stage's messages."""
 
     def __init__(self) -> None:
-        self._met: dict[int, Score] = {}
+        self._scores: dict[int, Score] = {}
         self._begun: Score | None = None  # as it took over, before scenes began at beats unknown in advance
         self._replay: Replay | None = None
         self._stretches: Mapping[str, RobotWindow] = {}
@@ -74,7 +74,7 @@ class Outlook:
 
     def meet(self, score: Score, generation: int) -> None:
         """Add a score that may play from now on."""
-        self._met[generation] = score
+        self._scores[generation] = score
 
     def take(self, message: TransportMessage | Sensed | Measured) -> None:
         """Take a message about the playback position, senses, or measured poses."""
@@ -85,11 +85,11 @@ class Outlook:
             for robot, each in message["robots"].items():
                 if each["frame"]:
                     self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
-        elif message["generation"] in self._met:
+        elif message["generation"] in self._scores:
             self.score = self._score_of(message)
             self._replay = followed(self._replay, self.score, self.transport, message)
             self.transport = message
-            self._met = {number: each for number, each in self._met.items() if number >= message["generation"]}
+            self._scores = {number: each for number, each in self._scores.items() if number >= message["generation"]}
 
     def frame(self, robot: str) -> Frame:
         """The frame of a robot's odometry, if known, or else the world of the score."""
@@ -179,7 +179,7 @@ class Outlook:
             if scene["index"] == old.scene:
                 return old
             return self._next_scene(old, scene["index"], scene["begins"]) if scene["index"] > old.scene else self._begun
-        score = self._met[generation]
+        score = self._scores[generation]
         if before and old and message["restarted"] == before["restarted"]:
             beat = near(message["beat"])
             index, _ = old.scene_at(beat)

@@ -134,9 +134,7 @@ class _Floor:
 
     def hindered(self, robot: str, away: Collection[str]) -> int:
         """The number of robots whose straight paths this robot's place blocks."""
-        return sum(
-            other != robot and self._hinders(robot, _point(self.travelers[robot].place), other) for other in away
-        )
+        return sum(other != robot and self._blocks(robot, _point(self.travelers[robot].place), other) for other in away)
 
     def are_apart(self, robot: str, way: Way, others: Mapping[str, Way]) -> bool:
         """Return whether a robot on this path keeps apart from all robots that drive at the same time."""
@@ -152,18 +150,18 @@ class _Floor:
         """Paths on which one of the robots that are away makes room for another."""
         for robot in away:
             x, y = begin = _point(self.travelers[robot].pose)
-            if not any(other != robot and self._hinders(robot, begin, other) for other in away):
+            if not any(other != robot and self._blocks(robot, begin, other) for other in away):
                 continue
             for far in ASIDE:
                 for number in range(DIRECTIONS):
                     checkpoint()
                     angle = number * math.tau / DIRECTIONS
                     point = x + far * math.cos(angle), y + far * math.sin(angle)
-                    is_out = all(other == robot or not self._hinders(robot, point, other) for other in away)
+                    is_out = all(other == robot or not self._blocks(robot, point, other) for other in away)
                     if is_out and self._blocker(robot, [point]) is None:
                         yield {robot: Way([point])}
 
-    def _hinders(self, robot: str, point: Point, other: str) -> bool:
+    def _blocks(self, robot: str, point: Point, other: str) -> bool:
         """Return whether a robot at a point blocks another one's straight path to its place."""
         traveler = self.travelers[other]
         leg = _point(traveler.pose), _point(traveler.place)

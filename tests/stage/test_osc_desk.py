@@ -33,7 +33,7 @@ def datagram(address: str, *arguments: Argument, due: float = 0.0) -> bytes:
     return written([(f"/improv/{address}", arguments)], WALL + due)
 
 
-class Turned:
+class DeskOnClock:
     """A desk on a clock that a test advances, and its messages."""
 
     def __init__(self) -> None:
@@ -66,10 +66,10 @@ class Turned:
 
 def check(datagrams: Sequence[bytes], asked: Sequence[str], lines: Sequence[str] = (), host: str = "127.0.0.1") -> None:
     """Check the requests within a second after datagrams have arrived at once, and the lines about them."""
-    turned = Turned()
-    turned.hear(*datagrams, host=host)
-    turned.turn(1.0)
-    assert (turned.asked, turned.lines) == (asked, lines)
+    desk = DeskOnClock()
+    desk.hear(*datagrams, host=host)
+    desk.turn(1.0)
+    assert (desk.asked, desk.lines) == (asked, lines)
 
 
 def test_unreadable_messages_and_strangers_move_nothing_and_are_reported_once() -> None:
@@ -90,25 +90,25 @@ def test_only_stops_count_in_a_flood() -> None:
 
 
 def test_requests_are_passed_on_fifty_times_a_second_and_short_presses_are_not_lost() -> None:
-    turned = Turned()
-    turned.hear(datagram("cue"))
+    desk = DeskOnClock()
+    desk.hear(datagram("cue"))
     for value in (1, 0, 1, 0):
-        turned.hear(datagram("sense", "kick", "anna", value))
-    turned.turn(PERIOD)
-    values = [each["command"]["value"] for each in turned.said[1:] if "value" in each["command"]]  # type: ignore[typeddict-item]
-    assert (turned.asked, values) == (["cue", "osc_sense", "osc_sense"], [True, False])
+        desk.hear(datagram("sense", "kick", "anna", value))
+    desk.turn(PERIOD)
+    values = [each["command"]["value"] for each in desk.said[1:] if "value" in each["command"]]  # type: ignore[typeddict-item]
+    assert (desk.asked, values) == (["cue", "osc_sense", "osc_sense"], [True, False])
 
 
 def test_only_senses_wait_until_they_are_due() -> None:
-    turned = Turned()
-    turned.hear(datagram("cue", due=0.5), datagram("seek", 8.0, due=0.5))
-    turned.turn(0.45)
-    assert turned.asked == ["seek"]
-    turned.turn(0.1)
-    assert turned.asked == ["seek", "cue"]
-    turned.hear(datagram("cue", due=60))
-    assert turned.asked == ["seek", "cue", "cue"]
-    assert turned.lines == ["an OSC message was due more than 2 s later, and was obeyed at once: compare clocks"]
+    desk = DeskOnClock()
+    desk.hear(datagram("cue", due=0.5), datagram("seek", 8.0, due=0.5))
+    desk.turn(0.45)
+    assert desk.asked == ["seek"]
+    desk.turn(0.1)
+    assert desk.asked == ["seek", "cue"]
+    desk.hear(datagram("cue", due=60))
+    assert desk.asked == ["seek", "cue", "cue"]
+    assert desk.lines == ["an OSC message was due more than 2 s later, and was obeyed at once: compare clocks"]
 
 
 @contextmanager
@@ -184,12 +184,12 @@ def test_programs_that_read_no_bundles_get_messages() -> None:
 
 
 def test_a_port_that_is_briefly_taken_is_tried_again() -> None:
-    turned = Turned()
+    desk = DeskOnClock()
     with bound() as (_, port):
-        turned.desk.take(exchange(port))
-        turned.turn(1.0)
-    turned.turn(0.5)
-    assert (len(turned.desk.sockets), turned.lines) == (1, [])
+        desk.desk.take(exchange(port))
+        desk.turn(1.0)
+    desk.turn(0.5)
+    assert (len(desk.desk.sockets), desk.lines) == (1, [])
 
 
 def test_a_port_that_is_taken_is_reported() -> None:

@@ -14,7 +14,7 @@ from improv_core.score.senses import RobotSense
 from tests.stage.test_player import Stage, score
 
 
-class Told(Stage):
+class OscStage(Stage):
     """A player of a program, and the OSC messages about it, with the seconds since the beginning at which they were
     due."""
 
@@ -69,7 +69,7 @@ class Told(Stage):
 
 
 def test_beats_bars_and_words_are_sent_as_they_are_due() -> None:
-    stage = Told("beat 120\nr $ slow 3 forward left\nc $ fast 2 (forward left)", bar=2)
+    stage = OscStage("beat 120\nr $ slow 3 forward left\nc $ fast 2 (forward left)", bar=2)
     stage.pass_time(3.0)
     assert stage.take() == [
         (0.0, "state playing"),
@@ -88,7 +88,7 @@ def test_beats_bars_and_words_are_sent_as_they_are_due() -> None:
 
 
 def test_beats_are_on_time_after_a_change_of_speed_a_seek_and_a_pause() -> None:
-    stage = Told("beat 60\nr $ repeat forward")
+    stage = OscStage("beat 60\nr $ repeat forward")
     stage.pass_time(1.5)
     stage.take()
     stage.player.set_speed(2, stage.now)
@@ -105,7 +105,7 @@ def test_beats_are_on_time_after_a_change_of_speed_a_seek_and_a_pause() -> None:
 
 
 def test_a_speed_set_exactly_at_a_beat_sends_it_once() -> None:
-    stage = Told("beat 60\nr $ repeat forward")
+    stage = OscStage("beat 60\nr $ repeat forward")
     stage.pass_time(1.0)
     stage.player.set_speed(2, stage.now)
     stage.pass_time(0.6)
@@ -113,7 +113,7 @@ def test_a_speed_set_exactly_at_a_beat_sends_it_once() -> None:
 
 
 def test_a_muted_robot_sends_no_words_and_a_save_sends_those_that_change() -> None:
-    stage = Told("beat 60\na b $ repeat (forward left)")
+    stage = OscStage("beat 60\na b $ repeat (forward left)")
     stage.pass_time(1.5)
     stage.player.set_silent(["b"], [], stage.now)
     stage.take()
@@ -125,7 +125,7 @@ def test_a_muted_robot_sends_no_words_and_a_save_sends_those_that_change() -> No
 
 
 def test_after_a_long_sleep_only_the_latest_beat_is_sent() -> None:
-    stage = Told("beat 60\nr $ repeat forward")
+    stage = OscStage("beat 60\nr $ repeat forward")
     stage.pass_time(0.5)
     stage.take()
     voice, due = stage.voice.due([], stage.now + 5)
@@ -134,7 +134,7 @@ def test_after_a_long_sleep_only_the_latest_beat_is_sent() -> None:
 
 
 def test_the_word_that_senses_choose_is_sent_when_they_change() -> None:
-    stage = Told("beat 60\nr $ repeat (if near left else forward)")
+    stage = OscStage("beat 60\nr $ repeat (if near left else forward)")
     stage.player.force(RobotSense("r", "near"), False, stage.now)
     stage.pass_time(1.5)
     stage.player.force(RobotSense("r", "near"), True, stage.now)

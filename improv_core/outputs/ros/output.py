@@ -95,7 +95,7 @@ class Ros:
         self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
         self._may_bring = False  # True once only joints hold back beat 0
-        self._met: set[str] = set()  # topics whose robots aren't prepared yet
+        self._unprepared: set[str] = set()  # topics whose robots aren't prepared yet
         self._cast: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
@@ -125,7 +125,7 @@ class Ros:
         for part in _here(score).values():
             if part.topic not in self._topics:
                 self._advertise_new(part, at_once=True)
-                self._met.add(part.topic)
+                self._unprepared.add(part.topic)
                 self._standby.live()
                 yield
             self._controllers.meet(part)
@@ -153,7 +153,7 @@ class Ros:
         self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
         for robot, part in parts.items():
             self._advertise_new(part, at_once=not restart)
-            if restart and part.topic in self._met:
+            if restart and part.topic in self._unprepared:
                 self._topics[part.topic].unsettle()
             self._topics[part.topic].take(part.profile.message)
             self._robots[robot] = RosBase(
@@ -162,7 +162,7 @@ class Ros:
             if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                 self._standby.owes(part.topic, part.frame)
                 self.owed.inherits(robot, self._topics[part.topic], part.frame)
-        self._met.clear()
+        self._unprepared.clear()
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]

@@ -72,7 +72,7 @@ class RosControllers:
         self._now = now
         self._topics: dict[tuple[str, str, int], RosTopic] = {}
         self._robots: dict[str, _Robot] = {}
-        self._cast: Collection[str] = ()
+        self._current: Collection[str] = ()
         self._begins = False  # True until beat 0
         self._waits_since = 0.0
         self._line = ""
@@ -99,7 +99,7 @@ class RosControllers:
                     zero = numbers_message([0.0] * len(arm.channel.joints))
                     self._standby.owes(arm.topic.name, "")
                     self._owed.inherits(robot, arm.topic, "", zero)
-        self._cast = [*parts]
+        self._current = [*parts]
         self._begins = restart
         self._waits_since, self._line = self._now(), ""
 
@@ -109,8 +109,8 @@ class RosControllers:
 
     def waits(self) -> bool:
         """Return whether beat 0 must wait until the joints' positions are known and the joints are at their starts."""
-        found = [each for robot in self._cast for each in self._off(robot)]
-        moving = any(arm.way for robot in self._cast for arm in self._robots[robot].arms)
+        found = [each for robot in self._current for each in self._off(robot)]
+        moving = any(arm.way for robot in self._current for arm in self._robots[robot].arms)
         self._begins = bool(found) or moving
         line, now = line_of(found, moving=moving), self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
@@ -134,7 +134,7 @@ class RosControllers:
         """Bring the joints of these robots to their starts, if `improv.toml` says so; the joints of all other robots
         stand. People get a line with the joints before these begin to move."""
         told, begin = list[_Arm](), list[JointOff]()
-        for robot in self._cast:
+        for robot in self._current:
             if robot not in robots or not self._moves_home(robot):
                 self.halt(robot)
                 continue

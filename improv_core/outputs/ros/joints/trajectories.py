@@ -245,15 +245,15 @@ def message_of(channel: Channel, course: Course) -> bytes:
     if channel.interface == "velocity":
         return numbers_message(course.velocities)
     if channel.interface == "position":
-        return numbers_message(_counted(channel, [motion.position for motion in course.motions]))
+        return numbers_message(_encoder_positions(channel, [motion.position for motion in course.motions]))
     points = [
-        (seconds, _counted(channel, positions), velocities)
+        (seconds, _encoder_positions(channel, positions), velocities)
         for seconds, positions, velocities in trajectory(channel, course)
     ]
     return trajectory_message(tuple(joint.name for joint in channel.joints), points)
 
 
-def _counted(channel: Channel, positions: Sequence[float]) -> list[float]:
+def _encoder_positions(channel: Channel, positions: Sequence[float]) -> list[float]:
     return [position - joint.offset for joint, position in zip(channel.joints, positions, strict=True)]
 
 

@@ -177,14 +177,14 @@ class RosReader:
             sense = RobotSense(message["robot"], message["sense"])
             self._reported[sense] = message["value"]
             if not self._missing_signs:
-                self._turn(sense, message["value"], message["at"])
+                self._change(sense, message["value"], message["at"])
         elif message["type"] == "alive":
             self.alive = self._clock()
             if self._missing_signs:
                 self._missing_signs -= 1
                 if not self._missing_signs:
                     for sense, value in self._reported.items():
-                        self._turn(sense, value, self.alive)
+                        self._change(sense, value, self.alive)
         elif message["type"] == "poses":
             self._measure(message)
         elif message["type"] == "batteries":
@@ -203,7 +203,7 @@ class RosReader:
             self._posed |= {each["robot"] for each in asked}
             self._hear(RawPoses([_pose(each) for each in asked]))
 
-    def _turn(self, sense: RobotSense, value: bool | None, at: float) -> None:
+    def _change(self, sense: RobotSense, value: bool | None, at: float) -> None:
         if self._values.get(sense) != value:
             self._values[sense] = value
             self._hear(Edge(sense, value, at))
@@ -211,7 +211,7 @@ class RosReader:
     def _silence_all(self) -> None:
         now = self._clock()
         for sense in list(self._values):
-            self._turn(sense, None, now)
+            self._change(sense, None, now)
 
 
 def _pose(each: MeasuredPose) -> RawPose:

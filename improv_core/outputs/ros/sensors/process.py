@@ -106,7 +106,7 @@ class HeardSenses:
     def take(self, topic: Topic, value: bool | None, now: float) -> Iterator[Edge]:
         """Take the value of a message; None if it has none."""
         if value is not None:
-            yield from self._turn(topic, _Known(value, now), now)
+            yield from self._change(topic, _Known(value, now), now)
 
     def look(self, is_published: Callable[[str], bool], now: float) -> Iterator[Edge]:
         """Find topics that have become silent. A topic without a timeout is silent while it has no publisher."""
@@ -116,16 +116,16 @@ class HeardSenses:
         for topic, (value, at) in list(self._known.items()):
             if topic.timeout:
                 if value is not None and now >= at + topic.timeout:
-                    yield from self._turn(topic, _UNKNOWN, now)
+                    yield from self._change(topic, _UNKNOWN, now)
             elif not is_published(topic.topic):
-                yield from self._turn(topic, _UNKNOWN, now)
+                yield from self._change(topic, _UNKNOWN, now)
             elif value is None:
-                yield from self._turn(topic, _Known(False, now), now)
+                yield from self._change(topic, _Known(False, now), now)
 
     def _value(self, topic: Topic) -> bool | None:
         return self._known.get(topic, _UNKNOWN).value
 
-    def _turn(self, topic: Topic, known: _Known, now: float) -> Iterator[Edge]:
+    def _change(self, topic: Topic, known: _Known, now: float) -> Iterator[Edge]:
         before, self._known[topic] = self._value(topic), known
         if before != known.value:
             yield from (Edge(sense, known.value, now) for sense in self._read.get(topic, ()))

@@ -322,7 +322,7 @@ profile = "lifter"
     assert messages[-1].joints["mast"] == pytest.approx((0.1, 0.0))
 
 
-def test_joints_that_are_nowhere_are_not_recorded() -> None:
+def test_positions_that_are_not_finite_are_not_recorded() -> None:
     recorder = Recorder(io.BytesIO(), START)
     recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")), True)
     with pytest.raises(ValueError, match="a joint of r was given a position or a speed that is not a finite number"):

@@ -1,4 +1,4 @@
-"""Diagnostics: what is wrong with a program, how severe it is, and how to fix it."""
+"""Diagnostics: problems of a program, their severity, and their fixes."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ SEVERITIES = {
 }
 
 MOST_SHOWN = 500
-"""Diagnostics of one file that are shown; one more says how much they leave out. People fix a few at a time, and all of
-100,000 would hold up every key."""
+"""The most diagnostics of one file that are shown; one more counts the rest. People fix a few at a time, and sending
+all of 100,000 would delay every key."""
 
 
 FADED = frozenset({"never-performed", "unused-name", "no-effect"})
@@ -89,11 +89,11 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that fix a problem, and a short title that says what they do.
+    """Edits that fix a problem, and a short title that describes them.
 
-    A fix is `safe` if nobody needs to look at it: nothing else can be meant, or it changes nothing that is played, and
-    it removes no movement. Such fixes can be applied with every save. It is a `guess` if it writes an example, or
-    one of several things that may be meant, so that somebody has to choose it.
+    A fix is `safe` if nobody needs to look at it: it has the only possible meaning or doesn't change the dance, and it
+    removes no movement. Such fixes can be applied with every save. It is a `guess` if it writes an example or one of
+    several possible meanings, so that somebody has to choose it.
     """
 
     title: str
@@ -107,7 +107,7 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """Another span that a problem involves, and how."""
+    """Another span that a problem involves, and its role."""
 
     span: Span
     message: str
@@ -120,9 +120,9 @@ class Related:
 class Diagnostic:
     """One problem at its exact span, described in one line, with fixes if they are obvious.
 
-    If it is `doubtful`, it is only information, whatever its code: the program doesn't say all that it depends on. If
-    it `warns`, it is only a warning: the program plays without what it is about. A
-    message may quote anything from a file. It is made printable here, so that no message can forget to.
+    A `doubtful` problem is only information, whatever its code: the program doesn't state all that it depends on. One
+    that `warns` is only a warning: the program plays without the part that it is about. A message may quote anything
+    from a file, so it is made printable here.
     """
 
     code: str
@@ -158,5 +158,5 @@ class Diagnostic:
 
 
 def replace(title: str, span: Span, text: str, *, safe: bool = False, guess: bool = False) -> tuple[Fix, ...]:
-    """A single fix that replaces the text at `span`."""
+    """Return a single fix that replaces the text at `span`."""
     return (Fix(title, (Edit(span, text),), safe, guess),)

@@ -1,7 +1,7 @@
-"""Makes foreign text safe to show: names, keys, values, paths, and the messages that quote them.
+"""Make foreign text safe to show: names, keys, values, paths, and the messages that quote them.
 
-Whoever shows text to people calls these functions, in the few places where text leaves Improv: the terminal, the
-editor's messages, diagnostics, and hovers. So no message has to remember what it quotes.
+Text leaves Improv in few places: the terminal, the editor's messages, diagnostics, and hovers. The code there calls
+these functions, so messages may quote anything.
 """
 
 from __future__ import annotations
@@ -9,38 +9,39 @@ from __future__ import annotations
 import re
 
 LONGEST_LINE = 10_000
-"""Characters of a line that is shown; a path and a message fit."""
+"""The most characters of a line that is shown; a path and a message fit."""
 LONGEST_MESSAGE = 1_000
 LONGEST_WORD = 200
-"""Characters of one word in a message that is long; the URL of the page fits."""
+"""The most characters of one word in a long message; the URL of the page fits."""
 _LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
 
 def printable(text: str) -> str:
-    r"""The text with everything invisible written as an escape, such as `\x1b` or `\u202e`; the middle of a long one
-    is left out.
+    r"""Return the text with everything invisible written as an escape, such as `\x1b` or `\u202e`, and without the
+    middle of a long one.
 
-    Escapes what `str.isprintable` rejects: control characters, line separators, formatting characters (so that the
-    direction of text stays visible), lone surrogates, and all spaces but the usual one.
+    Escapes everything that `str.isprintable` rejects: control characters, line separators, formatting characters (so
+    that the direction of text stays visible), lone surrogates, and all spaces except the usual one.
     """
     text = _cut(text, LONGEST_LINE)
     return text if text.isprintable() else "".join(map(_visible, text))
 
 
 def message(text: str) -> str:
-    """A message in one printable line. Long words are cut first, since those are what it quotes."""
+    """Return a message in one printable line. Long words are cut first, because they are quotes."""
     if len(text) > LONGEST_WORD:
         text = _cut(_LONG_WORD.sub(lambda word: _cut(word[0], LONGEST_WORD), text), LONGEST_MESSAGE)
     return printable(text)
 
 
 def one_line(error: BaseException) -> str:
-    """An exception as one printable line of text."""
+    """Return an exception as one printable line of text."""
     return message(" ".join(str(error).split()) or type(error).__name__)
 
 
 def message_without_links(text: str) -> str:
-    """A message with Markdown's links taken apart: editors make links out of messages, even ones that run commands."""
+    """Return a message with Markdown's links taken apart: editors make links of messages, even ones that run
+    commands."""
     return message(text).replace("](", "] (")
 
 

@@ -1,7 +1,7 @@
-"""Where long work can be interrupted. Standard library only.
+"""Interrupt long work at checkpoints. Standard library only.
 
-Work that may take long calls `checkpoint` often, at least every few milliseconds. Usually nothing happens then. The
-language server sets what does: there, the work waits while messages are read.
+Long work calls `checkpoint` often, at least every few milliseconds. Usually that does nothing. In the language server,
+the work waits there while messages are read.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ _interrupt: Callable[[], None] | None = None
 
 
 def checkpoint() -> None:
-    """The work that calls this may be interrupted here, and may never be continued."""
+    """Let other work interrupt this one, which may never continue."""
     if _interrupt:
         _interrupt()
 
 
 def on_checkpoint(interrupt: Callable[[], None] | None) -> None:
-    """Set what happens at each checkpoint, on whichever thread; None for nothing."""
+    """Set the function that each checkpoint calls, on whichever thread; None for nothing."""
     global _interrupt
     _interrupt = interrupt

@@ -20,7 +20,7 @@ class Span(NamedTuple):
         return Span(self.start + by, self.end + by)
 
     def holds(self, offset: int) -> bool:
-        """Whether a cursor at `offset` touches the span. A cursor right before or after it counts."""
+        """Return whether a cursor at `offset` touches the span. A cursor right before or after it counts."""
         return self.start <= offset <= self.end
 
 
@@ -39,7 +39,7 @@ class LineIndex:
         self.starts = [0, *(end.end() for end in LINE_END.finditer(text))]
 
     def edited(self, start: int, end: int, text: str) -> LineIndex:
-        """The index after `text` has replaced the text from `start` to `end`."""
+        """Return the index after `text` has replaced the text from `start` to `end`."""
         whole = self.text[:start] + text + self.text[end:]
         # A \r before the edit or a \n after it may join with the new text.
         first = max(bisect_right(self.starts, start) - 2, 0)
@@ -57,21 +57,21 @@ class LineIndex:
         return edited
 
     def position(self, offset: int) -> Position:
-        """The position of an offset. An offset beyond the text counts as its end."""
+        """Return the position of an offset. An offset beyond the text counts as its end."""
         offset = min(max(offset, 0), len(self.text))
         line = bisect_right(self.starts, offset) - 1
         return Position(line, offset - self.starts[line])
 
     def line(self, number: int) -> str:
-        """A line without its line end; empty if there is no such line."""
+        """Return a line without its line end; empty if there is no such line."""
         return self.text[self.start(number) : self.end(number)]
 
     def start(self, number: int) -> int:
-        """The offset at which a line starts. A line beyond the last one starts at the end of the text."""
+        """Return the offset at which a line starts. A line beyond the last one starts at the end of the text."""
         return self.starts[number] if number < len(self.starts) else len(self.text)
 
     def end(self, number: int) -> int:
-        """The offset at which a line's text ends, before its line end."""
+        """Return the offset at which a line's text ends, before its line end."""
         if number + 1 >= len(self.starts):
             return len(self.text)
         end = self.starts[number + 1] - 1
@@ -79,7 +79,7 @@ class LineIndex:
 
 
 def difference(before: str, after: str) -> tuple[int, int, str]:
-    """One edit that turns `before` into `after`: its start and end in `before`, and the new text."""
+    """Return one edit that turns `before` into `after`: its start and end in `before`, and the new text."""
     shorter = min(len(before), len(after))
     start = _common(shorter, lambda length: before[:length] == after[:length])
     end = _common(shorter - start, lambda length: before[len(before) - length :] == after[len(after) - length :])
@@ -87,7 +87,7 @@ def difference(before: str, after: str) -> tuple[int, int, str]:
 
 
 def _common(most: int, holds: Callable[[int], bool]) -> int:
-    """The largest length for which `holds` is true, found by bisection. It must be true for all smaller lengths."""
+    """Find by bisection the largest length for which `holds` is true. It must be true for all smaller lengths."""
     least = 0
     while least < most:
         middle = (least + most + 1) // 2

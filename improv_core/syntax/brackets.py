@@ -1,6 +1,6 @@
-"""Matches brackets. Missing and extra ones are repaired and reported at the bracket itself.
+"""Match brackets: repair missing and extra ones, and report each at the bracket itself.
 
-Where a bracket is missing, only people know, so all fixes are guesses.
+Only the writer knows the place of a missing bracket, so all fixes are guesses.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _TEXT = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
 
 
 def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens with every bracket matched, and a diagnostic for each repair."""
+    """Return the tokens with every bracket matched, and a diagnostic for each repair."""
     repaired: list[Token] = []
     diagnostics: list[Diagnostic] = []
     opened: list[Token] = []

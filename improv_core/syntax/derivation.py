@@ -1,8 +1,8 @@
-"""How the grammar parses a sequence of terminals, and which terminals it would accept next. Only this module uses lark.
+"""Parse a sequence of terminals by the grammar, and list the terminals that may come next. Only this module uses lark.
 
-It is asked about statements with syntax errors. A derivation depends only on the kinds of the tokens, and people make
-the same few errors again and again. So derivations are cached and filled in with the actual tokens. lark is imported
-when the first one is needed.
+It is used for statements with syntax errors. A derivation depends only on the kinds of the tokens, and people make the
+same few errors again and again. So derivations are cached and filled in with the actual tokens. lark is imported when
+the first one is needed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 from improv_core.slices import checkpoint
 
 MOST_INSERTED = 2
-"""How many missing terminals may be inserted in a row: `fast ||` lacks a number and a movement."""
+"""The most missing terminals that may be inserted in a row: `fast ||` lacks a number and a movement."""
 MOST_REPAIRS = 20
 """After this many errors in a statement, tokens that don't fit are only skipped: repairs are slow, and only the first
 error is reported."""
@@ -49,7 +49,7 @@ Shape: TypeAlias = Leaf | Branch
 
 @dataclass(frozen=True, slots=True)
 class Unexpected:
-    """The token at index `at` does not fit (the end, if there is no such token). These terminals would."""
+    """A token at index `at` (or the end) that does not fit, and the `wanted` terminals that would."""
 
     at: int
     wanted: frozenset[str]
@@ -65,7 +65,7 @@ class Derivation:
 
 def derive(terminals: tuple[str, ...]) -> Derivation:
     """Parse the terminals of a statement. Never raises: missing terminals are inserted, and extra ones are skipped."""
-    return _kept(terminals) if len(terminals) <= LONGEST_SHAPE else _derived(terminals)
+    return _cached(terminals) if len(terminals) <= LONGEST_SHAPE else _derived(terminals)
 
 
 def prepare() -> None:
@@ -114,7 +114,7 @@ def _unexpected() -> type[Exception]:
 
 
 @lru_cache(maxsize=2_000)
-def _kept(terminals: tuple[str, ...]) -> Derivation:
+def _cached(terminals: tuple[str, ...]) -> Derivation:
     return _derived(terminals)
 
 

@@ -1,4 +1,4 @@
-"""Parses correct movements by recursive descent, in a fraction of the time that the grammar takes."""
+"""Parse correct movements by recursive descent, in a fraction of the time that the grammar takes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ AT_ONCE = 100
 
 
 def descend(tokens: Sequence[Token]) -> Node | None:
-    """The movement that these tokens are; None if they are not exactly one, for the grammar to say what is wrong.
+    """Return the movement of these tokens. None if they are not exactly one: then the grammar finds the error.
 
     A test compares this with the grammar. It recurses once for each level of brackets and transformers.
     """
@@ -41,7 +41,7 @@ def descend(tokens: Sequence[Token]) -> Node | None:
 
 
 def descend_tempo(tokens: Sequence[Token]) -> Number | None:
-    """The number of `beat` and a number; None if these tokens are anything else."""
+    """Return the number of `beat n`; None if these tokens are anything else."""
     descent = _Descent(tokens)
     try:
         descent.take(("BEAT",))
@@ -56,7 +56,7 @@ span = lru_cache(maxsize=20_000)(Span)
 
 @lru_cache(maxsize=20_000)
 def primitive(text: str, start: int, end: int) -> Primitive:
-    """Shared by all statements that have this word at this offset: most nodes are primitives."""
+    """Return the node of this word at this offset. All statements share it, because most nodes are primitives."""
     place, word = span(start, end), WORDS[text]
     return Primitive(place, word, hold(word.velocity, span=place))
 
@@ -71,7 +71,7 @@ def single(token: Token) -> Number:
 
 
 def number_of(factors: Sequence[Token]) -> Number:
-    """A number, or a product: its factors, with the operators between them."""
+    """Return a number, or a product: its factors, with the operators between them."""
     if len(factors) == 1:
         return single(factors[0])
     text = "".join([token.text for token in factors])
@@ -96,7 +96,7 @@ class _Descent:
         self.next = next(self._rest)
 
     def take(self, kinds: Collection[str]) -> Token:
-        """The next token, which must be one of these kinds."""
+        """Return the next token, which must be one of these kinds."""
         token = self.next
         if token.type not in kinds:
             raise _UnexpectedError
@@ -104,7 +104,7 @@ class _Descent:
         return token
 
     def movement(self, end: str) -> Node:
-        """Voices up to a token of the kind `end`, which is not read."""
+        """Read voices up to a token of the kind `end`, which is not read."""
         first = self.voice()
         if self.next.type != "BAR":
             if self.next.type != end:

@@ -28,7 +28,7 @@ INDENT = "  "
 _OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
 _IN_NUMBERS = ("NUMBER", "PARAM", "OPERATOR")
 _LEADS = frozenset({*(kind.value for kind in TRANSFORMERS), "IF", "ELSE", "NOT", "SENSE", "PLANE"})
-"""What a term may start with, besides the numbers of a transformer."""
+"""Kinds of tokens that a term may start with, besides the numbers of a transformer."""
 _COMMENT = re.compile(COMMENT)
 _NAMES = ("NAME", "PARAM", "SENSE")
 _SPACES = " \t\ufeff"
@@ -36,7 +36,7 @@ _BOM = "\ufeff"
 
 
 def format_text(text: str) -> str:
-    """The program in the standard layout. Statements with syntax errors stay as they are."""
+    """Return the program in the standard layout. Statements with syntax errors stay as they are."""
     pieces, place = [], 0
     for edit in edits(text):
         pieces += [text[place : edit.span.start], edit.text]
@@ -45,9 +45,9 @@ def format_text(text: str) -> str:
 
 
 def edits(text: str) -> list[Edit]:
-    """The edits that give a program the standard layout, in the order of the text. None overlap."""
+    """Return the edits that give a program the standard layout, in the order of the text. None overlap."""
     parts = [
-        _Part(start, source, _kept(source) if len(source) <= LONGEST_KEPT else _lines(source))
+        _Part(start, source, _cached_lines(source) if len(source) <= LONGEST_KEPT else _lines(source))
         for start, source in _parts(text)
     ]
     line_end = _line_end(text, [part for part in parts if part.lines is None])
@@ -73,7 +73,7 @@ class _Part:
 
 
 def _parts(text: str) -> Iterator[tuple[int, str]]:
-    """The offset and text of each statement and each comment line. Only spaces and line ends are between them."""
+    """Return the offset and text of each statement and comment line. Only spaces and line ends are between them."""
     place = 0
     for start, source in [*split(text), (len(text), "")]:
         for comment in _COMMENT.finditer(text, place, start):
@@ -84,7 +84,7 @@ def _parts(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _line_end(text: str, kept: Sequence[_Part]) -> str:
-    """The most common line end, or the first of several. Those in unchanged parts count only if there are no others."""
+    """Return the most common line end, or the first of several. Those in unchanged parts only count without others."""
     others, place = [], 0
     for part in kept:
         others += LINE_END.findall(text, place, part.start)
@@ -110,11 +110,11 @@ def _lines(source: str) -> Sequence[str] | None:
     return _broken(_flat(source, tokens, sign))
 
 
-_kept = lru_cache(maxsize=20_000)(_lines)  # a program is formatted with every save, and most of it stays as it was
+_cached_lines = lru_cache(maxsize=20_000)(_lines)  # most statements stay the same between two saves
 
 
 class _Comment(NamedTuple):
-    """A comment, whether it is alone on its line, and whether a blank line precedes it."""
+    """A comment: it may be `alone` on its line, and `set_off` by a blank line before it."""
 
     text: str
     alone: bool
@@ -125,9 +125,9 @@ class _Comment(NamedTuple):
 class _Flat:
     """A statement on one line, without its comments.
 
-    For each token: where it starts and ends in that line, the comments after it, and how many comments come before it.
-    For each opening bracket: the token that closes it. `glued` are the tokens that only a comment may separate from
-    the token that follows, and `breaks` those outside all brackets that continue the statement on a new line.
+    For each token: its start and end in that line, the comments after it, and the number of comments before it. For
+    each opening bracket: the token that closes it. `glued` are the tokens that only a comment may separate from the
+    token that follows, and `breaks` those outside all brackets that continue the statement on a new line.
     """
 
     line: str
@@ -147,18 +147,19 @@ class _Flat:
         return self.comments_before[last] > self.comments_before[first]
 
     def breakable(self, index: int) -> bool:
-        """Whether a token is an opening bracket that is not empty."""
+        """Return whether a token is an opening bracket that is not empty."""
         closer = self.closers.get(index, 0)
         return closer > index + 1 or self.commented(index, closer)
 
     def term_end(self, index: int) -> int:
-        """The last token of the term that starts here."""
+        """Return the last token of the term that starts here."""
         while index in self.glued:
             index += 1
         return self.closers.get(index, index)
 
     def line_end(self, index: int) -> int:
-        """The last token that stays on the line of a token outside all brackets, up to the next breakable bracket."""
+        """Return the last token that stays on the line of a token outside brackets, up to the next breakable
+        bracket."""
         last = len(self.tokens) - 1
         for later in range(index + 1, last):
             if later in self.breaks:
@@ -190,7 +191,7 @@ def _flat(source: str, tokens: Sequence[Token], sign: int) -> _Flat:
             opened.append(index)
         elif token.type in _CLOSERS:
             opener = opened.pop()
-            if index > sign:  # the head of a phrase stays on one line: only there does it begin a statement
+            if index > sign:  # the head of a phrase stays on one line: on two, it would not begin a statement
                 closers[opener] = index
         elif token.type in ("BAR", "ELSE") and last and not opened and LINE_END.search(source, last.end, token.start):
             breaks.append(index)
@@ -201,7 +202,7 @@ def _flat(source: str, tokens: Sequence[Token], sign: int) -> _Flat:
 
 
 def _written(source: str, token: Token) -> str:
-    """A token as it is usually written. Names keep their letters."""
+    """Return a token in its usual spelling. Names keep their letters."""
     return usual(source[token.start : token.end]) if token.type in _NAMES else token.text
 
 
@@ -209,16 +210,16 @@ def _glued(tokens: Sequence[Token]) -> frozenset[int]:
     found = set()
     after_name = False  # the numbers of a name end its term, and those of a transformer don't
     for index, token in enumerate(tokens[:-1]):
-        goes_on = tokens[index + 1].type in _IN_NUMBERS
+        number_follows = tokens[index + 1].type in _IN_NUMBERS
         if token.type not in _IN_NUMBERS:
             after_name = token.type == "NAME"
-        if token.type in _LEADS or (goes_on if after_name else token.type in _IN_NUMBERS):
+        if token.type in _LEADS or (number_follows if after_name else token.type in _IN_NUMBERS):
             found.add(index)
     return frozenset(found)
 
 
 def _comments(token: Token, gap: str) -> list[_Comment]:
-    """The comments between a token and the next."""
+    """Return the comments between a token and the next."""
     found: list[_Comment] = []
     place = 0
     for match in _COMMENT.finditer(gap):
@@ -230,14 +231,15 @@ def _comments(token: Token, gap: str) -> list[_Comment]:
 
 
 def _broken(flat: _Flat) -> list[str]:
-    """The lines of a statement. Brackets that don't fit or contain a comment are broken over lines, outermost first.
+    """Return the lines of a statement. Brackets that don't fit or contain a comment are broken over lines, outermost
+    first.
 
     Outside of brackets, a `||` or `else` that begins a line still does.
     """
     lines: list[str] = []
-    continued = 0  # 1 if such a line has begun: all that follows is indented
+    continued = 0  # 1 after a line that begins with `||` or `else`: the rest is indented
     line = ""
-    open_until: list[int] = []  # the closing tokens of the broken brackets around
+    open_until: list[int] = []  # the closing tokens of the broken brackets that contain this token
     index, closed = 0, -1
 
     def end_line() -> str:
@@ -276,7 +278,7 @@ def _broken(flat: _Flat) -> list[str]:
 
 
 def _begins_line(flat: _Flat, index: int, column: int, *, after_broken: bool) -> bool:
-    """Whether a token starts a new line in a broken bracket: voices do, and terms that don't fit on the line."""
+    """Return whether a token starts a new line in a broken bracket: voices do, and terms that don't fit on the line."""
     if flat.tokens[index].type == "BAR":
         return True
     if flat.tokens[index - 1].type == "BAR" or index - 1 in flat.glued:

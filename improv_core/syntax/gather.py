@@ -1,6 +1,6 @@
-"""Gives names the movements that they take. How many that is only their definitions say, so the parser can't.
+"""Give names the movements that they take. Their definitions set the number of movements, so the parser can't do this.
 
-Nor does it know which names are words for body parts, which take one.
+Nor does the parser know which names are words for body parts, which take one movement.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class TooDeepError(Exception):
 def gather(
     body: Node, movements_of: Callable[[str], int], parts: Container[str] = (), poses: Container[str] = ()
 ) -> Node:
-    """The tree in which each name has as many of the terms after it as `movements_of` says, or as there are.
+    """Return the tree in which each name has the number of following terms that `movements_of` returns, if there are
+    enough.
 
     `parts` are words for body parts, and the name of a pose follows those in `poses`. A name binds as tightly as a
     transformer. Raises TooDeepError.
@@ -51,7 +52,7 @@ class _Gatherer:
     poses: Container[str]
 
     def whole(self, node: Node, level: int) -> Node:
-        """A node that is not followed by terms it could take."""
+        """Return the tree of a node that no terms follow which it could take."""
         if isinstance(node, Parallel):
             return replace(node, voices=tuple([self.whole(voice, level) for voice in node.voices]))
         if not isinstance(node, Series):
@@ -63,7 +64,7 @@ class _Gatherer:
         return items[0] if len(items) == 1 else replace(node, items=tuple(items))
 
     def _term(self, node: Node, rest: deque[Node], level: int) -> Node:
-        """A term that begins with this node and takes what it needs from the rest."""
+        """Return the term that begins with this node and takes the terms it needs from the rest."""
         if level > DEEPEST:
             raise TooDeepError(node.span)
         if isinstance(node, Name) and node.text in self.parts and rest:

@@ -1,4 +1,4 @@
-"""The part of a statement before its sign: a name and its parameters, or robots. And what names are by their place."""
+"""The part of a statement before its sign: a name and its parameters, or robots; and the kinds of names by place."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Head:
 
     @property
     def numbers(self) -> Collection[str]:
-        """The names of the parameters that are numbers."""
+        """Names of the parameters that are numbers."""
         return {each.name for each in self.parameters if each.is_number}
 
     def of_other_kind(self, name: str) -> tuple[Fix, ...]:
-        """The fix that makes a number of a parameter that is a movement, or the other way around."""
+        """Return the fix that makes a number of a parameter that is a movement, or the reverse."""
         kinds = {each.name: each.is_number != (each.name == name) for each in self.parameters}
         numbers = [each for each, is_number in kinds.items() if is_number]
         movements = [f"({each})" for each, is_number in kinds.items() if not is_number]
@@ -45,7 +45,7 @@ class Head:
 
 
 def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
-    """The head of a statement, and the tokens that follow its sign. All tokens if it has no sign before a movement."""
+    """Return the head of a statement and the tokens after its sign; all tokens if no sign precedes a movement."""
     sign = sign_of(tokens)
     if sign is None:
         return Head((), None, (), (without_sign(tokens),)), list(tokens)
@@ -58,7 +58,7 @@ def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
 
 
 def sign_of(tokens: Sequence[Token]) -> Token | None:
-    """The token that decides what a statement is."""
+    """Return the token that determines the kind of a statement."""
     if tokens and tokens[0].type == "SCENE":
         return tokens[0]
     for token in tokens:
@@ -68,8 +68,8 @@ def sign_of(tokens: Sequence[Token]) -> Token | None:
 
 
 def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]:
-    """The tokens of a movement, with names as what they are by their place: senses (SENSE) after words that take
-    one, and the parameters in `numbers` (PARAM)."""
+    """Classify the names in a movement by their place: senses (SENSE) after words that take one, and the parameters in
+    `numbers` (PARAM)."""
     found: list[Token] = []
     before = ""
     for token in tokens:
@@ -85,12 +85,12 @@ def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]
 
 def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     if len(tokens) == 1 and tokens[0].type not in BRACKETS and is_name(tokens[0].text):
-        return Head((tokens[0]._replace(type="HEAD"),), sign)  # as nearly all are
+        return Head((tokens[0]._replace(type="HEAD"),), sign)  # nearly all definitions
     tokens, wrong_brackets = close_brackets(tokens)
     joined = joined_touching(text, tokens)
     words = [token for token in joined if token.type not in BRACKETS]
     if not words:
-        return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a name before `=`"),))
+        return Head((_empty_head(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a name before `=`"),))
     name, *rest = joined
     if name is not words[0]:
         bare = Diagnostic("syntax", name.span, "write a name without brackets")
@@ -104,7 +104,7 @@ def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
 
 
 def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | None]:
-    """The parameters of a phrase, up to the first error."""
+    """Read the parameters of a phrase, up to the first error."""
     parameters: list[Parameter] = []
     rest = iter(tokens)
     for token in rest:
@@ -140,13 +140,13 @@ def _invalid(name: Token) -> str:
 
 
 def robots_head(text: str, tokens: Sequence[Token], sign: Token) -> Head:
-    """The head of a statement that has robots before its sign."""
+    """Read the head of a statement that has robots before its sign."""
     tokens, separators = without_separators(tokens)
     joined = joined_touching(text, tokens)
     names = tuple(token._replace(type="HEAD") for token in joined if token.type not in BRACKETS)
     if not names:
         return Head(
-            (_nothing(sign),),
+            (_empty_head(sign),),
             sign,
             (),
             (Diagnostic("syntax", sign.span, f"write a robot's name before `{sign.text}`"),),
@@ -157,12 +157,12 @@ def robots_head(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     return Head(names, sign, (), tuple(separators))
 
 
-def _nothing(sign: Token) -> Token:
+def _empty_head(sign: Token) -> Token:
     return Token("HEAD", "", sign.start, sign.start)
 
 
 def joined_touching(text: str, tokens: Sequence[Token]) -> list[Token]:
-    """Names and strays that touch become one token, so `my-robot` is one invalid name instead of three tokens."""
+    """Join names and strays that touch into one token, so `my-robot` is one invalid name instead of three tokens."""
     joined: list[Token] = []
     for token in tokens:
         last = joined[-1] if joined else None

@@ -31,9 +31,9 @@ _TERMINALS = {word.text: word.kind.value for word in WORDS.values()}
 
 
 class Token(NamedTuple):
-    """A piece of a statement. `type` is its terminal in the grammar; offsets count from the start of the statement.
+    """A token of a statement. `type` is its terminal in the grammar; offsets count from the start of the statement.
 
-    The text is as it is usually written: it may have other characters there, of names even fewer.
+    `text` has the usual characters: the statement may have others there, and names may have more.
     """
 
     type: str
@@ -47,11 +47,11 @@ class Token(NamedTuple):
 
 
 def lex(text: str) -> list[Token]:
-    """The tokens of a text, without whitespace and comments. A character that fits no token becomes a `STRAY`."""
+    """Return the tokens of a text, without whitespace and comments. A character that fits none becomes a `STRAY`."""
     tokens = []
     is_plain = text.isascii()
     code = text if is_plain else shape(text)
-    new = tuple.__new__  # in a quarter of the time that Token's own constructor takes
+    new = tuple.__new__  # takes a quarter of the time of Token's own constructor
     for match in _TOKEN.finditer(code):
         kind = match.lastgroup
         assert kind

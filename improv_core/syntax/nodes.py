@@ -14,7 +14,7 @@ from improv_core.syntax.words import Word
 from improv_core.text import Span
 
 LONGEST = 100_000
-"""The most characters of a statement that is parsed: a bad paste must not freeze the editor."""
+"""The most characters of a statement that is parsed: pasting a huge text must not freeze the editor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Name:
 class Number:
     """A number, or a product of numbers and parameters: the tokens of its factors, with `*` or `/` between them.
 
-    `text` is without spaces. If the number is missing, its only factor has no text. The parser has reported it.
+    `text` is without spaces. If the number is missing, its only factor has no text, and the parser has reported it.
     """
 
     span: Span
@@ -86,7 +86,7 @@ class Bracket:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """The name of a sense, and whether `not` stands before it."""
+    """The name of a sense, negated if `not` stands before it."""
 
     span: Span
     is_negated: bool
@@ -111,7 +111,7 @@ class Apply:
 
 @dataclass(frozen=True, slots=True)
 class PartTerm:
-    """A word for a body part and the term that it performs. Only `gather` makes it: it is a name until then."""
+    """A word for a body part and the term that it performs. Only `gather` makes it, out of a name."""
 
     span: Span
     name: Name
@@ -120,7 +120,7 @@ class PartTerm:
 
 @dataclass(frozen=True, slots=True)
 class PoseTerm:
-    """`to POSE`. Only `gather` makes it, of two names. The name of the pose is none of the program's names."""
+    """`to POSE`. Only `gather` makes it, of two names. The name of the pose is not a name of the program."""
 
     span: Span
     word: Name
@@ -140,7 +140,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class AtPoint:
-    """`at x y facing d`: in meters, and degrees."""
+    """`at x y facing d`: in meters and degrees."""
 
     x: Number
     y: Number
@@ -149,7 +149,7 @@ class AtPoint:
 
 @dataclass(frozen=True, slots=True)
 class InFormation:
-    """`at circle n facing out around x y`: `size` is the radius of a circle, or how far apart neighbors stand."""
+    """`at circle n facing out around x y`: `size` is the radius of a circle, or the distance between neighbors."""
 
     shape: Token
     size: Number
@@ -202,12 +202,11 @@ class Statement:
 
     `sign` is the `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene, or
     the `at`, `is`, `room`, or `bar` of a line of the opening; None if it has none. `heads` are the names before the
-    sign (after `---`), and `parameters` those of a phrase. `body` is the movement as it can be read without knowing how
-    many movements each name takes (see `gather`), `number` the tempo, and `opening` what a line of the opening says.
-    `words` are its words that are names elsewhere.
-    `defines` is the name that it defines, if that name is allowed. `uses` are the names in the movement that are not
-    parameters, each once. The flags say whether it contains `||`, a word that means something else for each robot, a
-    condition, and numbers after a name.
+    sign (after `---`), and `parameters` those of a phrase. `body` is the movement before `gather` has given names their
+    movements, `number` the tempo, and `opening` the node of a line of the opening. `words` are the words of that line
+    that are names elsewhere. `defines` is the name that it defines, if that name is allowed. `uses` are the names in
+    the movement that are not parameters, each once. The flags are set if it contains `||`, a word that means something
+    else for each robot, a condition, or numbers after a name.
     """
 
     text: str
@@ -228,17 +227,17 @@ class Statement:
 
     @property
     def plays(self) -> bool:
-        """Whether it has robots play something."""
+        """True if it has robots play something."""
         return self.sign is not None and self.sign.type == "DOLLAR"
 
     @property
     def tokens(self) -> list[Token]:
-        """All tokens, lexed again: many statements are kept, but few are asked for tokens. Empty if it is too long."""
+        """All tokens, lexed again: many statements are cached, and few need their tokens. Empty if it is too long."""
         return lex(self.text) if len(self.text) <= LONGEST else []
 
 
 def children(node: Node) -> tuple[Node, ...]:
-    """The nodes directly inside."""
+    """Return the nodes directly inside."""
     if isinstance(node, Series):
         return node.items
     if isinstance(node, Parallel):
@@ -255,24 +254,24 @@ def children(node: Node) -> tuple[Node, ...]:
 
 
 def nodes(node: Node) -> Iterator[Node]:
-    """A node and all nodes inside it, in the order of the text."""
+    """Yield a node and all nodes inside it, in the order of the text."""
     yield node
     for child in children(node):
         yield from nodes(child)
 
 
 def names(node: Node) -> Iterator[Name]:
-    """The names inside a node, in the order of the text."""
+    """Return the names inside a node, in the order of the text."""
     return (each for each in nodes(node) if isinstance(each, Name))
 
 
 def numbers(node: Node) -> tuple[Number, ...]:
-    """The numbers that belong to a node itself."""
+    """Return the numbers that belong to a node itself."""
     return node.numbers if isinstance(node, (Apply, Call)) else ()
 
 
 def mentions(node: Node | Number, movements: Container[str]) -> Iterator[str]:
-    """The parameters that a node or a number mentions, in order. `movements` names those that are movements."""
+    """Yield the parameters that a node or a number mentions, in order. `movements` names those that are movements."""
     if isinstance(node, Number):
         yield from (token.text for token in node.parameters)
         return
@@ -284,5 +283,5 @@ def mentions(node: Node | Number, movements: Container[str]) -> Iterator[str]:
 
 
 def items(voice: Node) -> int:
-    """The number of items that a bracket counts in one of its voices."""
+    """Return the number of items that a bracket counts in one of its voices."""
     return len(voice.items) if isinstance(voice, Series) else 1

@@ -1,4 +1,4 @@
-"""The lines of the opening: where robots stand, what kind they are, the floor, the bar, and the names of scenes.
+"""The lines of the opening: the places and profiles of robots, the floor, the bar, and the names of scenes.
 
 Their words are names everywhere else. A line with `=` or `$` is never one of them.
 """
@@ -23,7 +23,7 @@ from improv_core.text import Span
 SHAPES = ("circle", "line", "grid")
 """The formations that robots can stand in."""
 FACINGS = ("in", "out")
-"""The ways in which robots on a circle can face."""
+"""The directions that robots on a circle can face."""
 _PROFILE = re.compile(rf"{NAME}(?:-+\w+)*")
 _WORDS = frozenset({kind.value for kind in Kind})
 _SIZES = {"circle": "the radius of the circle", "line": "how far apart neighbors stand"}
@@ -42,7 +42,7 @@ class OpeningLine:
 
 
 def opening_line(text: str, tokens: Sequence[Token]) -> OpeningLine | None:
-    """The line of the opening that the tokens of a statement are, perhaps with an error; None if they are none."""
+    """Read the tokens of a statement as a line of the opening, perhaps with an error; None if they are none."""
     types = [token.type for token in tokens]
     if not tokens or "EQUAL" in types or "DOLLAR" in types or types[:2] == ["BEAT", "NUMBER"]:
         return None
@@ -64,7 +64,7 @@ _FLOOR = {"room": "ROOM", "bar": "BAR_LENGTH"}
 
 
 def _kind_at(text: str, tokens: Sequence[Token]) -> int | None:
-    """The index of the `is` of a line that gives robots a profile; None if it doesn't."""
+    """Return the index of the `is` of a line that gives robots a profile; None if it doesn't."""
     place = next((place for place in range(1, len(tokens)) if _is_profile(text, tokens, place)), None)
     if place is None and _WORDS.isdisjoint(token.type for token in tokens):
         lacking = (place for place, token in enumerate(tokens) if place and token.text == "is")
@@ -73,7 +73,7 @@ def _kind_at(text: str, tokens: Sequence[Token]) -> int | None:
 
 
 def _is_profile(text: str, tokens: Sequence[Token], place: int) -> bool:
-    """Whether a token is an `is` with nothing but a profile after it, and nothing but names before it."""
+    """Return whether a token is an `is` with only a profile after it and only names before it."""
     if tokens[place].text != "is" or len(tokens) == place + 1:
         return False
     names = joined_touching(text, tokens[:place])
@@ -82,14 +82,14 @@ def _is_profile(text: str, tokens: Sequence[Token], place: int) -> bool:
 
 
 def _place_at(tokens: Sequence[Token]) -> int | None:
-    """The index of the `at` of a line that places robots; None if it doesn't."""
+    """Return the index of the `at` of a line that places robots; None if it doesn't."""
     found = [place for place, token in enumerate(tokens) if token.text == "at"]
     for place in found:
         if place and _begins_place(tokens, place + 1):
             return place
     if found == [0] and _begins_place(tokens, 1):
         return 0  # the robot is missing
-    # Nobody who writes no movement means a robot that is called `at`.
+    # In a line without a movement, `at` is not meant as the name of a robot.
     return next((place for place in found if place and _WORDS.isdisjoint(token.type for token in tokens)), None)
 
 
@@ -126,7 +126,7 @@ def _read(
 
 
 class _WrongError(Exception):
-    """What is wrong with a line."""
+    """An error in a line of the opening."""
 
     def __init__(self, span: Span, message: str, fixes: tuple[Fix, ...] = ()) -> None:
         super().__init__(message)
@@ -134,7 +134,7 @@ class _WrongError(Exception):
 
 
 class _Reader:
-    """Reads what follows a sign, from left to right."""
+    """Reads the tokens after a sign, from left to right."""
 
     def __init__(self, text: str, sign: Token, heads: Sequence[Token], tokens: Sequence[Token]) -> None:
         self._text, self._sign, self._heads = text, sign, heads
@@ -183,7 +183,7 @@ class _Reader:
     def _too_many(self, x: Number, y: Number, facing: Number | None) -> _WrongError:
         first, last = self._heads[0], self._heads[-1]
         line = f"line 1 around {x.text} {y.text}"
-        place = Span(self._sign.end, y.span.end)  # there may be no blank before a sign
+        place = Span(self._sign.end, y.span.end)  # there may be no space before a sign
         fixes = () if facing else replace(f"Change to {line}", place, f" {line}")
         message = f"only one robot can stand at a point: write `{line}`, or a line for each robot"
         return _WrongError(Span(first.start, last.end), message, fixes)
@@ -243,7 +243,7 @@ class _Reader:
         return x, self._number(example, "0")
 
     def _number(self, expected: str, usual: str, *, signed: bool = True) -> Number:
-        """The number that comes next. If there is none, it is `expected`, and a fix writes the `usual` one."""
+        """Read the next number. If there is none, the error asks for `expected`, and a fix writes the `usual` one."""
         found = self._next
         if found is None or found.type != "NUMBER":
             raise self._expected(expected, usual)
@@ -284,7 +284,7 @@ class _Reader:
             raise _WrongError(self._next.span, f"did you mean `{near}`?", fixes)
 
     def _expected(self, message: str, usual: str) -> _WrongError:
-        """The error about what should come next."""
+        """Return the error that asks for what should come next."""
         found = self._next
         if found is None:
             end = Span(self._last.end, self._last.end)
@@ -297,7 +297,7 @@ class _Reader:
 
 
 def _bracketed(text: str, tokens: Sequence[Token]) -> tuple[str, Span] | None:
-    """Numbers in brackets as they should be written, and the span of all of that."""
+    """Return numbers in brackets as they should be written, and the span of the whole."""
     closer = next((place for place, token in enumerate(tokens) if token.type == "RPAR"), None)
     if closer is None:
         return None

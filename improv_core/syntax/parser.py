@@ -1,4 +1,4 @@
-"""Parses a statement. Never raises: missing tokens are inserted, extra ones are skipped, and each is reported."""
+"""Parse a statement. Never raises: missing tokens are inserted, extra ones are skipped, and each is reported."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from improv_core.syntax.wrong_characters import can_remove, number_meant, shown,
 from improv_core.text import Span
 
 DEEPEST = 200
-"""How deeply brackets and transformers may be nested."""
+"""The most levels of nested brackets and transformers."""
 
 # Code that reads a tree recurses up to ten frames per level, which is more than Python's default limit of 1,000.
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
@@ -51,7 +51,7 @@ LONGEST_KEPT = 10_000
 
 
 def parse_statement(text: str) -> Statement:
-    """The tree of one statement and its syntax errors."""
+    """Return the tree of one statement and its syntax errors."""
     return _KEPT.get(text) if len(text) <= LONGEST_KEPT else _parsed(text)
 
 
@@ -70,7 +70,7 @@ class Kept:
             statements.move_to_end(text)
             return known
         made = _parsed(text)
-        if text in statements:  # it was parsed elsewhere while this was interrupted
+        if text in statements:  # it was parsed elsewhere while a checkpoint interrupted this
             return statements[text]
         statements[text] = made
         self.characters += len(text)
@@ -141,13 +141,13 @@ def _is_right(text: str) -> bool:
 
 
 def _has_arguments(tokens: Sequence[Token]) -> bool:
-    """Whether a number follows a name."""
+    """Return whether a number follows a name."""
     return any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(tokens))
 
 
 def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
-    """The error if brackets and transformers are nested too deeply. A transformer applies until its term starts."""
-    opened: list[tuple[str, int]] = []  # brackets, and `if` until its `else`: each with the level it stands on
+    """Return the error if brackets and transformers nest too deeply. A transformer applies until its term starts."""
+    opened: list[tuple[str, int]] = []  # brackets, and `if` until its `else`: each with its level
     level = 0
     for token in tokens:
         kind = token.type
@@ -176,7 +176,7 @@ _TRANSFORMERS = frozenset(kind.value for kind in TRANSFORMERS)
 
 
 def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Number | None, list[Diagnostic]]:
-    """The movement or the tempo of a statement, and its first syntax error. Later ones may only follow from it.
+    """Return the movement or the tempo of a statement, and its first syntax error. Later ones may only follow from it.
 
     `rest` are the tokens after the head.
     """
@@ -203,7 +203,7 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
 
 
 def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
-    """The node of a shape, filled in with these tokens."""
+    """Build the node of a shape with these tokens."""
     checkpoint()
     rule, parts = shape.rule, shape.parts
     if rule == "series":
@@ -272,7 +272,7 @@ _IN_CONDITIONS = frozenset({"NOT", "SENSE"})
 
 
 def _wrong_kind(found: Token, accepts: frozenset[str], head: Head) -> Diagnostic | None:
-    """The error if `found` is a number where a movement should be, or a movement where a number should be."""
+    """Return the error if `found` is a number in place of a movement, or a movement in place of a number."""
     name = found.text
     if found.type == "PARAM" and "PRIMITIVE" in accepts:
         message = f"`{name}` is a number here: write `({name})` in the head to make it a movement"
@@ -284,7 +284,7 @@ def _wrong_kind(found: Token, accepts: frozenset[str], head: Head) -> Diagnostic
 
 
 def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[str, tuple[Fix, ...]]:
-    """The message about the token at this index, or about the end of the statement, and its fixes."""
+    """Return the message about the token at this index, or about the end of the statement, and its fixes."""
     last, found = tokens[at - 1] if at else None, tokens[at] if at < len(tokens) else None
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
@@ -294,11 +294,11 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
     if found and found.text in SEPARATORS:
         items = "numbers" if accepts <= _IN_NUMBERS else "movements"
         what, touched = shown(found), [token for token in tokens[at + 1 : at + 2] if token.start == found.end]
-        # Before a number it may be a decimal comma without a 0, and after one, one with a space too many.
-        is_decimal = any(token.type == "NUMBER" for token in (*touched, *tokens[at - 1 : at]))
-        remove = replace(f"Remove {found.text}", found.span, " " if touched else "", safe=not is_decimal)
-        keeps = not touched or touched[0].type != "NUMBER" or (last is not None and last.end == found.start)
-        return f"remove {what}: separate {items} with spaces", remove if keeps else ()
+        # Before a number it may be a decimal comma without a 0; after one, a decimal comma followed by an extra space.
+        may_be_decimal = any(token.type == "NUMBER" for token in (*touched, *tokens[at - 1 : at]))
+        remove = replace(f"Remove {found.text}", found.span, " " if touched else "", safe=not may_be_decimal)
+        is_safe_to_remove = not touched or touched[0].type != "NUMBER" or (last is not None and last.end == found.start)
+        return f"remove {what}: separate {items} with spaces", remove if is_safe_to_remove else ()
     if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()

@@ -1,4 +1,4 @@
-"""The likeliest slips of newcomers, each with a message that says what to write and a fix that writes it."""
+"""The likeliest slips of newcomers, each with a message that says what to write, and a fix that writes it."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ MEANT: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("climb", "rise"), ("up",)),
     **dict.fromkeys(("random", "pick"), ("choose",)),
 }
-"""Words that people try, in lowercase, and the words of the language that do what they want."""
+"""Words that people try, in lowercase, and the words of the language that mean the same."""
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)
 _LONGEST_TAKEN_APART = 60
 _BESIDE_WORDS = re.compile(r"^[^A-Za-z0-9]+|[^A-Za-z0-9]+$")
 _LONGEST_ENDING = 2
-"""The most characters that may be too many in a word: `forwards`."""
+"""The most extra characters at the end of a word: `forwards` has one."""
 _SIMILAR = 0.7
-"""How similar to a word of the language a line's first word must be to be taken for it, from 0 to 1."""
+"""The similarity, from 0 to 1, at which a line's first word is taken for a word of the language."""
 _SEPARATORS = frozenset({*SEPARATORS, "&", "+"})
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
@@ -57,22 +57,22 @@ _OPPOSITES = {
 
 _TURNING = ("left", "right", "halfleft", "halfright")
 _GOING = ("forward", "backward", "strafeleft", "straferight", "up", "down")
-_SAYS_ALREADY: Mapping[str, tuple[str, ...]] = {
+_REDUNDANT_WITH: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("turn", "rotate", "spin"), _TURNING),
     **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight"), _GOING),
 }
-"""Words of `MEANT` that people put before or behind one of the language: with it, they say nothing of their own."""
+"""Words of `MEANT` that add nothing before or after one of these words of the language."""
 
 
 def nearest_word(name: str) -> str | None:
-    """The word for movements that is most similar to a name, if one is."""
+    """Return the word for movements that is most similar to a name, if one is."""
     return closest(name, _MOVEMENTS)
 
 
 def closest(name: str, known: Collection[str]) -> str | None:
-    """The known name that is most similar to another one, if one is.
+    """Return the known name that is most similar to another one, if one is.
 
-    None that lacks a number, a word, or a sign of it, so that whoever takes it gets all that was written.
+    It never lacks a number, a word, or a sign of that name, so replacing the name loses nothing that was written.
     """
     plain = unicodedata.normalize("NFKC", name)
     if plain in known:
@@ -88,7 +88,7 @@ def closest(name: str, known: Collection[str]) -> str | None:
 
 
 def has_more(name: str, near: str, is_known: Callable[[str], bool]) -> bool:
-    """Whether a name is one that is nearly like it and another word, or several known ones in a row."""
+    """Return whether a name is a word like it and another word, or several known ones in a row."""
     if len(name) > _LONGEST_TAKEN_APART:
         return True
     ends = {0}
@@ -106,17 +106,17 @@ def _numerals(name: str) -> str:
 
 
 def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]]:
-    """The message about one of the words that people try, and its fixes."""
+    """Return the message about one of the words that people try, and its fixes."""
     token, name = tokens[at], tokens[at].text
     before, after = (tokens[at - 1] if at else None), (tokens[at + 1] if at + 1 < len(tokens) else None)
     meant = MEANT[name.lower()]
-    same = {*meant, *_SAYS_ALREADY.get(name.lower(), ())}
+    same = {*meant, *_REDUNDANT_WITH.get(name.lower(), ())}
     if after and (words := MEANT.get(after.text.lower(), (after.text,))) and same.issuperset(words):
         gone = Span(token.start, after.start)
         return f"remove `{name}`: `{after.text}` is enough", replace(f"Remove {name}", gone, "")
-    is_behind = before is not None and before.text in same and (before.text == "repeat" or before.text in _TURNING)
+    follows = before is not None and before.text in same and (before.text == "repeat" or before.text in _TURNING)
     is_count = meant == ("repeat",) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]
-    if before and (is_behind or is_count):
+    if before and (follows or is_count):
         gone = Span(before.end, token.end)
         word = tokens[at - 2].text if is_count else before.text
         return f"remove `{name}`: `{word}` is enough", replace(f"Remove {name}", gone, " " * _joins(gone, after))
@@ -126,7 +126,7 @@ def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...
         return f"`{name}` is not defined: did you mean `{word}`?", fixes
     message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
     beside = [each.type for each in (before, after) if each]
-    # A count without its word is no loop, and what stands beside a movement may only say how it is done.
+    # A count without `repeat` is no loop, and a word beside a movement may only describe it.
     guess = after is None or after.type != "NUMBER" if meant == ("repeat",) else "PRIMITIVE" in beside
     guess = guess and meant != ("rest",)
     return message, tuple(fix for word in meant for fix in replace(f"Change to {word}", token.span, word, guess=guess))
@@ -139,9 +139,9 @@ def _joins(gone: Span, after: Token | None) -> bool:
 def without_sign(
     tokens: Sequence[Token], nearest: Callable[[str], str | None] = nearest_word, robot: str = "turtle1"
 ) -> Diagnostic:
-    """What is wrong with a statement that has neither `=` nor `$` and sets no tempo.
+    """Return the error about a statement that has neither `=` nor `$` and sets no tempo.
 
-    `nearest` returns the word or name that its first word may be meant to be. A `robot` is needed in examples.
+    `nearest` returns the word or name that its first word may stand for. Examples use the name `robot`.
     """
     if not tokens:
         return Diagnostic("syntax", Span(0, 0), _FORMS)
@@ -175,7 +175,7 @@ def without_sign(
 
 
 def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens up to `=` or `$` without a tempo, and the error if they begin with one."""
+    """Return the tokens up to `=` or `$` without a tempo, and the error if they begin with one."""
     if not _sets_tempo(tokens):
         return list(tokens), []
     end = 2
@@ -188,7 +188,7 @@ def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic
 
 
 def without_separators(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens before `$` without commas and the like, and the error if there are any."""
+    """Return the tokens before `$` without commas and the like, and the error if there are any."""
     separators = [token for token in heads if token.text in _SEPARATORS]
     if not separators:
         return list(heads), []
@@ -204,12 +204,12 @@ def without_separators(heads: Sequence[Token]) -> tuple[list[Token], list[Diagno
 
 
 def is_between(heads: Sequence[Token], token: Token) -> bool:
-    """Whether a robot's name is `and` and stands between others: nobody means a robot."""
+    """Return whether `and` stands between the names of robots: then it is not meant as a robot."""
     return token.text == "and" and heads[0].start < token.start < heads[-1].start
 
 
 def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about a number without its word, as in `forward 2` or `2 forward`; None if it is another one."""
+    """Return the error about a number without its word, as in `forward 2` or `2 forward`; None if this is none."""
     end = at
     while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
         end += 1
@@ -240,7 +240,7 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
 
 
 def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about a number in brackets, as in `poly (3)`; None if it is another one."""
+    """Return the error about a number in brackets, as in `poly (3)`; None if the error is another one."""
     start = at if at < len(tokens) and tokens[at].text == "(" else at - 1
     if start < 0 or tokens[start].text != "(":
         return None
@@ -262,9 +262,9 @@ def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
 def number_first(
     number: str, term: Token, is_word: bool, gone: Span, is_counted: bool = False
 ) -> tuple[str, tuple[Fix, ...]]:
-    """The message about a number without its word, and its fixes: they remove it at `gone` and write it before the term
-    that starts with this token. If the term `is_counted`, `repeat` stands before it and lacks its number."""
-    ways = list(_ways(number, term.text if is_word else None, is_counted))
+    """Return the message about a number without its word, and its fixes. They remove it at `gone` and write it before
+    the term that starts with this token. If the term `is_counted`, it follows a `repeat` that lacks its number."""
+    ways = list(_readings(number, term.text if is_word else None, is_counted))
     if not ways:
         what = "`repeat` takes a whole number above 0" if is_counted else "it does not change this movement"
         return f"remove `{number}`: {what}", ()
@@ -283,7 +283,7 @@ def number_first(
 
 
 def is_like_a_robot(name: str) -> bool:
-    """Whether a name looks like that of a robot: turtlesim's are `turtle1`, `turtle2`, …"""
+    """Return whether a name looks like that of a robot: turtlesim's are `turtle1`, `turtle2`, …"""
     return bool(_ROBOT.fullmatch(name))
 
 
@@ -291,9 +291,9 @@ _ROBOT = re.compile(r"(turtle|robot)_?[0-9]*")
 _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 
-class _Way(NamedTuple):
-    """What may be meant by a term and a number: words `before` the term, and the `word` instead of it, if another one
-    is meant. `turns` are the degrees of that word, if the number said them; then and where it is 1 or 0, it `drops` the
+class _Reading(NamedTuple):
+    """A likely meaning of a term and a number: words `before` the term, and a `word` that replaces it, if needed.
+    `turns` are the degrees of that word if the number gave them. Then, and for 1 or 0, the reading `drops` the
     number."""
 
     before: tuple[str, ...]
@@ -302,14 +302,14 @@ class _Way(NamedTuple):
     drops: bool = False
 
 
-def _ways(number: str, word: str | None, is_counted: bool) -> Iterator[_Way]:
-    """What may be meant by a number next to a term, which is a `word` or in brackets. Only what is right is offered."""
+def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Reading]:
+    """Yield likely meanings of a number next to a term, which is a `word` or in brackets. Yield only correct ones."""
     value = _value(number)
     if value is None:
         return
     if is_counted:  # the number after `repeat`
         if value >= 1 and value.denominator == 1:
-            yield _Way((number,))
+            yield _Reading((number,))
         return
     if word in _TURNS and value.denominator == 1 and abs(value) >= _FEWEST_DEGREES:  # nobody means ten quarter turns
         yield from _turns(value, word)
@@ -321,36 +321,36 @@ def _ways(number: str, word: str | None, is_counted: bool) -> Iterator[_Way]:
         number = number.removeprefix("-") if _value(number.removeprefix("-")) == -value else str(-value)
     if not value:
         if word:
-            yield _Way((), "rest", drops=True)
+            yield _Reading((), "rest", drops=True)
         return
     changed = meant if meant != word else None
     if abs(value) == 1:
-        yield _Way(back, changed, drops=True)
+        yield _Reading(back, changed, drops=True)
         return
     if number.isdecimal():
-        yield _Way(("repeat", number, *back), changed)
+        yield _Reading(("repeat", number, *back), changed)
     if word != "rest":
-        yield _Way(("scale", number, *back), changed)
+        yield _Reading(("scale", number, *back), changed)
 
 
-def _turns(degrees: Fraction, word: str) -> Iterator[_Way]:
-    """The words that turn by so many degrees, as the `word` turns."""
+def _turns(degrees: Fraction, word: str) -> Iterator[_Reading]:
+    """Yield the words that turn by so many degrees in the direction of `word`."""
     left = (degrees > 0) == (word in ("left", "halfleft"))
     quarter, half = ("left", "halfleft") if left else ("right", "halfright")
     degrees = abs(degrees)
     for turn in (quarter, half):
         if degrees == _TURNS[turn]:
-            yield _Way((), turn, _TURNS[turn], drops=True)
+            yield _Reading((), turn, _TURNS[turn], drops=True)
             return
     if degrees % _TURNS[quarter] == 0:
         times = str(degrees / _TURNS[quarter])
-        yield _Way(("repeat", times), quarter)
-        yield _Way(("scale", times), quarter)
+        yield _Reading(("repeat", times), quarter)
+        yield _Reading(("scale", times), quarter)
     else:
-        yield _Way(("scale", f"{degrees}/{_TURNS[quarter]}"), quarter)
+        yield _Reading(("scale", f"{degrees}/{_TURNS[quarter]}"), quarter)
 
 
-def _edits(way: _Way, term: Token, gone: Span) -> tuple[Edit, ...]:
+def _edits(way: _Reading, term: Token, gone: Span) -> tuple[Edit, ...]:
     before = " ".join(way.before)
     word = [Edit(term.span, way.word)] if way.word and way.word != term.text else []
     if gone.end > term.start:
@@ -358,13 +358,13 @@ def _edits(way: _Way, term: Token, gone: Span) -> tuple[Edit, ...]:
         if word and before:
             first, word = [], [Edit(term.span, f"{before} {way.word}")]
         return (*first, *word, Edit(gone, ""))
-    # What stands alone between two tokens is a space. More may be a comment.
+    # A single character between two tokens is a space. A longer gap may contain a comment.
     end = term.start if not before and term.start - gone.end == 1 else gone.end
     return (Edit(Span(gone.start, end), before), *word)
 
 
 def _value(number: str) -> Fraction | None:
-    """The value of numbers with `*` and `/` between them; None if there is none."""
+    """Return the value of numbers with `*` and `/` between them; None if there is none."""
     first, *rest = re.split(r"([*/])", number)
     with suppress(ValueError, ZeroDivisionError):
         value = Fraction(first)
@@ -379,7 +379,7 @@ def _sets_tempo(tokens: Sequence[Token]) -> bool:
 
 
 def _start_of_term(tokens: Sequence[Token], last: int) -> int | None:
-    """The index at which the word or bracket that ends at the index `last` starts."""
+    """Return the index at which the word or bracket that ends at the index `last` starts."""
     if last < 0:
         return None
     token = tokens[last]

@@ -1,4 +1,4 @@
-"""Where one statement ends and the next begins, in one pass over the lines."""
+"""Split a text into statements, in one pass over the lines."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ _SPACES = " \t\r\n\ufeff"
 
 
 def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
-    """Each statement's offset and text, without surrounding whitespace. Comments between statements belong to none.
+    """Yield each statement's offset and text, without surrounding whitespace. Comments between statements belong to
+    none.
 
     A statement ends with its line, unless a bracket is open or the next line of code begins with `||` or `else`.
 

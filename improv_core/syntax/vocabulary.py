@@ -1,4 +1,4 @@
-"""The words of the language: one table for the lexer, the compiler, all checks, and all that editors are told."""
+"""The words of the language: one table for the lexer, the compiler, all checks, and all features of editors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from improv_core.syntax.words import (
 )
 
 TRANSFORMERS = (Kind.PLAIN, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR, Kind.RAMP, Kind.GUARD)
-"""The kinds of words that apply to the one term after them and after their arguments."""
+"""Kinds of words that apply to the one term after them and after their arguments."""
 
 
 def _primitive(text: str, about: str) -> Word:
@@ -272,7 +272,12 @@ WORDS: Mapping[str, Word] = {
             (Argument("sense", "near"),),
             make=_reacting(reactions.if_else),
         ),
-        Word("else", Kind.ELSE, "What plays if the sense is false.", shown="if near movement else movement"),
+        Word(
+            "else",
+            Kind.ELSE,
+            "Plays the movement after it if the sense is false.",
+            shown="if near movement else movement",
+        ),
         Word("not", Kind.NOT, "Turns a sense around.", shown="until not near movement"),
         _plane("YZ", "Swaps left and right.", _SAGITTAL),
         _plane("XZ", "Swaps forward and backward.", _FRONTAL),
@@ -285,10 +290,10 @@ WORDS: Mapping[str, Word] = {
 
 
 def of_kind(*kinds: Kind) -> list[str]:
-    """The words of these kinds, in the table's order."""
+    """Return the words of these kinds, in the table's order."""
     return [word.text for word in WORDS.values() if word.kind in kinds]
 
 
 def such_that(holds: Callable[[Word], bool]) -> Sequence[str]:
-    """The words of which something holds, in the table's order."""
+    """Return the words for which `holds` returns true, in the table's order."""
     return [word.text for word in WORDS.values() if holds(word)]

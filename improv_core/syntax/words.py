@@ -1,4 +1,4 @@
-"""What there is to say about a word of the language: its row in the vocabulary."""
+"""The row of a word in the vocabulary: everything that Improv knows about the word."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from improv_core.score.reactions import Condition
 from improv_core.text import Span
 
 Rule = Callable[[Fraction], str | None]
-"""Says how to write a number better, if it is wrong."""
+"""Returns how to write a wrong number better; None for a right one."""
 
 
 def any_number(value: Fraction) -> str | None:
@@ -54,14 +54,14 @@ class Kind(Enum):
 
 
 class Needs(Enum):
-    """What a word needs of the movement that it applies to."""
+    """A condition on the movement that a word applies to."""
 
-    FIXED = auto()  # a length that no sense decides
+    FIXED = auto()  # a length that senses don't change
     END = auto()  # a fixed length, and an end
 
 
 class Timing(Enum):
-    """When what a word applies to plays."""
+    """The time at which a word plays the movement that it applies to."""
 
     KEPT = auto()  # at the beats at which it is written
     PACED = auto()  # at another rate
@@ -69,14 +69,14 @@ class Timing(Enum):
     BACKWARD = auto()
     TURNS = auto()  # from its beginning again and again
     ELSEWHERE = auto()  # at other beats than written: if part of it plays, any of it may
-    DRAWN = auto()  # its items when dice say so, if at all
+    DRAWN = auto()  # its items when the dice pick them, if at all
 
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """What stands between a word and its movement: a number, a sense, or one of some `choices`.
+    """An argument between a word and its movement: a number, a sense, or one of some `choices`.
 
-    `name` stands for it in signatures, and `example` in usages. Usual numbers are offered, with their unit.
+    `name` stands for it in signatures, and `example` in usages. Completion offers the `usual` numbers, with their unit.
     """
 
     name: str
@@ -88,14 +88,14 @@ class Argument:
 
 
 A_NUMBER = Argument("k", "2")
-"""A number of which nothing else is known."""
+"""A number that has no other restriction."""
 
 
 class Applied(NamedTuple):
-    """What a word applies to: a movement, its items if they count, and the values of its arguments.
+    """The operands of a word: a movement, its items if they count, and the values of its arguments.
 
-    `is_plain` tells whether its first number is written as one number, not as a product. `robot` is the place of the
-    robot that plays among the `robots` of the line. The word is written from `start` up to `end`.
+    `is_plain` is true if its first number is written as one number, not as a product. `robot` is the place of the robot
+    that plays among the `robots` of the line. The word is written from `start` up to `end`.
     """
 
     body: Movement
@@ -120,18 +120,19 @@ class Applied(NamedTuple):
 
 
 Says = Callable[[Applied], str | None]
-"""Says what is wrong, if something is."""
+"""Returns a message about something wrong, if there is any."""
 
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A built-in word. All that reads, checks, explains, or offers words asks their rows, and knows no word.
+    """A built-in word. Code that reads, checks, explains, or offers words uses these rows and names no word itself.
 
     `make` makes the movement of a word that applies to one, and `velocity` is that of a primitive, or the gain of a
-    reflection across a plane. `rate` is how many times as fast the movement plays, by its number.
+    reflection across a plane. `rate` maps its number to the rate at which the movement plays.
 
-    `wrong` says how to write its numbers better if they don't go together, and `needless` why it has no effect;
-    `{written}` in that stands for the word and its numbers. If it is `removable`, nothing else changes without it then.
+    `wrong` returns how to write numbers better that don't go together, and `needless` the reason why the word has no
+    effect; `{written}` in that stands for the word and its numbers. If it is `removable`, a needless word can be
+    removed without other changes.
     """
 
     text: str
@@ -139,34 +140,34 @@ class Word:
     about: str
     arguments: tuple[Argument, ...] = ()
     shown: str = ""
-    """How it is used, if not as a transformer is."""
+    """An example of its use, if it is not used like a transformer."""
     velocity: Velocity = SAME
     make: Callable[[Applied], Movement] | None = None
     needs: Needs | None = None
     timing: Timing = Timing.KEPT
     rate: Callable[[Fraction], Fraction] | None = None
     of_items: bool = False
-    """Whether it applies to the items of a movement: it sees through parentheses, names, and phrases."""
+    """True if it applies to the items of a movement: it sees through parentheses, names, and phrases."""
     is_even: bool = False
-    """Whether these have to be of one length."""
+    """True if these items must have the same length."""
     throws: bool = False
-    """Whether it throws dice, or chooses which are thrown."""
+    """True if it throws dice, or chooses which are thrown."""
     by_robot: bool = False
-    """Whether it means something else for each robot of a line."""
+    """True if it means something else for each robot of a line."""
     poses: bool = True
-    """Whether poses may stand in what it applies to, or in what is reflected across it."""
+    """True if poses may stand in its movement, or in the movement that is reflected across it."""
     keeps_path: bool = False
-    """Whether a detour with the same end may be written in it instead of a step."""
+    """True if a detour with the same end may replace a step in it."""
     wrong: Says | None = None
     needless: Says | None = None
     removable: bool = True
 
     @property
     def usage(self) -> str:
-        """An example: `repeat 4 movement`."""
+        """Return an example: `repeat 4 movement`."""
         return self.shown or " ".join([self.text, *(each.example for each in self.arguments), *self.operands])
 
     @property
     def operands(self) -> Sequence[str]:
-        """What it applies to."""
+        """The words after its arguments in its usage."""
         return ("movement", "else", "movement") if self.kind is Kind.IF else ("movement",) if self.make else ()

@@ -1,6 +1,6 @@
-"""Errors about what other keyboards write in place of ours where that can't be read as ours.
+"""Errors about characters of other keyboards that can't be read as ours.
 
-Each has the one fix that it may be, which never deletes a number, joins two, or splits one.
+Each error has the one likely fix, which never deletes a number, joins two, or splits one.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from improv_core.text import Span
 
 LONGEST_EXPONENT = 2
 MOST_PARTS = 12
-"""Tokens before and after one of a number that is written otherwise."""
+"""The most tokens before and after one of a number in a foreign notation."""
 _PLACES = frozenset({"at", "around", "facing"})
 _PARTS = frozenset({"NUMBER", "NAME", "STRAY"})
 _SIGNS = frozenset({"BAR", "EQUAL", "DOLLAR", "OPERATOR", "STRAY", *BRACKETS})
 _QUOTES_AND_PICTURES = ("Pi", "Pf", "So")
 _NOTHING = "\"'`.!?…"
-"""What means nothing in a movement. All others may, such as `&` and `^`, so no fix removes them."""
+"""Characters that mean nothing in a movement. Others may, such as `&` and `^`, so no fix removes them."""
 
 IsRight = Callable[[str], bool]
-"""Whether the text of a statement has the form of one."""
+"""Returns whether a text is a statement without errors."""
 
 
 def wrong_character(text: str, tokens: Sequence[Token], is_right: IsRight) -> Diagnostic | None:
-    """The error about the first character of a statement that has no meaning here, but a likely one."""
+    """Return the error about the first character of a statement that has no meaning here, but a likely one."""
     if scene := _dashes(text, tokens):
         return scene
     is_movement = any(token.type in ("EQUAL", "DOLLAR") for token in tokens)
@@ -64,7 +64,7 @@ def wrong_character(text: str, tokens: Sequence[Token], is_right: IsRight) -> Di
 
 
 def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about a number that is written otherwise, such as `1½` or `50%`, of which this token is a part."""
+    """Return the error about a number in a foreign notation, such as `1½` or `50%`, of which this token is a part."""
     if not _MAY_BE_IN_NUMBERS.fullmatch(tokens[at].text):
         return None
     first = last = at
@@ -89,7 +89,7 @@ def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
 
 
 def can_remove(tokens: Sequence[Token], at: int) -> bool:
-    """Whether a stray may be removed by a fix: it means nothing, and stands beside neither a number nor a name."""
+    """Return whether a fix may remove a stray: it means nothing, and touches neither a number nor a name."""
     stray = tokens[at].text
     beside = [tokens[at - 1]] if at and _touches(tokens, at - 1) else []
     beside += [tokens[at + 1]] if _touches(tokens, at) else []
@@ -99,7 +99,7 @@ def can_remove(tokens: Sequence[Token], at: int) -> bool:
 
 
 def shown(token: Token) -> str:
-    """A stray for a message: in words with its code, if it is none of the usual characters."""
+    """Describe a stray in a message: in words with its code, unless it is a usual character."""
     char = token.text
     if char.isascii() and char.isprintable():
         return f"`{char}`"
@@ -108,8 +108,7 @@ def shown(token: Token) -> str:
 
 
 def unseen_joins(tokens: Sequence[Token], span: Span) -> tuple[str, str, str] | None:
-    """The two parts of a word between which something stands that can't be seen, and the whole; None if one of them is
-    a number."""
+    """Return the two parts of a word around an invisible character, and the whole; None if one of them is a number."""
     before = next((token for token in tokens if token.end == span.start), None)
     after = next((token for token in tokens if token.start == span.end), None)
     if not before or not after or not {before.type, after.type}.isdisjoint({"NUMBER", "STRAY"}):
@@ -118,7 +117,7 @@ def unseen_joins(tokens: Sequence[Token], span: Span) -> tuple[str, str, str] | 
 
 
 def _dashes(text: str, tokens: Sequence[Token]) -> Diagnostic | None:
-    """The error about dashes that are meant to be the three that begin a scene."""
+    """Return the error about dashes that are meant as the three that begin a scene."""
     dashes = list(takewhile(lambda token: token.type in ("STRAY", "SCENE") and token.text[0] in DASHES, tokens))
     rest = tokens[len(dashes) :]
     if not dashes or len(rest) > 1 or [each.type for each in dashes] == ["SCENE"]:
@@ -134,7 +133,7 @@ def _dashes(text: str, tokens: Sequence[Token]) -> Diagnostic | None:
 
 
 def _minus(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about a dash that is meant as the sign of a number in a place."""
+    """Return the error about a dash that is meant as the sign of a number in a place."""
     token = tokens[at]
     is_sign = token.text in DASHES and _touches(tokens, at) and tokens[at + 1].type == "NUMBER"
     if not is_sign or (at and _touches(tokens, at - 1)):
@@ -144,7 +143,7 @@ def _minus(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
 
 
 def _comma(text: str, tokens: Sequence[Token], at: int, is_right: IsRight) -> Diagnostic | None:
-    """The error about a comma within a number, or between two."""
+    """Return the error about a comma within a number, or between two."""
     span = tokens[at].span
     if tokens[at].text not in DECIMAL_COMMAS or not _is_between_numbers(tokens, at):
         return None
@@ -175,7 +174,7 @@ def _is_between_numbers(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _written(text: str, places: Sequence[Span], by: str) -> str:
-    """The text with each of these characters replaced."""
+    """Return the text with each of these characters replaced."""
     chars = list(text)
     for place in places:
         chars[place.start] = by
@@ -183,7 +182,7 @@ def _written(text: str, places: Sequence[Span], by: str) -> str:
 
 
 def _unseen(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about what can't be seen within a word or a number."""
+    """Return the error about an invisible character within a word or a number."""
     if tokens[at].text not in UNSEEN:
         return None
     strays = list(takewhile(lambda token: token.text in UNSEEN, tokens[at:]))
@@ -197,11 +196,11 @@ def _unseen(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
 
 
 def _sign(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about a sign that is meant as one of ours."""
+    """Return the error about a sign that is meant as one of ours."""
     token = tokens[at]
     if token.text in LINE_ENDS:
         message = f"start a new line here: this is {in_words(token.text)}"
-        # All at once: behind the next one, the line may be a comment.
+        # Replace all at once: the text after the next one may be a comment.
         edits = [Edit(Span(at, at + 1), "\n") for at, char in enumerate(text) if char in LINE_ENDS]
         return Diagnostic("syntax", token.span, message, (Fix("Start a new line", tuple(edits)),))
     if not token.text.isprintable():
@@ -220,21 +219,21 @@ def _sign(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
 
 
 def _brackets(tokens: Sequence[Token], kind: str) -> Fix:
-    """The fix that writes these brackets in place of all that may be of either kind."""
+    """Return the fix that writes these brackets in place of all that may be of either kind."""
     places = [token for token in tokens if token.type == "STRAY" and token.text in OPENERS + CLOSERS]
     edits = [Edit(token.span, kind[token.text in CLOSERS]) for token in places]
     return Fix(f"Change to {' '.join(kind)}", tuple(edits), guess=True)
 
 
 def _touches(tokens: Sequence[Token], at: int) -> bool:
-    """Whether nothing is between a token and the next."""
+    """Return whether nothing is between a token and the next."""
     return at + 1 < len(tokens) and tokens[at].end == tokens[at + 1].start
 
 
 def _read(written: str) -> tuple[Fraction | str | None, str] | None:
-    """A number that is written otherwise, as a value or a text, and what to say; None if this is none.
+    """Read a number in a foreign notation: its value or its text, and the explanation; None if this is no such number.
 
-    Without a value, nothing can be written in its place.
+    Without a value, no number can replace it.
     """
     for pattern, read in _FORMS:
         if match := pattern.fullmatch(written):
@@ -268,13 +267,13 @@ def _degrees(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
 
 
 def _fraction(char: str) -> Fraction:
-    """The value of a vulgar fraction: ½ is `<fraction> 0031 2044 0032`."""
+    """Return the value of a vulgar fraction: ½ is `<fraction> 0031 2044 0032`."""
     above, _, below = "".join(chr(int(code, 16)) for code in unicodedata.decomposition(char).split()[1:]).partition("⁄")
     return Fraction(int(above), int(below))
 
 
 def _decimal(value: Fraction) -> str | None:
-    """A value without a `/`, for behind one; None if it has no end."""
+    """Return a value without a `/`, to write it after one; None if it has no finite decimal form."""
     for places in range(10):
         if (value * 10**places).denominator == 1:
             digits = f"{value.numerator * 10**places // value.denominator:0{places + 1}}"

@@ -1,4 +1,4 @@
-"""The characters of other keyboards: what each is read as, what names may have, and how messages call them."""
+"""Characters of other keyboards: their meanings, the characters that names may have, and their names in messages."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_each_is_read_as_ours_except_in_names_and_comments(text: str, read: str)
 @pytest.mark.parametrize(
     "name", ["आगे_चलो", "हिन्दी", "ไปข้างหน้า", "שָׁלוֹם", "a\u0301b", "नम\u200cस्ते", "می\u200cروم", "l·l", "Ⅷ", "a４"]
 )
-def test_names_may_have_all_that_unicode_lets_names_go_on_with(name: str) -> None:
+def test_names_may_have_all_that_unicode_allows_in_names(name: str) -> None:
     assert is_name(name)
     assert [token.type for token in lex(f"{name} $ {name}(up)")] == [
         "NAME",
@@ -62,7 +62,7 @@ def test_names_may_have_all_that_unicode_lets_names_go_on_with(name: str) -> Non
 
 
 @pytest.mark.parametrize("text", ["\u0301a", "４a", "\u200da", "a\u200d", "a b", "a\u200bb", "·a", ""])
-def test_names_begin_and_end_as_ever(text: str) -> None:
+def test_names_begin_and_end_with_their_own_characters(text: str) -> None:
     assert not is_name(text)
 
 
@@ -73,7 +73,7 @@ def test_names_are_compared_composed_and_without_joiners() -> None:
     assert analyze("ada $ for\u200cward").ok
 
 
-def test_two_signs_that_could_always_be_names_stay_two() -> None:
+def test_two_signs_that_look_alike_stay_two_names() -> None:
     assert spelled("\u2126") != spelled("\u03a9")
     analysis = analyze("\u2126 = up\n\u03a9 = left\nada $ \u2126 \u03a9\n")
     assert [each.code for each in analysis.diagnostics] == ["two-spellings"]
@@ -81,12 +81,12 @@ def test_two_signs_that_could_always_be_names_stay_two() -> None:
     assert analyze("\u2126 = up\nada $ \u2126").diagnostics == ()
 
 
-def test_robots_are_named_as_ever() -> None:
+def test_names_of_robots_are_ascii() -> None:
     for name in ("añdá", "a\u200dda", "आगे", "ada４"):
         assert [each.code for each in analyze(f"{name} $ up").diagnostics] == ["bad-robot-name"]
 
 
-def test_messages_call_characters_in_words() -> None:
+def test_messages_describe_characters_in_words() -> None:
     check("""
         ada $ scale 1,5 up
                      ^ syntax: this is a comma: numbers have a point
@@ -158,7 +158,7 @@ def test_no_message_has_a_bare_escape(char: str) -> None:
         ("p n = repeat n up\nada $ p(3)left", "p n = repeat n up\nada $ p 3 left"),
     ],
 )
-def test_the_preferred_fix_writes_what_was_meant(typed: str, becomes: str) -> None:
+def test_the_preferred_fix_writes_the_only_meaning(typed: str, becomes: str) -> None:
     assert becomes in [applied(typed, edits) for edits in preferred(analyze(typed))]
 
 
@@ -191,13 +191,13 @@ def test_the_preferred_fix_writes_what_was_meant(typed: str, becomes: str) -> No
         "x = up canon 2 left\nada $ x",
     ],
 )
-def test_nothing_is_done_unseen_where_several_things_may_be_meant(typed: str) -> None:
+def test_ambiguous_slips_have_no_preferred_fix(typed: str) -> None:
     analysis = analyze(typed)
     assert not analysis.ok
     assert preferred(analysis) == []
 
 
-def test_a_statement_ends_and_goes_on_at_signs_of_other_keyboards() -> None:
+def test_signs_of_other_keyboards_end_and_continue_statements() -> None:
     analysis = analyze("ada ＄ （up\n　left） ＃ （\nada ＄ up\n　｜｜ left\n－－－\nx＝（up\nbo ＄ up\n")
     assert [each.text.splitlines()[0] for each in analysis.statements] == [
         "ada ＄ （up",
@@ -208,7 +208,7 @@ def test_a_statement_ends_and_goes_on_at_signs_of_other_keyboards() -> None:
     ]
 
 
-def test_a_name_is_completed_from_what_is_typed_of_it() -> None:
+def test_a_name_is_completed_from_its_beginning() -> None:
     analysis, offset = at_cursor("आगे = up\nada $ आग|>")
     found = complete(analysis, offset)
     assert found

@@ -47,7 +47,7 @@ _HEAD = Head((Token("HEAD", "name", 0, 4),), Token("EQUAL", "=", 7, 8), (Paramet
 
 
 def check(kinds: Sequence[str]) -> bool:
-    """Whether these terminals are a movement. Fails if grammar and descent differ about it."""
+    """Return whether these terminals are a movement. Fails if grammar and descent differ about it."""
     tokens = _tokens(kinds)
     body, _, wrong = parse_and_repair(tokens, _HEAD)
     assert descend(tokens) == (None if wrong else body), " ".join(kinds)

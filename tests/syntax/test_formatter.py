@@ -1,5 +1,5 @@
-"""The one layout: before → after, and what holds for any program: blanks and line ends change, and characters that
-stand for ours become ours; nothing else ever does."""
+"""The standard layout: before → after, and the laws for any program: only spaces and line ends change, and characters
+that stand for ours become ours."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def check(before: str, after: str) -> None:
-    """A program and its layout; the layout is its own, and both mean the same."""
+    """Check a program and its layout; formatting the layout changes nothing, and both mean the same."""
     assert format_text(before) == after
     check_laws(before)
 
@@ -41,10 +41,10 @@ def check_laws(text: str) -> None:
 
 
 def meaning(text: str) -> Any:
-    """All that a program says, but for where it says it."""
+    """Return the whole meaning of a program, without offsets."""
     analysis = analyze(text)
     score = to_json(score_of(analysis))
-    movements: list[str] = []  # each as text; only at the same place is one shared by statements
+    movements: list[str] = []  # each as text; statements share one only at the same place
     for kind, *rest in score["movements"]:
         if kind == "hold":
             said = rest[:2]
@@ -68,12 +68,12 @@ def comments(text: str) -> list[str]:
 
 
 def wrong(text: str) -> list[str]:
-    """The statements with errors of form."""
+    """Return the statements with errors of form."""
     return [piece for _, piece in split(text) if parse_statement(piece).diagnostics]
 
 
 def code(text: str) -> str:
-    """All signs but blanks, in their order, each as ours."""
+    """Return all signs except spaces, in their order, each as ours."""
     return re.sub(r"[ \t\r\n\ufeff]", "", usual(text))
 
 
@@ -99,11 +99,11 @@ def code(text: str) -> str:
         ("r $ a || b\n|| c d", "r $ a || b\n  || c d\n"),
         ("r $ if near a\n\n\nelse if cue b\n    else c", "r $ if near a\n  else if cue b\n  else c\n"),
         ("x = (a\n|| b)\n|| c", "x = (a || b)\n  || c\n"),
-        # What touches before the sign is one name, though a wrong one.
+        # Tokens that touch before the sign are one name, though a wrong one.
         ("my-robot   other$forward", "my-robot other $ forward\n"),
     ],
 )
-def test_blanks_and_lines(before: str, after: str) -> None:
+def test_spaces_and_lines(before: str, after: str) -> None:
     check(before, after)
 
 
@@ -112,7 +112,7 @@ def test_blanks_and_lines(before: str, after: str) -> None:
     [
         ("x = left\r\ny = right\nz = up\r\n", "x = left\r\ny = right\r\nz = up\r\n"),
         ("x = left\r\ry = (a\r)", "x = left\r\ry = (a)\r"),
-        ("x = left\ny = right\r\n", "x = left\ny = right\n"),  # as many of each: the first
+        ("x = left\ny = right\r\n", "x = left\ny = right\n"),  # as many of each: the first counts
         ("\ufeff\n x = left", "\ufeffx = left\n"),
         ("\ufeff \n", "\ufeff"),
         # Line ends in a statement that stays do not count: they would count for more the second time.
@@ -124,7 +124,7 @@ def test_line_ends_and_bom(before: str, after: str) -> None:
     check(before, after)
 
 
-def test_comments_stay_where_they_are_said() -> None:
+def test_comments_keep_their_places() -> None:
     check(
         dedent("""
               # A whole line.
@@ -162,7 +162,7 @@ def test_comments_stay_where_they_are_said() -> None:
               left
               # last
             ) (a  b) reverse # what?
-        """).replace("z = (\n  left\n  # last\n)", "z = ( left\n# last\n)"),  # what is wrong stays as it is
+        """).replace("z = (\n  left\n  # last\n)", "z = ( left\n# last\n)"),  # statements with errors stay as they are
     )
 
 
@@ -251,7 +251,7 @@ def test_comments_between_voices() -> None:
 
 def test_width() -> None:
     inside = "left " * 18
-    check(f"x = ({inside}rest)", f"x = ({inside}rest)\n")  # exactly as long as may be
+    check(f"x = ({inside}rest)", f"x = ({inside}rest)\n")  # exactly the longest line
     check(f"x = ({inside}rest) # and more", f"x = ({inside}rest)  # and more\n")
     check(f"y = () ({inside}rest)", f"y = () (\n  {inside}rest\n)\n")
     check(f"x = {inside}{inside}()", f"x = {inside}{inside}()\n")
@@ -265,7 +265,7 @@ def test_wrong_statements_keep_their_layout() -> None:
     check("  x = (a   b\n\n    c  # not closed\ny=a\n r$ ,  a\n", "x = (a   b\n\n    c  # not closed\ny = a\nr$ ,  a\n")
 
 
-def test_edits_are_where_something_changes() -> None:
+def test_edits_cover_only_changes() -> None:
     assert edits("beat 60\n") == []
     assert edits("beat 60\nx=left\n\n") == [Edit(Span(8, 14), "x = left"), Edit(Span(14, 16), "\n")]
 
@@ -317,7 +317,7 @@ line_ends = st.sampled_from(["\n", "\r\n", "\r"])
 
 @st.composite
 def programs(draw: st.DrawFn) -> str:
-    """Programs as people might type them, some of them wrong."""
+    """Draw programs as people might type them, some of them wrong."""
     end = draw(line_ends.map(st.just) | st.just(line_ends))  # one for all, or a mix
     remark = st.builds(str.__add__, st.sampled_from(REMARKS), end)
     outside = st.sampled_from(["", " ", " ", "\t", "   "])

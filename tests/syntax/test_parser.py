@@ -1,4 +1,4 @@
-"""Trees of statements are kept, but not without bound."""
+"""Trees of statements are cached, up to a limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where statements begin and end."""
+"""The beginnings and ends of statements."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from improv_core.syntax.statements import split
         ("x = (forward\nbeat\n)", ["x = (forward\nbeat\n)"]),
         ("x = forward)\ny = left", ["x = forward)", "y = left"]),
         ("f n (m)=(forward\ng(m) = m", ["f n (m)=(forward", "g(m) = m"]),
-        # A line that begins with `||` or `else` goes on.
+        # A line that begins with `||` or `else` continues the statement.
         ("r $ a\n  || b\nbeat 60", ["r $ a\n  || b", "beat 60"]),
         ("r $ a # why\n\n# because\n|| b # so\n# done\n", ["r $ a # why\n\n# because\n|| b # so"]),
         ("r $ if near a\nelse b\nelsewhere = a", ["r $ if near a\nelse b", "elsewhere = a"]),

@@ -1,4 +1,4 @@
-"""Finds the robot that waits for something to be near although it is alone on a floor without walls."""
+"""Find a robot that waits for something to be near it although it is alone on a floor without walls."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from improv_core.text import Span
 
 
 class Alone(NamedTuple):
-    """A `robot` near which nothing ever is in the simulator, and where the program first reads `near`.
+    """A `robot` that nothing ever comes near in the simulator, and the first `near` in the program.
 
     `line` is the index of that statement, and the span counts from its start.
     """
@@ -23,9 +23,9 @@ class Alone(NamedTuple):
 
 
 def find_alone(program: Program) -> Alone | None:
-    """The only robot of a program, if it reads `near` and nothing else can be near it.
+    """Return the only robot of a program, if it reads `near` and nothing else can be near it.
 
-    One whose profile in `improv.toml` sets `near` may be a real robot that senses it.
+    A robot whose profile in `improv.toml` sets `near` is not returned: it may be a real one that senses it.
     """
     cast = program.opening.cast
     if cast.world.has_obstacles or NEAR in cast.senses:
@@ -43,7 +43,7 @@ def find_alone(program: Program) -> Alone | None:
 
 
 def _first_near(program: Program) -> tuple[int, Span] | None:
-    """Where a program first reads `near`: a statement, and the word in it. What has another problem doesn't count."""
+    """Return the first `near` in a program: the statement, and the word in it. Skip statements with other problems."""
     reading = (index for index, statement in enumerate(program.statements) if statement.has_senses)
     for index in reading:
         body = program.meanings[index].body

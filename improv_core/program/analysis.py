@@ -34,12 +34,12 @@ from improv_core.text import LineIndex, Span, difference
 
 NO_ROBOTS = Robots()
 LONGEST_PROGRAM = 10_000_000
-"""Characters of a program that is analyzed."""
+"""The most characters of a program that is analyzed."""
 MOST_PARSED = 5_000
-"""Characters of the statements that an edit touches which are parsed before the next key can be read: about 10 ms."""
+"""The most characters of edited statements that are parsed before the next key is read: about 10 ms."""
 _TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more than {LONGEST_PROGRAM:,} characters")
 
-_new_ids = count()  # every statement of every document gets its own and keeps it when it moves
+_new_ids = count()  # every statement of every document has an ID of its own and keeps it when it moves
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Analysis(Program):
 
     @property
     def ok(self) -> bool:
-        """Whether it may play: neither the program nor `improv.toml` has an error."""
+        """True if it may play: neither the program nor `improv.toml` has an error."""
         return self.cast.ok and all(each.severity is not Severity.ERROR for each in self.diagnostics)
 
     @cached_property
@@ -68,7 +68,7 @@ class Analysis(Program):
 
     @cached_property
     def predefined(self) -> Mapping[str, Definition]:
-        """The words for body parts, and `to`: what they stand for where nothing above defines them."""
+        """Definitions of the words for body parts, and of `to`, which apply if nothing above defines these words."""
         return predefined(self.cast)
 
     @cached_property
@@ -80,21 +80,22 @@ class Analysis(Program):
         return find_alone(self)
 
     def movement(self, placed: Placed, node: Node) -> Movement:
-        """The movement of a node of a statement, as its first robot plays it."""
+        """Return the movement of a node of a statement, as its first robot plays it."""
         return movement_of(node, self._scope(placed.index), len(placed.meaning.robots))
 
     def reader(self, index: int, robot: int = 0) -> Reader:
-        """A reader that has read the movement of a statement, as one of its robots plays it."""
+        """Return a reader that has read the movement of a statement, as one of its robots plays it."""
         return reader_of(self.meanings[index], self._scope(index), self.statement_ids[index], robot)
 
     def edited(self, start: int, end: int, text: str) -> Analysis:
-        """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches."""
+        """Return the analysis after `text` replaced the text from `start` to `end`. Costs as much as the edit
+        touches."""
         return self.touched(start, end, text).settled()
 
     def touched(self, start: int, end: int, text: str) -> Analysis:
-        """The same, but all that the edit touches waits for `settled`.
+        """Do the same, but let the statements that the edit touches wait for `settled`.
 
-        If it touches more than a few statements, all statements do: they aren't even parsed.
+        If it touches more than a few statements, all statements wait, and not even their text is parsed.
         """
         lines = self.lines.edited(start, end, text)
         if self.earlier:
@@ -102,7 +103,8 @@ class Analysis(Program):
         return self._touched(lines, start, end, MOST_PARSED) or _unread(lines, self)
 
     def _touched(self, lines: LineIndex, start: int, end: int, most: float) -> Analysis | None:
-        """The analysis of these lines, in which the text from `start` to `end` was replaced: what that touches waits.
+        """Return the analysis of these lines, in which the text from `start` to `end` was replaced; statements that
+        this touches wait.
 
         None if more than `most` characters must be parsed.
         """
@@ -150,35 +152,35 @@ class Analysis(Program):
 
     @property
     def is_settled(self) -> bool:
-        """Whether nothing waits for `settled`."""
+        """True if nothing waits for `settled`."""
         return not (self.waiting or self.earlier or self._untold)
 
     def is_settled_to(self, offset: int) -> bool:
-        """Whether no statement waits that begins before an offset."""
+        """Return whether all statements that begin before an offset are up to date."""
         return not self.earlier and (not self.waiting or self.offsets[self.waiting[0]] > offset)
 
     def settled(self, enough: Callable[[], bool] | None = None, until: int | None = None) -> Analysis:
-        """The analysis in which statements that wait are up to date: all, those up to the offset `until`, or one or
-        more until it is `enough`; then, an unread text is only read first.
+        """Bring waiting statements up to date: all, those up to the offset `until`, or one or more until `enough`
+        returns true. With `enough`, the first call on an unread text only reads it.
 
-        They are taken in the order of the text, so that those near an edit come first.
+        It takes them in the order of the text, so those near an edit come first.
         """
         if self.earlier:
             start, end, _ = difference(self.earlier.text, self.text)
             read = self.earlier._touched(self.lines, start, end, math.inf)
             assert read
-            return read if enough else read.settled(until=until)  # who wants pieces gets this one first
+            return read if enough else read.settled(until=until)  # reading is the first slice of the work
         last = len(self.offsets) if until is None else bisect_right(self.offsets, until) - 1
         if (not self.waiting or self.waiting[0] > last) and not self._untold:
             return self
         meanings, waiting, infeasible = list(self.meanings), list(self.waiting), dict(self.infeasible)
-        again: list[int] = []
-        while waiting and waiting[0] <= last and not (again and enough and enough()):
+        done: list[int] = []
+        while waiting and waiting[0] <= last and not (done and enough and enough()):
             index = heappop(waiting)
-            if again and again[-1] == index:
+            if done and done[-1] == index:
                 continue
             checkpoint()
-            again.append(index)
+            done.append(index)
             scope = _scope(self.statements[index], index, self.bindings, meanings, self.predefined)
             if not meanings[index].is_known or meanings[index].scope != tuple(scope.values()):
                 for user in self._understand(index, scope, meanings):
@@ -192,9 +194,9 @@ class Analysis(Program):
         return dataclasses.replace(
             self,
             meanings=meanings,
-            faulty=self.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
-            uneven=self.uneven.difference(again).union(index for index in again if is_uneven(meanings[index])),
-            endless=self.endless.difference(again).union(index for index in again if is_endless(meanings[index])),
+            faulty=self.faulty.difference(done).union(index for index in done if _is_faulty(meanings[index])),
+            uneven=self.uneven.difference(done).union(index for index in done if is_uneven(meanings[index])),
+            endless=self.endless.difference(done).union(index for index in done if is_endless(meanings[index])),
             infeasible=infeasible,
             waiting=waiting,
         )
@@ -204,14 +206,15 @@ class Analysis(Program):
         return _untold(self.infeasible)
 
     def _understand(self, index: int, scope: Scope, meanings: list[Meaning]) -> Iterator[int]:
-        """Put what a statement means now into `meanings`. Yields the statements that use what it defines or defined."""
+        """Put the new meaning of a statement into `meanings`. Yield the users of its old and new definitions."""
         before = meanings[index]
         now = meanings[index] = understand(self.statements[index], self.statement_ids[index], scope)
         for name in {each.name for each in (before.definition, now.definition) if each}:
             yield from self.bindings.users(name, index)
 
     def _problems(self, index: int, meaning: Meaning, brief: bool) -> tuple[Diagnostic, ...]:
-        """What the robots of a statement can't do. Only the first `MOST_SHOWN` are sure to have messages and fixes."""
+        """Return the problems of a statement's robots. Only the first `MOST_SHOWN` are sure to have messages and
+        fixes."""
         statement = self.statements[index]
         if meaning.said:
             named = check_names(statement, meaning.said.robots, self.cast, brief)
@@ -227,22 +230,21 @@ class Analysis(Program):
         return problems
 
     def with_robots(self, robots: Robots) -> Analysis:
-        """The same program for other robots."""
+        """Return the same program for other robots."""
         return self.given(robots).settled()
 
     def given(self, robots: Robots) -> Analysis:
-        """The same, but all that robots play waits for `settled`."""
+        """Do the same, but let everything that robots play wait for `settled`."""
         made = dataclasses.replace(self.cast_with(robots), earlier=self.earlier and self.earlier.given(robots))
         words = {*self.predefined, *made.predefined}
         return made._doubted(index for word in words for index in self.bindings.used.get(word, ()))
 
     def cast_with(self, robots: Robots) -> Analysis:
-        """The same program for other robots, of which nothing is checked."""
+        """Return the same program for other robots, without checking anything."""
         return dataclasses.replace(self, cast=robots, opening=opening_of(robots, self.openings, self.meanings))
 
     def _doubted(self, others: Iterable[int] = ()) -> Analysis:
-        """The analysis in which all that robots play waits to be checked again, and the lines of the opening and
-        others too."""
+        """Let everything that robots play wait for another check, and the lines of the opening and others too."""
         pairs = enumerate(zip(self.statements, self.meanings, strict=True))
         found = (index for index, (each, meaning) in pairs if meaning.robots or each.has_senses or meaning.said)
         return dataclasses.replace(self, waiting=sorted({*self.waiting, *found, *others}))
@@ -257,17 +259,17 @@ def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
 
 
 def unread(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
-    """The analysis of a whole program in which everything waits for `settled`."""
+    """Return the analysis of a whole program in which everything waits for `settled`."""
     return _unread(LineIndex(text), _begun(LineIndex(""), robots))
 
 
 def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
-    """The analysis of a text of which no statement has been parsed yet."""
+    """Return the analysis of a text in which no statement has been parsed yet."""
     return dataclasses.replace(_begun(lines, earlier.cast), earlier=earlier)
 
 
 def _begun(lines: LineIndex, cast: Robots) -> Analysis:
-    """The analysis of a text without its statements."""
+    """Return the analysis of a text without its statements."""
     none = frozenset[int]()
     return Analysis(lines, (), (), (), (), bind(()), (), (), (), none, none, none, cast, Opening(cast), {})
 
@@ -287,7 +289,7 @@ def _assembled(
     statement_ids: Sequence[int],
     old: Analysis,
 ) -> Analysis:
-    """The analysis of these statements. They keep their meanings from `old`; those whose scope differs wait."""
+    """Return the analysis of these statements. They keep their meanings from `old`; those whose scope differs wait."""
     known = dict(zip(old.statement_ids, old.meanings, strict=True))
     waited = {old.statement_ids[index] for index in old.waiting}
     current: dict[str, Definition] = {}
@@ -333,7 +335,7 @@ def _assembled(
 def _with_others(
     old: Analysis, lines: LineIndex, offsets: Sequence[int], first: int, others: Sequence[Statement]
 ) -> Analysis:
-    """The analysis with these statements replaced from `first` on, which wait. Indices stay."""
+    """Replace statements of an analysis from `first` on; the new ones wait. Indices stay."""
     changed = dict(enumerate(others, first))
     statements, statement_ids, meanings = list(old.statements), list(old.statement_ids), list(old.meanings)
     statements[first : first + len(others)] = others
@@ -342,7 +344,7 @@ def _with_others(
     waiting = {*old.waiting, *changed}
     for index, statement in changed.items():
         scope = _scope(statement, index, bindings, meanings, old.predefined)
-        # Until it is understood, it defines what it defined before, so that nothing below it changes twice.
+        # Until it is understood, it keeps its old definition, so that nothing below it changes twice.
         definition = meanings[index].definition
         meanings[index] = not_understood(statement, statement_ids[index], scope, definition)
         if definition and meanings[index].is_known:
@@ -370,13 +372,13 @@ def _with_others(
 
 
 def _checked_like(old: Analysis, now: Analysis) -> Analysis:
-    """The analysis, in which all that robots play waits if something else than before decides what they can do."""
+    """Let everything that robots play wait if the limits or the tempo differ from before."""
     is_like = now.tempo == old.tempo and now.opening.cast.kinds == old.opening.cast.kinds
     return now if is_like else now._doubted()
 
 
 def _untold(infeasible: Mapping[int, Sequence[Diagnostic]]) -> Sequence[int]:
-    """The statements that are to be shown, but have diagnostics without messages."""
+    """Return the statements that are to be shown, but have diagnostics without messages."""
     shown = nsmallest(MOST_SHOWN, infeasible)
     return [index for index in shown if not all(each.message for each in infeasible[index])]
 
@@ -396,7 +398,7 @@ def _scope(
 
 
 def _signed(signs: Container[str], statements: Sequence[Statement]) -> Sequence[int]:
-    """The statements with one of these signs."""
+    """Return the statements with one of these signs."""
     return [index for index, statement in enumerate(statements) if _sign(statement) in signs]
 
 

@@ -1,4 +1,4 @@
-"""Which statements define and use which names, by index. Reused from one version of a program to the next."""
+"""The definitions and uses of names by the indices of statements. Reused from one version of a program to the next."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from improv_core.syntax.words import Kind
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 MOST_NAMES, MOST_COMPARED = 2_000, 20
-"""Names that are looked at to find one like an unknown one, and those of them that are compared with it in full."""
+"""The most names that are searched for one like an unknown name, and the most that are fully compared with it."""
 _Table = Mapping[str, Sequence[int]]
 
 
@@ -25,8 +25,8 @@ _Table = Mapping[str, Sequence[int]]
 class Bindings:
     """The statements that define and use each name, and the definitions that nothing uses.
 
-    `nearest` returns the known word that is most similar to another one, if there is one: a defined name itself. Names
-    that look alike are in `spellings`, with how each is composed: one name was a letter, and the other a sign like it.
+    `nearest` returns the known word that is most similar to a name, if there is one: a defined name itself. `spellings`
+    maps names that look alike to their common composed form: one has a letter, and the other a sign like it.
     """
 
     defined: _Table
@@ -36,22 +36,22 @@ class Bindings:
     spellings: Mapping[str, str] = field(default_factory=dict)
 
     def definer(self, name: str, before: int) -> int | None:
-        """The statement whose definition of a name applies in the statement `before`."""
+        """Return the statement whose definition of a name applies in the statement `before`."""
         definers = self.defined.get(name, ())
         count = bisect_left(definers, before)
         return definers[count - 1] if count else None
 
     def users(self, name: str, definer: int) -> Sequence[int]:
-        """The statements that use the definition of a name in the statement `definer` (-1: no definition)."""
+        """Return the statements that use the definition of a name in the statement `definer` (-1: no definition)."""
         users, definers = self.used.get(name, ()), self.defined.get(name, ())
         following = bisect_right(definers, definer)
         end = bisect_right(users, definers[following]) if following < len(definers) else len(users)
         return users[bisect_right(users, definer) : end]
 
     def edited(self, before: Mapping[int, Statement], now: Mapping[int, Statement]) -> Bindings:
-        """The bindings after some statements have been replaced by others at the same indices."""
+        """Return the bindings after some statements have been replaced by others at the same indices."""
         if all(_names(before[index]) == _names(statement) for index, statement in now.items()):
-            return self  # as after most keystrokes
+            return self  # true after most keys
         defined, used = dict(self.defined), dict(self.used)
         names: set[str] = set()  # names whose definitions or uses have changed
         for index, statement in now.items():
@@ -64,7 +64,7 @@ class Bindings:
 
 
 def bind(statements: Iterable[Statement]) -> Bindings:
-    """The bindings of a whole program."""
+    """Return the bindings of a whole program."""
     defined: dict[str, list[int]] = {}
     used: dict[str, list[int]] = {}
     for index, statement in enumerate(statements):
@@ -88,7 +88,7 @@ def _defines(statement: Statement) -> tuple[str, ...]:
 
 
 def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], now: Sequence[str]) -> set[str]:
-    """Enter a statement under its new names instead of its old ones. Returns all of these names."""
+    """Move a statement from its old names to its new ones. Return the names that changed."""
     for name in set(before) - set(now):
         indices = [each for each in table[name] if each != index]
         if indices:
@@ -103,7 +103,7 @@ def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], n
 
 
 def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
-    """The definitions of a name that nothing uses before the next definition of it (which may use it itself)."""
+    """Yield the definitions of a name that nothing uses before its next definition (which may use it itself)."""
     definers, users = defined[name], used.get(name, ())
     if users and users[0] <= definers[0]:
         return  # it is used before it is defined, and that is reported
@@ -114,7 +114,7 @@ def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
 
 
 def _spellings(defined: _Table, used: _Table) -> Mapping[str, str]:
-    """The names that others are composed like, each with how."""
+    """Return the names that look like others, each with its composed form."""
     found: dict[str, set[str]] = {}
     for name in chain(defined, used):
         if not name.isascii():
@@ -130,7 +130,7 @@ def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
     def nearest(name: str) -> str | None:
         if name in names:
             return name
-        # Fully comparing thousands of names, for hundreds of unknown ones, would be noticeable at every keystroke.
+        # A full comparison with thousands of names, for hundreds of unknown ones, would delay every key noticeably.
         letters = set(name)
         alike = (each for each in islice(names, MOST_NAMES) if len(letters.symmetric_difference(each)) < 4)
         known = [*_MOVEMENTS, *islice(alike, MOST_COMPARED)]

@@ -1,4 +1,4 @@
-"""Compiles an analysis to a score, and to the segments that `improv compile` prints."""
+"""Compile an analysis to a score, and to the segments that `improv compile` prints."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from improv_core.slices import checkpoint
 
 MOST_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000
-"""The most characters of a program that is sent with its score, so that it can be shown while it plays."""
+"""The most characters of a program that is sent with its score, to show it while it plays."""
 _MOMENTS_PER_SEGMENT = 2
 """Adjacent moments that merge are walked one by one. Even a part that never ends and never changes must stop here."""
 
 
 def score_of(analysis: Analysis) -> Score:
-    """The score of a program."""
+    """Return the score of a program."""
     cast, poses = analysis.opening.cast, starts_of(analysis)
     parts, smooth = {}, _Smooth(analysis.tempo)
     nothing = (NOTHING,) * analysis.scene_count
@@ -80,7 +80,7 @@ def score_of(analysis: Analysis) -> Score:
 
 
 def starts_of(analysis: Analysis) -> Mapping[str, Pose]:
-    """Where all robots of a program begin, also those that a selection leaves out."""
+    """Return the start poses of all robots of a program, also of those that a selection leaves out."""
     cast = analysis.opening.cast
     named = (name for line in analysis.played.values() for name, _ in line.parts)
     robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.parts])}
@@ -89,7 +89,7 @@ def starts_of(analysis: Analysis) -> Mapping[str, Pose]:
 
 @dataclass(frozen=True, slots=True)
 class _Smooth:
-    """Smooths scenes within the limits of profiles. Robots of one line share theirs."""
+    """Smooths scenes within the limits of profiles. Robots of one line share the result."""
 
     tempo: Fraction
     made: dict[tuple[int, Profile], Movement] = field(default_factory=dict)
@@ -102,7 +102,7 @@ class _Smooth:
 
 
 def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
-    """The senses that a robot's part reads. An unknown one is an error in the program."""
+    """Return the senses that a robot's part reads. An unknown one is an error in the program."""
     names = frozenset[str]().union(*map(senses_read, scenes))
     return {name: cast.sense(robot, name) for name in cast.sense_names if name in names}
 
@@ -110,10 +110,10 @@ def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
 def compiled(
     analysis: Analysis, most_segments: int = MOST_SEGMENTS, script: Sequence[SenseSpan] = ()
 ) -> Mapping[str, Any]:
-    """The program as JSON values: the tempo, the bar and the floor if it says them, and each robot's start (meters and
-    degrees), length, and segments in seconds, m/s, and rad/s.
+    """Return the program as JSON values: the tempo, the bar and the floor if the program sets them, and each robot's
+    start (meters and degrees), length, and segments in seconds, m/s, and rad/s.
 
-    If senses decide something, it is performed with the senses that hold according to the script, and with no others.
+    If senses decide something, only the senses in the script are true.
     """
     score = score_of(analysis)
     tempo, parts = score.tempo, score.parts.values()
@@ -142,8 +142,9 @@ def compiled(
 
 @dataclass(slots=True)
 class _Segments:
-    """Stretches of constant velocity of one robot, or of one of its limbs: their starts and durations in beats, and
-    how fast the limb's joints are asked to move. `beats` is the whole length, and `range` where the joints were."""
+    """Stretches of constant velocity of one robot, or of one of its limbs: their starts and durations in beats, and the
+    velocities of the limb's joints. `beats` is the whole length, and `range` the least and greatest positions of the
+    joints."""
 
     most: int
     beats: Duration
@@ -188,7 +189,7 @@ def _walk(part: Part, segments: _Segments) -> None:
 
 
 def _perform(score: Score, most: int, script: Sequence[SenseSpan], found: Mapping[Mover, _Segments]) -> None:
-    """What all robots do. One that still moves when there are too many moments has no known length."""
+    """Perform all robots. A robot that still moves after too many moments has no known length."""
     scenes = [
         {
             mover: each.limb.performs(score.parts[mover.robot].of_scene(scene))
@@ -228,7 +229,7 @@ def _robot(score: Score, part: Part, segments: _Segments) -> Mapping[str, Any]:
 
 
 def _joints(score: Score, part: Part, limbs: Sequence[_Segments]) -> Mapping[str, Any]:
-    """How fast the joints of a robot with a body are asked to move, those that move, and where they are meanwhile."""
+    """Return the commanded velocities of a robot's joints that move, and the ranges of their positions."""
     if not part.profile.body:
         return {}
     joints: dict[str, list[list[float]]] = {}

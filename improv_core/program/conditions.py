@@ -13,19 +13,19 @@ from improv_core.text import Span
 
 
 def conditions(body: Node) -> Iterator[tuple[Apply | Choice, Condition]]:
-    """Each `until`, `pause`, and `if`, with its condition. If a sense is missing, the parser has reported it."""
+    """Yield each `until`, `pause`, and `if` with its condition. If a sense is missing, the parser has reported it."""
     for node in nodes.nodes(body):
         if isinstance(node, (Apply, Choice)) and node.condition and node.condition.sense.text:
             yield node, node.condition
 
 
 def check_conditions(body: Node) -> Iterator[Diagnostic]:
-    """The conditions that ask for what a sense can't tell, and those that apply to less than they seem to."""
+    """Yield diagnostics of conditions that a sense can't answer, and of those that apply to less than they seem to."""
     for node, condition in conditions(body):
         if condition.sense.text == CUE and (node.word.text != "until" or condition.is_negated):
             yield _instant(node.word, condition)
     for each in nodes.nodes(body):
-        if not isinstance(each, nodes.Bracket):  # brackets show that it is meant
+        if not isinstance(each, nodes.Bracket):  # brackets show the intention
             inside = nodes.children(each)
             for place, child in enumerate(inside, 1):
                 yield from _short_reach(child, inside[place:] if isinstance(each, nodes.Series) else ())
@@ -40,7 +40,7 @@ def _instant(word: Token, condition: Condition) -> Diagnostic:
 
 
 def _short_reach(node: Node, following: tuple[Node, ...]) -> Iterator[Diagnostic]:
-    """An `until` that watches only the one word after it."""
+    """Report an `until` that watches only the one word after it."""
     if not (isinstance(node, Apply) and node.word.text == "until" and isinstance(node.body, nodes.Primitive)):
         return
     alone, start = node.body.word.text, node.body.span.start

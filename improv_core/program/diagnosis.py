@@ -1,4 +1,4 @@
-"""What is wrong with the statements of a program, seen together: names, scenes, the tempo, and limits."""
+"""Problems of statements that depend on the whole program: names, scenes, the tempo, and limits."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ from improv_core.text import Span
 
 
 def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) -> tuple[Diagnostic, ...]:
-    """All diagnostics of a program, in the order of the text."""
+    """Return all diagnostics of a program, in the order of the text."""
     serious = program.faulty.union(_too_many(program), program.infeasible, program.too_uneven)
     hinted = program.bindings.unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
     indices = [*sorted(serious), *sorted(hinted - serious)]
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone))
-    hides = any(program.statements[index].diagnostics for index in program.faulty)  # perhaps a definition
+    hides = any(program.statements[index].diagnostics for index in program.faulty)  # perhaps of a definition
     found = []
     for index, each in islice(reported, MOST_SHOWN):
         is_form = each.code in [problem.code for problem in program.statements[index].diagnostics]
-        found.append((_to_be_chosen(each) if hides and not is_form else each).shifted(program.offsets[index]))
-    if any(each.severity is Severity.ERROR for each in found):  # what is removed now may be what is meant elsewhere
-        found = [each if each.severity is Severity.ERROR else _to_be_chosen(each) for each in found]
+        found.append((_as_guess(each) if hides and not is_form else each).shifted(program.offsets[index]))
+    if any(each.severity is Severity.ERROR for each in found):  # a hint may remove text that another error needs
+        found = [each if each.severity is Severity.ERROR else _as_guess(each) for each in found]
     if next_one := next(reported, None):
         index, _ = next_one
         found.append(_more(program, indices[indices.index(index) :], index not in serious))
@@ -54,9 +54,9 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
 def diagnose_statement(
     program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None
 ) -> Iterator[Diagnostic]:
-    """The diagnostics of one statement of a program. Spans count from its start.
+    """Yield the diagnostics of one statement of a program. Spans count from its start.
 
-    If it doesn't have the form of one, what else is said about it concerns a statement that nobody wrote.
+    If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote.
     """
     statement = program.statements[index]
     form = statement.diagnostics
@@ -64,17 +64,17 @@ def diagnose_statement(
         is_form = each.code in [problem.code for problem in form]
         if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
             continue
-        yield _to_be_chosen(each) if form and not is_form else each
+        yield _as_guess(each) if form and not is_form else each
 
 
 def _is_about_the_same(text: str, wrong: Span, other: Diagnostic) -> bool:
-    """Whether a diagnostic is about what is not even of the right form: the `1` of `1,5`, or half a word."""
+    """Return whether a diagnostic is about text that already has the wrong form: the `1` of `1,5`, or half a word."""
     touches = wrong.start <= other.span.end and other.span.start <= wrong.end and wrong != Span(0, len(text))
     return touches and (other.severity is not Severity.ERROR or not text[slice(*wrong)].isascii())
 
 
-def _to_be_chosen(problem: Diagnostic) -> Diagnostic:
-    """A diagnostic of which nobody gets a fix without looking at it."""
+def _as_guess(problem: Diagnostic) -> Diagnostic:
+    """Return a diagnostic whose fixes are all guesses, so that nobody gets one without looking at it."""
     if not problem.fixes:
         return problem
     fixes = tuple(dataclasses.replace(fix, safe=False, guess=True) for fix in problem.fixes)
@@ -122,14 +122,14 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
 
 
 def _too_many(program: Program) -> Iterable[int]:
-    """The statements that say again what an earlier one has said, and those of more scenes than there may be."""
+    """Return the statements that repeat an earlier one, and the scenes over the limit."""
     return [*program.tempos[1:], *program.breaks[MOST_SCENES - 1 :], *program.repeated]
 
 
 def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
-    """The diagnostic about what a line of the opening says again."""
+    """Return the diagnostic about a repetition in a line of the opening."""
     statement, line = program.statements[index], _line(program, again.first)
-    what = _SAID[again.sign].format(name=again.name)
+    what = _EFFECTS[again.sign].format(name=again.name)
     where = "this line" if again.first == index else f"line {line}"
     first = again.first_span.shifted(program.offsets[again.first])
     related = Related(_relative(program, first, index), "here, for the first time")
@@ -145,9 +145,9 @@ def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
     return Diagnostic("duplicate-line", span, message, fixes, (related,))
 
 
-_SAID = {
-    "AT": "says where `{name}` starts",
-    "IS": "says what `{name}` is",
+_EFFECTS = {
+    "AT": "places `{name}`",
+    "IS": "gives `{name}` a profile",
     "ROOM": "sets the floor",
     "BAR_LENGTH": "sets the bar",
     "SCENE": "begins a scene called `{name}`",
@@ -185,7 +185,7 @@ _ROOM = "room 6 4"
 
 
 def _near_named(program: Program, head: Token, others: Sequence[str]) -> Diagnostic:
-    """The diagnostic about a robot with a place, where another one plays that is called nearly so."""
+    """Return the diagnostic about a robot with a place that never plays, while one with nearly the same name does."""
     shown = " and ".join(f"`{each}`" for each in others)
     message = f"`{head.text}` never plays, but {shown} {'does' if len(others) == 1 else 'do'}: if they are one robot, "
     message += f"write `{others[0]}` here"
@@ -195,7 +195,7 @@ def _near_named(program: Program, head: Token, others: Sequence[str]) -> Diagnos
 
 
 def _alike(statement: Statement, name: str, other: str) -> Diagnostic:
-    """The diagnostic about a name that looks like another one."""
+    """Return the diagnostic about a name that looks like another one."""
     token = next(each for each in statement.tokens if each.text == name)
     strange = next((char for char in name + other if unicodedata.normalize("NFC", char) != char), name[0])
     message = f"`{name}` is another name than the `{other}` above, which looks alike: one has {in_words(strange)}"
@@ -203,7 +203,7 @@ def _alike(statement: Statement, name: str, other: str) -> Diagnostic:
 
 
 def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnostic:
-    """What stands for the diagnostics of the statements that are not shown."""
+    """Return the diagnostic that stands for those of statements that are not shown."""
     wrong = program.too_uneven.union(_too_many(program))
     has_errors = any(
         not program.meanings[index].ok
@@ -218,7 +218,7 @@ def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnost
 
 
 def _unresolved(program: Program, index: int, node: nodes.Name, tokens: Sequence[Token], at: int) -> Diagnostic:
-    """The diagnostic about a name that nothing above defines: the token `at` of its statement."""
+    """Return the diagnostic about a name that nothing above defines: the token `at` of its statement."""
     name = node.text
     if name not in program.bindings.defined:
         return unknown_name(program, index, node, tokens, at)
@@ -232,12 +232,12 @@ def _unresolved(program: Program, index: int, node: nodes.Name, tokens: Sequence
     message = f"`{name}` is not defined until line {line}: move its definition above this line"
     above = Edit(Span(0, 0), program.statements[later].text + program.line_end(index))
     moved = (above, Edit(_whole_line(program, later, index), ""))
-    fixes = (Fix(f"Move the definition of {name} up", moved, guess=True),)  # another one above may be broken
+    fixes = (Fix(f"Move the definition of {name} up", moved, guess=True),)  # another definition above may be broken
     return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
 
 
 def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Diagnostic:
-    """The diagnostic about a use whose arguments are not as the head of its definition says."""
+    """Return the diagnostic about a use whose arguments don't match the head of its definition."""
     name, numbers = (node, ()) if isinstance(node, nodes.Name) else (node.name, node.numbers)
     scope = dict(zip(program.statements[index].uses, program.meanings[index].scope, strict=True))
     found = scope.get(name.text)
@@ -270,19 +270,19 @@ def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Dia
 
 
 def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Number]) -> Diagnostic:
-    """The diagnostic about a word for a body part without a term, or `to` without a pose."""
+    """Return the diagnostic about a word for a body part without a term, or `to` without a pose."""
     if numbers:
         span = Span(numbers[0].span.start, numbers[-1].span.end)
         message = f"`{name.text}` takes no number: remove it"
         return Diagnostic("arguments", span, message)
     if word.takes is Takes.POSE:
         return Diagnostic("arguments", name.span, f"write the name of a pose after `{name.text}`, such as `{START}`")
-    message = f"write what `{name.text}` performs after it: `{name.text} left`"
+    message = f"write a movement after `{name.text}`, such as `{name.text} left`"
     return Diagnostic("arguments", name.span, message)
 
 
 def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
-    """A diagnostic of a statement, with what other statements add to it."""
+    """Add to a diagnostic of a statement what other statements know."""
     statement = program.statements[index]
     if problem.code == "misplaced-canon":
         return _misplaced(program, index, problem)
@@ -296,8 +296,7 @@ def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic
 
 
 def _with_names(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
-    """A diagnostic about a character, by the names that the program has: `½` may be one, and a word with something
-    in it that can't be seen may be."""
+    """Adapt a diagnostic about a character to the program's names: one may be `½`, or have an invisible character."""
     statement = program.statements[index]
     written = statement.text[slice(*problem.span)]
     if written.isascii():
@@ -322,7 +321,7 @@ def _with_names(program: Program, index: int, problem: Diagnostic) -> Diagnostic
 
 
 def _misplaced(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
-    """The diagnostic about a `canon` in a definition, with its fixes."""
+    """Return the diagnostic about a `canon` in a definition, with its fixes."""
     statement, body = program.statements[index], program.meanings[index].body
     found = (each for each in nodes.nodes(body) if isinstance(each, nodes.Apply)) if body else ()
     canon = next((each for each in found if each.word.span == problem.span and each.numbers), None)
@@ -360,12 +359,12 @@ def _unused(program: Program, index: int) -> Diagnostic:
 
 
 def _line(program: Program, index: int) -> int:
-    """The line on which a statement starts, counted from 1."""
+    """Return the line on which a statement starts, counted from 1."""
     return program.lines.position(program.offsets[index]).line + 1
 
 
 def _whole_line(program: Program, index: int, seen_from: int | None = None) -> Span:
-    """The whole lines of a statement, for removal. Offsets count from the start of the statement `seen_from`."""
+    """Return the whole lines of a statement, for removal. Offsets count from the start of the statement `seen_from`."""
     start = program.offsets[index]
     first = program.lines.position(start).line
     last = program.lines.position(start + len(program.statements[index].text)).line

@@ -1,4 +1,4 @@
-"""How far robots were off the ideal paths of a performance, and how near each other, from what was measured."""
+"""Measured distances of robots from the ideal paths of a performance, and from each other."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from improv_core.score.motion import Pose
 
 
 class Deviation(NamedTuple):
-    """How far a robot is from where it ideally is, in meters, and how far it is turned, in radians."""
+    """A robot's distance from its ideal place, in meters, and from its ideal heading, in radians."""
 
     distance: float
     turn: float
@@ -22,7 +22,7 @@ class Deviation(NamedTuple):
 
 
 class Nearness(NamedTuple):
-    """A distance between two robots in meters, and when: the beat, and the seconds since beat 0."""
+    """A distance between two robots in meters, and its time: the beat, and the seconds since beat 0."""
 
     distance: float
     beat: float
@@ -30,7 +30,7 @@ class Nearness(NamedTuple):
 
 
 class SeenFault(NamedTuple):
-    """A fault of a robot: the beats from and to which it was seen (None: to the end), and how bad it was at most."""
+    """A fault of a robot: the beats from and to which it was seen (None: to the end), and its worst values."""
 
     robot: str
     fault: str
@@ -40,7 +40,7 @@ class SeenFault(NamedTuple):
 
 
 SAME_TIME = 0.1
-"""Seconds between measurements of two robots that are compared."""
+"""The most seconds between measurements of two robots that are compared."""
 
 
 class Errors:
@@ -54,8 +54,7 @@ class Errors:
         self.faults: list[SeenFault] = []
         """The faults that were seen, in the order in which they began."""
         self.links: dict[str, dict[str, float]] = {}
-        """How exactly hosts danced with the others: the worst error of their clocks, and the longest that a message
-        took, in seconds."""
+        """The timing of each host: the worst error of its clock, and the longest that a message took, in seconds."""
         self._latest: dict[str, tuple[float, Pose]] = {}
 
     def take(self, message: Mapping[str, Any]) -> None:
@@ -83,15 +82,15 @@ class Errors:
         self.links[message["host"]] = {name: max(message[name], known.get(name, 0.0)) for name in ("error", "lag")}
 
     def faults_as_json(self) -> list[dict[str, Any]]:
-        """JSON values: each fault with its robot, its kind, the beats from and to which it was seen, and its worst, in
-        meters, radians, and seconds."""
+        """Return each fault as JSON values: its robot, its kind, the beats from and to which it was seen, and its
+        worst, in meters, radians, and seconds."""
         return [
             {"robot": robot, "kind": fault, "from": begins, "to": ends, "worst": dict(worst)}
             for robot, fault, begins, ends, worst in self.faults
         ]
 
     def _compare(self, robot: str, measured: Mapping[str, Any]) -> None:
-        """Note how near a robot was to each other one."""
+        """Note a robot's distances from the others."""
         at, pose = measured["performed"], Pose(**measured["pose"])
         self._latest[robot] = at, pose
         for other, (then, there) in self._latest.items():
@@ -102,19 +101,19 @@ class Errors:
                     self.nearest[pair] = Nearness(far, measured["beat"], at)
 
     def as_json(self) -> dict[str, Any]:
-        """JSON values, in meters and radians."""
+        """Return the errors as JSON values, in meters and radians."""
         return {
             robot: {"largest": largest._asdict(), "last": last._asdict()}
             for robot, (largest, last) in sorted(self.robots.items())
         }
 
     def lines(self) -> Iterator[str]:
-        """A line about each robot, the one that is farthest off first."""
+        """Yield a line about each robot, the one that is farthest off first."""
         worst_first = sorted(self.robots.items(), key=lambda each: (-each[1][1].distance, -each[1][1].turn, each[0]))
         for robot, (largest, last) in worst_first:
             yield f"{robot} ended {last}; at most {largest}"
 
 
 def error(pose: Mapping[str, float], ideal: Mapping[str, float]) -> Deviation:
-    """How far a pose is from another one."""
+    """Return the deviation of a pose from another one."""
     return Deviation(*Pose(**pose).apart(Pose(**ideal)))

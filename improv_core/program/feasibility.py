@@ -1,4 +1,4 @@
-"""Checks whether the robots of a program, as `improv.toml` describes them, can do what they are to play."""
+"""Check whether the robots of a program, as `improv.toml` describes them, can do what they play."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from improv_core.syntax.slips import closest, is_between
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
-"""How many moments of a movement are searched for the item that asks too much."""
+"""The most moments of a movement that are searched for the item that asks too much."""
 SLACK = 1 + 1e-9
 """Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
@@ -33,7 +33,7 @@ SLACK = 1 + 1e-9
 def check_casting(
     statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction, brief: bool = False
 ) -> tuple[Diagnostic, ...]:
-    """What the robots of a statement can't do at `tempo` beats per minute. Spans count from its start.
+    """Return what the robots of a statement can't do at `tempo` beats per minute. Spans count from its start.
 
     If `brief`, the diagnostics have no messages and no fixes, which take most of the time.
     """
@@ -53,9 +53,9 @@ def check_casting(
 def check_names(
     statement: Statement, named: Collection[str], robots: Robots, brief: bool
 ) -> dict[tuple[str, Span], Diagnostic]:
-    """The names before the sign of a statement that are no robots of an `improv.toml`, by code and span.
+    """Return diagnostics, by code and span, of the names before the sign that are no robots of `improv.toml`.
 
-    Those that aren't `named` are invalid anyway.
+    Names that aren't in `named` are skipped: they are invalid anyway.
     """
     found: dict[tuple[str, Span], Diagnostic] = {}
     for head in statement.heads:
@@ -75,7 +75,7 @@ def check_names(
 
 
 def impossible(part: Movement, profile: Profile) -> str | None:
-    """What a movement asks for that a robot with this profile can't do, such as `move sideways`; None if nothing."""
+    """Return a motion that a robot with this profile can't make, such as `move sideways`; None if it can make all."""
     if not _may_be_impossible(part.peak, profile):
         return None
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
@@ -85,12 +85,12 @@ def impossible(part: Movement, profile: Profile) -> str | None:
 
 
 def _may_be_impossible(peak: Peak, profile: Profile) -> bool:
-    """A quick check of the bounds."""
+    """Check the bounds quickly."""
     return bool(unsupported(peak, profile)) or bool(profile.turning_radius and peak.yaw)
 
 
 def _lacking(velocity: Velocity, profile: Profile) -> str | None:
-    """What a velocity asks for that a robot with this profile can't do, such as `move sideways`; None if nothing."""
+    """Return a motion in a velocity that this profile can't make, such as `move sideways`; None if there is none."""
     if motions := unsupported(velocity, profile):
         return _DOING[motions[0]]
     radius = too_tight(velocity, profile)
@@ -110,7 +110,7 @@ def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
 
 
 def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
-    """A quick check of the bounds: most statements are far from every limit."""
+    """Check the bounds quickly: most statements are far from every limit."""
     per_second = float(tempo) / 60
     faster = float(FASTEST_EASE) if profile.smooth else 1.0
     linear = (peak.x + peak.y + peak.z) * profile.step * profile.linear_scale * per_second * faster
@@ -126,16 +126,16 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
 def _too_much(
     robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction, brief: bool
 ) -> Iterator[Diagnostic]:
-    told: set[str] = set()  # report only the first item of each kind, and of those that are too fast the fastest
+    reported: set[str] = set()  # report only the first item of each kind, and of those that are too fast the fastest
     fastest: tuple[Excess, Moment] | None = None
     known: set[Velocity] = set()
     for moment in islice(walk(with_all_sides(base_of(part))), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
         checkpoint()
-        for diagnostic in _about(moment, robot, body, profile, tempo, told, brief):
-            if diagnostic.code not in told:
-                told.add(diagnostic.code)
+        for diagnostic in _about(moment, robot, body, profile, tempo, reported, brief):
+            if diagnostic.code not in reported:
+                reported.add(diagnostic.code)
                 yield diagnostic
         if moment.velocity in known or (brief and fastest):
             continue
@@ -143,7 +143,7 @@ def _too_much(
         over = excess(moment.velocity, profile, tempo)
         if over and (fastest is None or over.factor > fastest[0].factor):
             fastest = over, moment
-    if part.body_words.asked and "too-short" not in told:  # a word under one for a body part may be too short too
+    if part.body_words.asked and "too-short" not in reported:  # a word under a body part may be too short
         short = (_too_short(moment, robot, profile, tempo) for moment in islice(walk(part), MOST_MOMENTS))
         yield from islice(filter(None, short), 1)
     if fastest and brief:
@@ -161,7 +161,7 @@ def _too_much(
 def _too_fast_to_smooth(
     robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction
 ) -> Iterator[Diagnostic]:
-    """The first stretch that is played without smoothing because its highest speed would be over a limit."""
+    """Report the first stretch that plays without smoothing because its highest speed would be over a limit."""
     moments = islice(walk(with_all_sides(smoothed(part))), MOST_MOMENTS)
     for sources, together in groupby(moments, lambda moment: moment.sources):
         found = [over for moment in together if (over := excess(moment.velocity, profile, tempo))]
@@ -183,11 +183,11 @@ def _about(
     body: Node | None,
     profile: Profile,
     tempo: Fraction,
-    told: Collection[str],
+    reported: Collection[str],
     brief: bool,
 ) -> Iterator[Diagnostic]:
-    span = moment.sources[0].span  # the word in this statement; the others are in definitions
-    lacking = None if "unsupported-direction" in told else _lacking(moment.velocity, profile)
+    span = moment.sources[0].span  # the word in this statement; the other sources are in definitions
+    lacking = None if "unsupported-direction" in reported else _lacking(moment.velocity, profile)
     if lacking and brief:
         yield Diagnostic("unsupported-direction", span, "")
     elif lacking:
@@ -212,7 +212,7 @@ def _too_short(moment: Moment, robot: str, profile: Profile, tempo: Fraction) ->
 
 
 def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primitive | None:
-    """The word in this statement, of all that play at a moment, whose motion a robot can't make."""
+    """Return the word in this statement, of those that play at a moment, whose motion a robot can't make."""
     spans = {source.span for source in moment.sources if source.statement == moment.sources[0].statement}
     words = (node for node in nodes.nodes(body) if isinstance(node, nodes.Primitive) and node.span in spans)
     if unsupported(moment.velocity, profile):
@@ -221,7 +221,7 @@ def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primi
 
 
 def _fitting(over: Excess) -> str:
-    """What to do so that a velocity fits."""
+    """Advise a tempo or a factor with which a velocity fits."""
     return f"use `beat {over.tempo}` or `slow {over.slow}`" if over.tempo else f"use `slow {over.slow}`"
 
 

@@ -1,6 +1,6 @@
 """Programs and `improv.toml` in files. Only regular files are opened, so reading never blocks and always ends.
 
-A program may also come from standard input, `-`, and from what a shell has opened: `/dev/fd/63` for `<(…)`.
+A program may also come from standard input, `-`, or from a file that a shell has opened: `/dev/fd/63` for `<(…)`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 ENDING = ".improv"
 """The ending of the names of programs."""
 STANDARD_INPUT = Path("-")
-"""What people write for it. Its programs are for the robots of the current folder."""
+"""The path that stands for standard input. Its programs are for the robots of the current folder."""
 LARGEST_ROBOTS_FILE = 1_000_000
 """The most bytes of an `improv.toml`."""
 _OPENING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -35,32 +35,33 @@ class ReadError(Exception):
 
 
 def analyze_file(path: Path) -> Analysis:
-    """The program in a file, for the robots of the nearest `improv.toml`. Raises ReadError."""
+    """Return the program in a file, for the robots of the nearest `improv.toml`. Raises ReadError."""
     return analyze(read_program(path), robots_near(path.parent))
 
 
 def robots_near(folder: Path) -> Robots:
-    """The robots of the nearest `improv.toml` in a folder or its parents. Raises ReadError if it can't be read."""
+    """Return the robots of the nearest `improv.toml` in a folder or its parents. Raises ReadError if it is
+    unreadable."""
     found = find_robots_file(folder)
     return robots_in(found) if found else Robots()
 
 
 def robots_in(path: Path) -> Robots:
-    """The robots of an `improv.toml`. Raises ReadError."""
+    """Return the robots of an `improv.toml`. Raises ReadError."""
     return robots_from(read_robots_file(path), path)
 
 
 def read_robots_file(path: Path) -> str:
-    """The text of an `improv.toml`. Raises ReadError."""
+    """Return the text of an `improv.toml`. Raises ReadError."""
     return _read(path, LARGEST_ROBOTS_FILE)
 
 
 def robots_from(text: str, path: Path | None) -> Robots:
-    """The robots in the text of an `improv.toml`, with what the URDFs say that it names. Never raises."""
+    """Return the robots in the text of an `improv.toml`, with the bodies in the URDFs that it names. Never raises."""
     robots = read_robots(text, path)
     if not robots.urdfs:
         return robots
-    from improv_core.robots.skeletons import skeleton_in, with_skeletons  # few need it: XML takes a while to import
+    from improv_core.robots.skeletons import skeleton_in, with_skeletons  # rarely needed; XML is slow to import
 
     return with_skeletons(robots, _bytes_or_problem, _read_urdf or skeleton_in)
 
@@ -69,14 +70,14 @@ _read_urdf: Callable[[bytes], Skeleton | str] | None = None
 
 
 def read_urdfs_by(read: Callable[[bytes], Skeleton | str] | None) -> None:
-    """Set what reads URDFs; None for `skeleton_in`. The language server must not wait for one."""
+    """Set the function that reads URDFs; None for `skeleton_in`. The language server must not wait for one."""
     global _read_urdf
     _read_urdf = read
 
 
 def robots_or_problem(folder: Path) -> Robots:
-    """The same, but a file that can't be read counts as one with an error: robots of an unknown kind must not move as
-    if they were of some other kind."""
+    """Do the same, but treat an unreadable file as one with an error: robots of an unknown kind must not move as if
+    they were of another kind."""
     try:
         return robots_near(folder)
     except ReadError as error:
@@ -84,19 +85,19 @@ def robots_or_problem(folder: Path) -> Robots:
 
 
 def read_program(path: Path) -> str:
-    """The text of a program. Raises ReadError."""
+    """Return the text of a program. Raises ReadError."""
     refuse_robots_file(path)
     return _read(path, LONGEST_PROGRAM)
 
 
 def refuse_robots_file(path: Path) -> None:
-    """Raise ReadError if somebody names an `improv.toml` where a program is needed."""
+    """Raise ReadError for an `improv.toml` in place of a program."""
     if path.name == FILE_NAME:
         raise ReadError(f"{path}: it describes robots: name a program instead, such as dance{ENDING}")
 
 
 def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
-    """What a regular file holds, at most so many bytes. Raises ReadError."""
+    """Return the content of a regular file, at most so many bytes. Raises ReadError."""
     try:
         data = sys.stdin.buffer.read(most + 1) if path == STANDARD_INPUT and sys.stdin else _read_bytes(path, most + 1)
         if len(data) > most:
@@ -112,7 +113,7 @@ def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
 
 
 def without_ending(path: Path) -> Path | None:
-    """The program that somebody probably means who leaves out the ending of its name."""
+    """Return the program that a path without the ending probably means."""
     program = path.parent / f"{path.name}{ENDING}"
     return program if program.is_file() and not path.exists() else None
 
@@ -135,7 +136,7 @@ def _bytes_or_problem(path: Path, most: int) -> bytes | str:
 
 
 def _read(path: Path, most: int) -> str:
-    """The text of a regular file of at most so many bytes. Raises ReadError."""
+    """Return the text of a regular file of at most so many bytes. Raises ReadError."""
     try:
         return read_bytes(path, most).decode("utf-8-sig")
     except UnicodeDecodeError:

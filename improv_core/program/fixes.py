@@ -1,4 +1,4 @@
-"""Fixes in several places: arguments as the head of their phrase says, and `canon` in the lines of robots."""
+"""Fixes in several places: arguments that match the head of their phrase, and `canon` in the lines of robots."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from improv_core.syntax import nodes
 from improv_core.text import Span
 
 NUMBER, MOVEMENT = " 2", " rest"
-"""What is inserted for a missing argument: a movement that keeps the robot still."""
+"""Texts that a fix inserts for missing arguments. The movement keeps the robot still."""
 
 
 def give_arguments(use: nodes.Name | nodes.Call, phrase: Phrase, declared: Span) -> tuple[Fix, ...]:
-    """The fix for a use with too few or too many arguments. `declared` is the span of its parameters."""
+    """Return the fix for a use with too few or too many arguments. `declared` is the span of its parameters."""
     name = use.name if isinstance(use, nodes.Call) else use
     numbers, movements = (use.numbers, use.movements) if isinstance(use, nodes.Call) else ((), ())
     spare, lacking = numbers[len(phrase.numbers) :], len(phrase.movements) - len(movements)
@@ -33,8 +33,8 @@ def give_arguments(use: nodes.Name | nodes.Call, phrase: Phrase, declared: Span)
 
 
 def move_canon(canon: nodes.Apply, text: str, uses: Sequence[int] | None) -> Iterable[Fix]:
-    """The fixes of a `canon` in a definition. `text` is that of its statement, and `uses` are the places of the name in
-    lines of robots; None if it can't be moved there."""
+    """Yield the fixes for a `canon` in a definition. `text` is that of its statement, and `uses` are the places of the
+    name in lines of robots; None if it can't be moved there."""
     gone = Edit(Span(canon.span.start, canon.body.span.start), "")
     if uses:
         written = text[slice(*gone.span)]

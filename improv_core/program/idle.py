@@ -1,5 +1,4 @@
-"""Finds lines that do nothing because of others: those that begin scenes without robots, and those below what never
-ends."""
+"""Find lines that do nothing because of others: those that begin scenes without robots, or follow endless ones."""
 
 from __future__ import annotations
 
@@ -11,10 +10,10 @@ from improv_core.program.program import Program, never_ends
 
 
 class Idle(NamedTuple):
-    """Why a line does nothing: the `scene` with this number or the `line` with this index, which is above, never ends.
+    """The reason why a line does nothing: the `scene` with this number or the `line` with this index above never ends.
 
-    A line keeps these `robots` from this one. With neither, nothing plays in the scene that begins here, or, with
-    `is_first`, in the one that ends here.
+    A line keeps these `robots` from this one. Without a scene and a line, nothing plays in the scene that begins here,
+    or, with `is_first`, in the one that ends here.
     """
 
     scene: int | None = None
@@ -24,9 +23,9 @@ class Idle(NamedTuple):
 
 
 def find_idle(program: Program) -> Mapping[int, Idle]:
-    """The lines of a program that do nothing, by index."""
+    """Return the lines of a program that do nothing, by index."""
     if not program.scenes and not program.endless:
-        return {}  # as most programs
+        return {}  # true for most programs
     found: dict[int, Idle] = {}
     endless: int | None = None
     for scene, (first, last) in enumerate(pairwise([-1, *program.breaks, len(program.statements)]), 1):
@@ -36,14 +35,14 @@ def find_idle(program: Program) -> Mapping[int, Idle]:
         if endless:
             found.update(dict.fromkeys(playing, Idle(scene=endless)))
         elif not program.endless.isdisjoint(playing):
-            found.update(_kept(program, playing))
+            found.update(_never_reached(program, playing))
             endless = scene
     return found
 
 
-def _kept(program: Program, playing: Sequence[int]) -> Iterator[tuple[int, Idle]]:
-    """The lines of a scene to which all or some of their robots never come."""
-    busy: dict[str, int] = {}  # the line that keeps each of these robots
+def _never_reached(program: Program, playing: Sequence[int]) -> Iterator[tuple[int, Idle]]:
+    """Yield the lines of a scene that all or some of their robots never reach."""
+    busy: dict[str, int] = {}  # the endless line that each of these robots plays
     for index in playing:
         meaning = program.meanings[index]
         robots = tuple([robot for robot in meaning.robots if robot in busy]) if meaning.ok else ()

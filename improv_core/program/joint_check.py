@@ -1,4 +1,4 @@
-"""Whether joints can do what a program asks of them: where they would go beyond their limits, or move too fast."""
+"""Check whether joints can do what a program asks of them: find those beyond their limits, or too fast."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from improv_core.text import Span
 
 MOST_MOMENTS = 10_000
 LAST_BEAT = 1_000
-"""A body part is followed through so many moments, and so many beats."""
+"""The most moments, and beats, of a body part that are checked."""
 MOST_MARKED = 100
 _SLACK = 1e-9
 _LONGEST_FRACTION = 4
 
 
 def needs_check(analysis: Analysis) -> bool:
-    """Whether a program is right and moves joints."""
+    """Return whether a program has no errors and moves joints."""
     words = analysis.predefined
     return analysis.ok and any(name in analysis.bindings.used for name in words)
 
 
 def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
-    """What a program asks of joints that they can't do. Nothing of one that has errors.
+    """Return the joints' limits that a program exceeds; none if it has errors.
 
-    As in pictures, no sense ever holds. Each word is marked once for each joint and code.
+    As in pictures, senses are never true. Each word is marked once for each joint and code.
     """
     if not needs_check(analysis):
         return ()
@@ -63,13 +63,13 @@ def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
 
 
 def _cause(spans: Sequence[Span], drive: Drive, text: str) -> Span:
-    """Of the words that play at once, the first that moves a joint; if none is known to, such as a pose, the first."""
+    """Return the first of the words that play at once that moves a joint; if none does, as with a pose, the first."""
     words = ((span, PRIMITIVES.get(text[span.start : span.end])) for span in spans)
     return next((span for span, velocity in words if velocity and getattr(velocity, drive.direction)), spans[0])
 
 
 def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, Drive, str]]:
-    """What joints can't do in a moment: codes, what moves the joints, and messages."""
+    """Yield what joints can't do in a moment: codes, the drives of the joints, and messages."""
     if not each.moment.sources:
         return
     end = each.moment.start + each.moment.duration
@@ -93,7 +93,7 @@ def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, Driv
 
 
 def _fitting(factor: float, tempo: Fraction) -> str:
-    """What to do so that what is `factor` times too fast fits."""
+    """Advise a tempo or a factor for a movement that is `factor` times too fast."""
     slow = min(Fraction(math.ceil(factor * parts * (1 - _SLACK)), parts) for parts in range(1, _LONGEST_FRACTION + 1))
     fitting = math.floor(float(tempo) / factor * (1 + _SLACK))
     return f"use `beat {fitting}` or `slow {slow}`" if fitting else f"use `slow {slow}`"

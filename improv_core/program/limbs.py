@@ -1,4 +1,4 @@
-"""Whether robots have the body parts, directions, and poses that a statement asks for. Spans count from its start."""
+"""Check whether robots have the body parts, directions, and poses that a statement uses. Spans count from its start."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from improv_core.syntax.slips import closest
 from improv_core.text import Span
 
 MOST_NAMED = 3
-"""How many robots a message names."""
+"""The most robots that a message names."""
 _OPPOSITES = {"x": "backward", "y": "straferight", "z": "down", "yaw": "right"}
 _WORDS = {component: (word, _OPPOSITES[component]) for word, component in DIRECTIONS.items()}
 
 
 def check_pose_names(body: Node, robots: Robots) -> Iterator[Diagnostic]:
-    """The poses in a statement that no body part has."""
+    """Report the poses in a statement that no body part has."""
     known = sorted({name for each in robots.profiles.values() if each.body for name in each.body.pose_names} | {START})
     for node in nodes.nodes(body):
         if isinstance(node, nodes.PoseTerm) and node.pose.text not in known:
@@ -41,7 +41,7 @@ def check_pose_names(body: Node, robots: Robots) -> Iterator[Diagnostic]:
 
 
 def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iterator[Diagnostic]:
-    """What the bodies of a line's robots lack, and poses that other voices disturb."""
+    """Report what the bodies of a line's robots lack, and poses that other voices disturb."""
     kinds: dict[Profile, list[str]] = {}
     for robot, part in meaning.parts:
         if part.body_words.asked:
@@ -50,7 +50,7 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
         return
     asked = meaning.movement.body_words.asked
     poses = frozenset(name for each in robots.profiles.values() if each.body for name in each.body.pose_names)
-    look = _Looking(dict(zip(statement.uses, meaning.scope, strict=True)), len(meaning.robots))
+    finder = _Finder(dict(zip(statement.uses, meaning.scope, strict=True)), len(meaning.robots))
     without: dict[str, list[str]] = {}
     found: dict[tuple[str, Span, str], Diagnostic] = {}
     for profile, names in kinds.items():
@@ -72,14 +72,14 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
                     code = "no-such-pose"
                 else:
                     continue
-                for span in look.spans(meaning.body, each):
+                for span in finder.spans(meaning.body, each):
                     warns = code == "no-such-pose"
                     found.setdefault((code, span, message), Diagnostic(code, span, message, warns=warns))
         if meaning.movement.body_words.has_poses:
             for span, message in _disturbed(meaning.movement, body):
                 found.setdefault(("pose-disturbed", span, ""), Diagnostic("pose-disturbed", span, message))
     for word, names in without.items():
-        for span in look.uses(meaning.body, word):
+        for span in finder.uses(meaning.body, word):
             yield _lacking(word, names, span, robots)
     yield from found.values()
 
@@ -99,14 +99,14 @@ def _lacking(word: str, names: Sequence[str], span: Span, robots: Robots) -> Dia
     return Diagnostic("no-such-part", span, f"{shown}{more} {verb} no `{word}`, so this rests: {advice}", fixes)
 
 
-class _Looking:
-    """Finds where in a statement something is asked of a body part."""
+class _Finder:
+    """Finds the places in a statement that ask something of a body part."""
 
     def __init__(self, scope: Scope, robots: int) -> None:
         self._scope, self._robots = scope, robots
 
     def uses(self, node: Node, word: str) -> Iterator[Span]:
-        """Each use of a word for a body part, and of a name in which it stands."""
+        """Yield each use of a word for a body part, and of a name whose movement has that word."""
         if isinstance(node, nodes.PartTerm) and node.name.text == word:
             yield node.name.span
         if isinstance(node, nodes.Name) and word in self._movement(node).body_words.parts:
@@ -117,7 +117,7 @@ class _Looking:
             yield node.name.span
 
     def spans(self, node: Node, asked: Asked, inside: bool = False) -> Iterator[Span]:
-        """Each word, or name, that asks this; `inside` the term of the word for the body part."""
+        """Yield each word or name that asks this. `inside` is true in the term of the word for the body part."""
         checkpoint()
         if isinstance(node, nodes.Primitive):
             if inside and asked.direction and getattr(node.word.velocity, asked.direction):
@@ -141,7 +141,7 @@ class _Looking:
                 yield from self.spans(child, asked, inside)
 
     def _asks(self, made: Movement, asked: Asked) -> bool:
-        """Whether a movement asks this of whatever body part is around it."""
+        """Return whether a movement asks this of whichever body part performs it."""
         if asked.pose:
             return asked.pose in made.body_words.loose_poses
         return bool(asked.direction and getattr(made.peak, asked.direction))
@@ -151,7 +151,7 @@ class _Looking:
 
 
 def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:
-    """The poses beside which another voice moves the same joint: where they stand in the line, and what to do."""
+    """Yield poses whose joints another voice moves too: their spans in the line, and advice."""
     waiting: list[tuple[Movement, str, bool, bool, Span | None]] = [(whole, "", False, False, None)]
     seen = set[tuple[int, str, bool, bool, Span | None]]()
     while waiting:
@@ -184,7 +184,7 @@ def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:
 def _moved(
     movement: Movement, word: str, mirrored: bool, flipped: bool, body: Body
 ) -> tuple[frozenset[str], frozenset[str]]:
-    """The joints that a movement moves where it stands, and those that its poses move."""
+    """Return the joints that a movement moves in its context, and those that its poses move."""
     words = movement.body_words
     asked = {each._replace(mirrored=each.mirrored != flipped) for each in words.asked if each.part}
     asked |= {Asked(word, mirrored, pose=pose) for pose in words.loose_poses}
@@ -203,7 +203,7 @@ def _moved(
 
 
 def _pose_in(movement: Movement) -> Span | None:
-    """Where the first pose in a movement stands in its line."""
+    """Return the span of the first pose in a movement in its line."""
     waiting = [movement]
     while waiting:
         part = waiting.pop()

@@ -1,4 +1,4 @@
-"""What is too long, too fast, or too much to be played exactly."""
+"""Limits of movements: their length, their speed, and the size of their fractions."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from improv_core.score.bounds import is_too_fast
 from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_THROWS, Movement, bits
 
 FEW = 50
-"""Up to this many fractions are added without checking their common denominator."""
+"""The most fractions that are added without checking their common denominator."""
 _FEW_BITS = 150
 """A movement whose numbers have so few bits is neither too long nor too fast: its factors are below 2^300 together."""
 TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
 
 
 def too_much(made: Movement) -> str | None:
-    """The message about numbers too long to stay exact or too large for a float; None if there are none.
+    """Return the message about numbers too long to stay exact or too large for a float; None if there are none.
 
     All code that converts a movement's numbers to floats relies on this check.
     """
@@ -33,7 +33,7 @@ def too_much(made: Movement) -> str | None:
 
 
 def share_a_denominator(items: Sequence[Movement]) -> bool:
-    """Whether durations can be added exactly: the sum of thousands of unrelated fractions gets longer and longer."""
+    """Return whether durations can be added exactly: a sum of thousands of unrelated fractions keeps getting longer."""
     common = 1
     for item in items:
         if isinstance(item.duration, Fraction):

@@ -1,4 +1,4 @@
-"""The meaning of one statement, given what its names stand for, and its errors."""
+"""The meaning of one statement, given the definitions of its names, and its errors."""
 
 from __future__ import annotations
 
@@ -23,13 +23,12 @@ from improv_core.syntax.vocabulary import WORDS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meaning:
-    """What a statement means in a scope. Spans count from the start of the statement.
+    """The meaning of a statement in a scope. Spans count from the start of the statement.
 
-    `body` is its movement with the arguments of phrases in their places. `movement` is what the first robot plays, and
-    `others` what the others play, if `canon` makes that differ. `unresolved` are the names that nothing above defines,
-    and `misused` those whose arguments are not as their heads say. What is reported about them depends on other lines.
-    `said` is what a line of the opening says.
-    If it isn't `is_known`, the statement waits to be understood.
+    `body` is its movement with the arguments of phrases in their places. `movement` is the first robot's, and `others`
+    are those of the other robots, if `canon` makes them differ. `unresolved` are the names that nothing above defines,
+    and `misused` those whose arguments don't match their heads. Their diagnostics depend on other lines. `said` is the
+    content of a line of the opening. If it isn't `is_known`, the statement waits to be understood.
     """
 
     scope: tuple[Definition | None, ...]
@@ -47,25 +46,25 @@ class Meaning:
 
     @property
     def ok(self) -> bool:
-        """Whether the statement itself has no error."""
+        """True if the statement itself has no error."""
         return not (
             self.unresolved or self.misused or any(each.severity is Severity.ERROR for each in self.diagnostics)
         )
 
     @property
     def is_open(self) -> bool:
-        """Whether robots play something that senses decide."""
+        """True if robots play something that senses decide."""
         return bool(self.robots) and self.movement.open
 
     @property
     def parts(self) -> Sequence[tuple[str, Movement]]:
-        """What each robot plays."""
+        """Each robot with its movement."""
         movements = (self.movement, *self.others) if self.others else (self.movement,) * len(self.robots)
         return list(zip(self.robots, movements, strict=True))
 
 
 def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning:
-    """The meaning of the statement with this ID. Never raises."""
+    """Return the meaning of the statement with this ID. Never raises."""
     diagnostics = list(statement.diagnostics)
     bound = tuple(scope.values())
     sign = statement.sign
@@ -117,8 +116,8 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
 def not_understood(
     statement: Statement, statement_id: int, scope: Scope, definition: Definition | None = None
 ) -> Meaning:
-    """What is known of a statement before it is understood: its syntax. Only a tempo and the opening are read at once,
-    because all lines depend on them."""
+    """Return the meaning of a statement before it is understood: only its syntax. Only a tempo and the opening are
+    understood at once, because all lines depend on them."""
     if statement.sign and statement.sign.type in ("BEAT", *OPENING):
         return understand(statement, statement_id, scope)
     return Meaning(
@@ -132,23 +131,23 @@ def not_understood(
 
 
 def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
-    """The movement of a node of a statement, in its scope, as the first of so many robots plays it."""
+    """Return the movement of a node of a statement, in its scope, as the first of so many robots plays it."""
     return Reader(scope, _NOWHERE, Reading(0, robots)).movement(node)
 
 
 def reader_of(meaning: Meaning, scope: Scope, statement_id: int, robot: int) -> Reader:
-    """A reader that has read the movement of a statement again, as one of its robots plays it."""
+    """Return a reader that has read the movement of a statement again, as one of its robots plays it."""
     reader = Reader(scope, statement_id, Reading(robot, len(meaning.robots)))
     if meaning.body:
         reader.movement(meaning.body)
     return reader
 
 
-_NOWHERE = -1  # the ID of no statement
+_NOWHERE = -1  # the ID for no statement
 
 
 def _gathered(body: Node, scope: Scope, diagnostics: list[Diagnostic]) -> Node | None:
-    """The movement of a statement, in which each phrase has its arguments."""
+    """Return the movement of a statement, in which each phrase has its arguments."""
     taking = {name: len(found.phrase.movements) for name, found in scope.items() if found and found.phrase}
     parts, poses = (
         {name for name, found in scope.items() if found and found.takes is kind}
@@ -163,12 +162,12 @@ def _gathered(body: Node, scope: Scope, diagnostics: list[Diagnostic]) -> Node |
 
 
 def _played(body: Node, scope: Scope, statement_id: int, robot: int, robots: int) -> Movement:
-    """What one of several robots plays."""
+    """Return the movement of one of several robots."""
     return Reader(scope, statement_id, Reading(robot, robots)).movement(body)
 
 
 def _check_head(statement: Statement, diagnostics: list[Diagnostic]) -> None:
-    """Report reserved words and parameters of one name in the head of a definition."""
+    """Report reserved words, and parameters with the same name, in the head of a definition."""
     for head in statement.heads:
         is_reserved(head, diagnostics)
     names: set[str] = set()
@@ -181,7 +180,7 @@ def _check_head(statement: Statement, diagnostics: list[Diagnostic]) -> None:
 
 
 def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics: list[Diagnostic]) -> Phrase | None:
-    """The phrase that a statement with parameters defines. What depends on no parameter is read here, once."""
+    """Return the phrase that a statement defines. Nodes that depend on no parameter are read here, once."""
     parameters = statement.parameters
     if body is None:
         return None
@@ -198,7 +197,7 @@ def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics
 
 
 def _dependent(body: Node, movements: set[str]) -> set[int]:
-    """The nodes that mention a parameter, by `id`."""
+    """Return the nodes that mention a parameter, by `id`."""
     dependent: set[int] = set()
 
     def depends(node: Node) -> bool:
@@ -214,7 +213,7 @@ def _dependent(body: Node, movements: set[str]) -> set[int]:
 
 
 def _settled(node: Node, dependent: set[int], reader: Reader) -> Iterator[Diagnostic]:
-    """Read what mentions no parameter. Yields the hints about it."""
+    """Read the nodes that mention no parameter. Yield the hints about them."""
     if id(node) not in dependent:
         reader.movement(node)
         yield from unperformed(node, reader)
@@ -225,7 +224,7 @@ def _settled(node: Node, dependent: set[int], reader: Reader) -> Iterator[Diagno
 
 
 def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Iterator[Name | Call]:
-    """The uses of names and parameters whose arguments are not as their heads say."""
+    """Yield the uses of names and parameters whose arguments don't match their heads."""
     own = {each.name for each in parameters}
     called: set[int] = set()
     for node in nodes.nodes(body):

@@ -1,6 +1,6 @@
-"""Words around movements to which they can't apply, or on which they have no effect: the diagnostics and their fixes.
+"""Diagnostics and fixes for words around movements to which they can't apply, or on which they have no effect.
 
-Spans count from the start of the statement. `movement_of` gives the movement of a node.
+Spans count from the start of the statement. `movement_of` returns the movement of a node.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
 MOST_LENGTHS = 3
-"""How many different lengths of the items of a choice a message lists."""
+"""The most different lengths of the items of a choice that a message lists."""
 TURNS = 4
-"""The turns that a fix gives to a `repeat` that must end."""
+"""The number of turns that a fix gives to a `repeat` that must end."""
 
 MovementOf = Callable[[Node], Movement]
 
 
 def endless(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
-    """The diagnostic about a word that needs a movement that ends, around one that never does."""
+    """Return the diagnostic about a word that needs a movement that ends, around one that never does."""
     word = node.word.text
     repeat = next((each for each in nodes.nodes(node.body) if _is_endless_repeat(each)), None)
     fixes = replace(f"Change to repeat {TURNS}", repeat.word.span, f"repeat {TURNS}", guess=True) if repeat else ()
@@ -40,7 +40,7 @@ def endless(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
 
 
 def open_length(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
-    """The diagnostic about a word that needs a fixed length, around a movement whose length senses decide."""
+    """Return the diagnostic about a word that needs a fixed length, around a movement whose length senses decide."""
     word, body = node.word.text, node.body
     cause = _open_word(body, movement_of)
     of_items = WORDS[word].of_items
@@ -56,14 +56,14 @@ def open_length(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
 
 
 def pose_reversed(node: nodes.Apply) -> Diagnostic:
-    """The diagnostic about a word around a pose, which depends on where joints are when it begins."""
+    """Return the diagnostic about a word around a pose, whose path depends on the joints' positions when it begins."""
     word = f"{node.word.text} {node.across.text}" if node.across else node.word.text
     message = f"`{word}` can't change a pose, which is reached from wherever its joints are: move `to` out of it"
     return Diagnostic("pose-reversed", node.word.span, message)
 
 
 def uneven(node: nodes.Apply, here: Sequence[Node], items: Sequence[Movement]) -> Diagnostic:
-    """The diagnostic about a choice among items of different lengths; `here` are those written inside it."""
+    """Return the diagnostic about a choice among items of different lengths; `here` are those written inside it."""
     lengths = list(dict.fromkeys(in_beats(item.duration) for item in items))
     shown = ", ".join(lengths[:MOST_LENGTHS]) + (", …" if len(lengths) > MOST_LENGTHS else "")
     message = f"the items of `choose` differ in length ({shown}): give them one length with `fit`"
@@ -78,13 +78,13 @@ def uneven(node: nodes.Apply, here: Sequence[Node], items: Sequence[Movement]) -
 
 
 def without_effect(node: nodes.Apply, message: str, *, safe: bool = True) -> Diagnostic:
-    """The diagnostic about a word without effect, with the fix that removes it and its numbers."""
+    """Return the diagnostic about a word without effect, with the fix that removes it and its numbers."""
     span = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
     return Diagnostic("no-effect", span, message, replace("Remove it", span, "", safe=safe))
 
 
 def written(node: nodes.Apply) -> str:
-    """A word with its numbers: `repeat 4`."""
+    """Return a word with its numbers: `repeat 4`."""
     return " ".join([node.word.text, *(each.text for each in node.numbers)])
 
 
@@ -93,7 +93,7 @@ def _is_endless_repeat(node: Node) -> TypeGuard[nodes.Apply]:
 
 
 def _endless_word(body: Node, movement_of: MovementOf) -> str:
-    """The word, or the name, that makes a movement endless."""
+    """Return the word, or the name, that makes a movement endless."""
     for node in nodes.nodes(body):
         if _is_endless_repeat(node):
             return "repeat"
@@ -103,7 +103,7 @@ def _endless_word(body: Node, movement_of: MovementOf) -> str:
 
 
 def _open_word(body: Node, movement_of: MovementOf) -> str:
-    """The word, or the name, by which senses decide how long a movement lasts."""
+    """Return the word, or the name, by which senses decide the length of a movement."""
     for node in nodes.nodes(body):
         if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
             return node.word.text

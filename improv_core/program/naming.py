@@ -1,4 +1,4 @@
-"""The names of robots: which are valid, and what is reported about the others."""
+"""The names of robots, and the diagnostics about invalid ones."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _HYPHENED = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?:-[A-Za-z0-9_]+)+")
 
 
 def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str, ...]:
-    """The robots of a line, each once, without invalid names."""
+    """Return the robots of a line, each once, without invalid names."""
     robots: dict[str, None] = {}
     for head in heads:
         if not head.text or is_reserved(head, diagnostics):
             continue
-        hides = head.end - head.start != len(head.text)  # a joiner, which doesn't count in other names
+        hides = head.end - head.start != len(head.text)  # a joiner, which other names ignore
         if is_valid_robot(head.text) and not hides:
             robots[head.text] = None
             continue
@@ -29,19 +29,19 @@ def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple
             message = f"there is {in_words(unseen)}, in this robot's name: remove it"
         legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
         is_new = legal and legal not in WORDS and not unseen
-        guess = not _HYPHENED.fullmatch(head.text)  # of other names, parts would be lost
+        guess = not _HYPHENED.fullmatch(head.text)  # the fix would lose parts of other names
         fixes = replace(f"Rename to {legal}", head.span, legal, guess=guess) if is_new else ()
         diagnostics.append(Diagnostic("bad-robot-name", head.span, message, fixes))
     return tuple(robots)
 
 
 def is_valid_robot(name: str) -> bool:
-    """Whether ROS 2 accepts a robot of this name."""
+    """Return whether ROS 2 accepts a robot of this name."""
     return bool(_ROBOT_NAME.fullmatch(name))
 
 
 def is_reserved(token: Token, diagnostics: list[Diagnostic]) -> bool:
-    """Whether a name is a word of the language, which is reported."""
+    """Return whether a name is a word of the language, and report it."""
     if token.text in WORDS:
         message = f"`{token.text}` is a reserved word: choose another name"
         fixes = replace(f"Rename to my_{token.text}", token.span, f"my_{token.text}")

@@ -1,4 +1,4 @@
-"""The exact values of numbers, and how to write those that are wrong."""
+"""The exact values of numbers, and advice on how to write wrong ones."""
 
 from __future__ import annotations
 
@@ -18,19 +18,20 @@ Values = Mapping[str, Fraction]
 
 
 def value_of(text: str) -> Fraction | str:
-    """The exact value of a number above zero, or words that say how to write one."""
+    """Return the exact value of a number above zero, or words that say how to write one."""
     value = plain_value(text) or Fraction(0)
     return value if isinstance(value, str) else above_zero(value) or value
 
 
 @lru_cache(maxsize=1_000)
 def plain_value(text: str) -> Fraction | str | None:
-    """The exact value of a number without parameters, as `product` gives it."""
+    """Return the exact value of a number without parameters, like `product`."""
     return product(lex(text), {})
 
 
 def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
-    """The exact value of numbers and parameters with `*` or `/` between them, or words that say how to write them.
+    """Return the exact value of numbers and parameters with `*` or `/` between them, or words that say how to write
+    them.
 
     None if a number is missing, or a parameter has no value.
     """

@@ -1,4 +1,4 @@
-"""The opening of a dance: where its robots stand, what kind they are, the floor, and the bar."""
+"""The opening of a dance: the places and kinds of its robots, the floor, and the bar."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from improv_core.syntax.words import above_zero
 from improv_core.text import Span
 
 OPENING = frozenset({"AT", "IS", "ROOM", "BAR_LENGTH", "SCENE"})
-"""The signs of the lines of the opening. A line that begins a scene is one because it may name it."""
+"""The signs of the lines of the opening. A line that begins a scene is one because it may name the scene."""
 FARTHEST = 1_000
-"""Meters from the origin, and the largest size: as in `improv.toml`."""
+"""The farthest place from the origin and the largest size, in meters: as in `improv.toml`."""
 LONGEST_BAR = 1_000
 
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What one line of the opening says. `poses` are those of its robots, in their order. Nothing that is wrong."""
+    """The content of one line of the opening, without invalid values. `poses` are in the order of its robots."""
 
     robots: tuple[str, ...] = ()
     poses: tuple[Pose, ...] = ()
@@ -39,10 +39,11 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """How a program begins: the `places` of robots with a line `at`, the beats of a bar, and the size of the floor.
+    """The beginning of a program: the `places` of robots with a line `at`, the beats of a bar, and the size of the
+    floor.
 
-    `cast` are the robots of `improv.toml` with the kinds and the floor that the program gives them. Robots without a
-    place stand where they would if no line placed one.
+    `cast` are the robots of `improv.toml` with the kinds and the floor that the program gives them. The other robots
+    start in the same places as if no line placed one.
     """
 
     cast: Robots
@@ -52,8 +53,7 @@ class Opening:
 
 
 def open_with(cast: Robots, lines: Iterable[Said]) -> Opening:
-    """The opening that these lines make with the robots of an `improv.toml`. Of several about one thing, the first
-    counts."""
+    """Return the opening of these lines with the robots of an `improv.toml`. The first line about each thing counts."""
     places: dict[str, Pose] = {}
     kinds: dict[str, str] = {}
     bar, room = None, None
@@ -71,7 +71,7 @@ def open_with(cast: Robots, lines: Iterable[Said]) -> Opening:
 
 
 def said_by(statement: Statement, diagnostics: list[Diagnostic]) -> Said:
-    """What a line of the opening says. Wrong names and numbers are reported."""
+    """Return the content of a line of the opening. Report wrong names and numbers."""
     assert statement.sign
     if statement.sign.type == "SCENE":
         for head in statement.heads:
@@ -100,7 +100,7 @@ def said_by(statement: Statement, diagnostics: list[Diagnostic]) -> Said:
 
 
 def check_kind(statement: Statement, said: Said, robots: Robots) -> Iterator[Diagnostic]:
-    """What is wrong with the profile that a line gives its robots. Spans count from the start of the statement."""
+    """Report problems of the profile that a line gives its robots. Spans count from the start of the statement."""
     if not isinstance(statement.opening, OfKind):
         return
     profile = statement.opening.profile
@@ -124,7 +124,7 @@ def check_kind(statement: Statement, said: Said, robots: Robots) -> Iterator[Dia
             fixes = replaced(f"Change to {own}", profile.span, own) if len(heads) == 1 else ()
             yield Diagnostic("other-profile", head.span, message, fixes)
         else:
-            message = f"improv.toml already says that `{head.text}` is a `{own}`: remove it here"
+            message = f"`{head.text}` is already a `{own}` in improv.toml: remove it here"
             only = len(statement.heads) == 1
             gone = whole if only else without(statement, head.span)
             fixes = replaced("Remove it", gone, "", safe=True)
@@ -132,7 +132,7 @@ def check_kind(statement: Statement, said: Said, robots: Robots) -> Iterator[Dia
 
 
 class Repeated(NamedTuple):
-    """What a line says that the statement `first` has said already: its sign, and the name that it is about, if any.
+    """A repetition of the statement `first` in a line of the opening: its sign, and the name that it is about, if any.
 
     The spans are those of the names or, without one, of the signs.
     """
@@ -145,7 +145,7 @@ class Repeated(NamedTuple):
 
 
 def repeated(lines: Iterable[tuple[int, Statement]]) -> Mapping[int, Sequence[Repeated]]:
-    """What the lines of an opening, with their indices, say again."""
+    """Return the repetitions in the lines of an opening, by their indices."""
     known: dict[tuple[str, str], tuple[int, Span]] = {}
     found: dict[int, list[Repeated]] = {}
     for index, statement in lines:
@@ -161,14 +161,14 @@ def repeated(lines: Iterable[tuple[int, Statement]]) -> Mapping[int, Sequence[Re
 
 
 def without(statement: Statement, head: Span) -> Span:
-    """A robot's name and the space after it, for removal."""
+    """Return the span of a robot's name and the space after it, for removal."""
     rest = statement.text[head.end :]
     return Span(head.start, head.end + len(rest) - len(rest.lstrip()))
 
 
 @dataclass(frozen=True, slots=True)
 class _Numbers:
-    """Reads the numbers of a line; None stands for a wrong one, which is reported."""
+    """Reads the numbers of a line; returns None for a wrong one and reports it."""
 
     diagnostics: list[Diagnostic]
 

@@ -1,4 +1,4 @@
-"""Poses that stand where no body part can reach them."""
+"""Find poses that no body part can reach."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from improv_core.syntax.nodes import Node
 
 
 def misplaced_poses(body: Node, reader: Reader) -> Iterator[Diagnostic]:
-    """The poses, and the uses of names with poses, that stand under no word for a body part. `reader` has read them."""
+    """Report the poses, and the uses of names with poses, that no word for a body part contains. `reader` read them."""
     if isinstance(body, nodes.PoseTerm):
         pose = f"{body.word.text} {body.pose.text}"
         yield _misplaced(body, f"only body parts reach poses: write one before `{pose}`, such as `head {pose}`")

@@ -1,4 +1,4 @@
-"""Words that no program defines but may: those for body parts, from profiles, and `to`."""
+"""Words that need no definition in a program, but may have one: those for body parts, from profiles, and `to`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TO = "to"
 
 
 def predefined(robots: Robots) -> Mapping[str, Definition]:
-    """What these words stand for where nothing above defines them."""
+    """Return the definitions of these words, which apply if nothing above defines them."""
     return _predefined(robots.part_words)
 
 
@@ -23,6 +23,6 @@ def _predefined(parts: frozenset[str]) -> Mapping[str, Definition]:
     return {TO: _word(TO, Takes.POSE), **{name: _word(name, Takes.MOVEMENT) for name in sorted(parts)}}
 
 
-@lru_cache(maxsize=1_000)  # the same word is the same definition, so what uses it need not be understood again
+@lru_cache(maxsize=1_000)  # the same word has the same definition, so its uses keep their meanings
 def _word(name: str, takes: Takes) -> Definition:
     return Definition(name, NOWHERE, NOTHING, Items((), NOWHERE), takes=takes)

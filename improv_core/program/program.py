@@ -37,14 +37,14 @@ MOST_SCENES = 500
 class Program:
     """One version of a document.
 
-    The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. `tempos` has the
-    indices of the statements that set a tempo, `scenes` those of the lines `---`, `openings` those of all lines of the
-    opening (`---` too, as it may name a scene), which together are the `opening`, `faulty` those of
-    the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
-    that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
-    statement can't do. `waiting` is a heap of statements that have changed, or may depend on what has, and that
-    `settled` has not come to yet: until then, they mean what they meant before, and new ones mean nothing. `selected`
-    are the lines that play, if not all of them do.
+    The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. The others hold
+    indices of statements: `tempos` of those that set a tempo, `scenes` of the lines `---`, `openings` of all lines of
+    the opening (`---` too, because it may name a scene), which together are the `opening`, `faulty` of those whose
+    meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` of those that play
+    something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a statement
+    can't do. `waiting` is a heap of statements that have changed, or may depend on a change, until `settled` reaches
+    them. Until then they keep their old meanings, and new ones have none. `selected` are the lines that play, if not
+    all of them do.
     """
 
     lines: LineIndex
@@ -59,7 +59,7 @@ class Program:
     faulty: frozenset[int]
     uneven: frozenset[int]
     endless: frozenset[int]
-    cast: Robots  # from improv.toml; those of the opening are as the program changes them
+    cast: Robots  # from improv.toml; `opening.cast` has the program's changes
     opening: Opening
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
     waiting: Sequence[int] = ()
@@ -76,7 +76,7 @@ class Program:
 
     @cached_property
     def played(self) -> Mapping[int, Line]:
-        """The lines that robots play, by index.
+        """Lines that robots play, by index.
 
         Each begins, for all its robots, at the furthest throw that any of them has reached.
         """
@@ -95,7 +95,7 @@ class Program:
 
     @cached_property
     def parts(self) -> Mapping[str, tuple[Movement, ...]]:
-        """What each robot plays in each scene, in order of appearance."""
+        """The movements of each robot in each scene, in order of appearance."""
         plays: dict[str, dict[int, list[Movement]]] = {}
         for line in self.played.values() if self.selected is None else self.selected:
             for robot, part in line.parts:
@@ -109,7 +109,7 @@ class Program:
 
     @cached_property
     def breaks(self) -> Sequence[int]:
-        """The lines `---` that begin a scene: all but one that names the first."""
+        """Lines `---` that begin a scene: all except one that names the first."""
         return [index for index in self.scenes if index != self._first_name]
 
     @property
@@ -127,7 +127,7 @@ class Program:
 
     @cached_property
     def _first_name(self) -> int | None:
-        """The last line `---` with a name above all that plays."""
+        """The last line `---` with a name above the first line that plays."""
         named = [index for index in self.scenes if self.statements[index].heads]
         if not named:
             return None
@@ -137,7 +137,7 @@ class Program:
 
     @cached_property
     def robots(self) -> Mapping[str, Movement]:
-        """All that each robot plays, in order of appearance."""
+        """The whole movement of each robot, in order of appearance."""
         return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
 
     @cached_property
@@ -152,22 +152,22 @@ class Program:
 
     @cached_property
     def lengths(self) -> Mapping[str, Lengths]:
-        """How long the parts of the robots last, with all scenes."""
+        """The lengths of the robots' parts, with all scenes."""
         return dict(zip(self.parts, self._scene_lengths[1], strict=True))
 
     def scene_begin(self, scene: int) -> Lengths | None:
-        """The beat at which a scene begins, at the earliest and at the latest; None if it never begins."""
+        """Return the beat at which a scene begins, at the earliest and at the latest; None if it never begins."""
         begins = self._scene_lengths[0]
         return begins[scene] if scene < len(begins) and begins[scene].shortest < ENDLESS else None
 
     def statement_at(self, offset: int) -> Placed | None:
-        """The statement that a cursor at `offset` touches."""
+        """Return the statement that a cursor at `offset` touches."""
         index = bisect_right(self.offsets, offset) - 1
         placed = self.placed(index) if index >= 0 else None
         return placed if placed and placed.span.holds(offset) else None
 
     def line_end(self, index: int) -> str:
-        """What ends the line on which a statement starts."""
+        """Return the line end of the line on which a statement starts."""
         line = self.lines.position(self.offsets[index]).line
         return self.text[self.lines.end(line) : self.lines.start(line + 1)] or "\n"
 
@@ -175,13 +175,13 @@ class Program:
         return Placed(index, self.offsets[index], self.statements[index], self.meanings[index])
 
     def definition(self, name: str, before: int) -> Definition | None:
-        """The definition of a name that applies at the statement `before`."""
+        """Return the definition of a name that applies at the statement `before`."""
         index = self.bindings.definer(name, before)
         return None if index is None else self.meanings[index].definition
 
     @cached_property
     def too_uneven(self) -> frozenset[int]:
-        """The statements whose length can't be added to those above it for the same robot: the sum is too long."""
+        """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
         found = set()
         for index in sorted(self.uneven):
@@ -196,7 +196,7 @@ class Program:
 
     @cached_property
     def repeated(self) -> Mapping[int, Sequence[Repeated]]:
-        """What lines of the opening say that others above have said already, by index."""
+        """Repetitions in lines of the opening of lines above them, by index."""
         return repeated((index, self.statements[index]) for index in self.openings)
 
     @cached_property
@@ -217,7 +217,7 @@ class Program:
 
     @cached_property
     def alike(self) -> Mapping[int, Mapping[str, str]]:
-        """Names that look like others above, by the statements that have them first, each with that other."""
+        """Names that look like others above, by the first statements that have them, each with that other."""
         first: dict[str, str] = {}
         found: dict[int, dict[str, str]] = {}
         spellings = self.bindings.spellings
@@ -231,7 +231,7 @@ class Program:
 
     @cached_property
     def plays_nothing(self) -> bool:
-        """Whether no line has robots."""
+        """True if no line has robots."""
         return not any(meaning.robots for meaning in self.meanings)
 
     @cached_property
@@ -260,7 +260,7 @@ class Placed:
 
 
 class Line(NamedTuple):
-    """What robots play in a scene (from 0), each from the same throw of the dice on, and the statement it is from."""
+    """The movements of robots in a scene (from 0), all from the same throw of the dice on, and their statement."""
 
     parts: Sequence[tuple[str, Movement]]
     statement: int
@@ -269,12 +269,12 @@ class Line(NamedTuple):
 
 
 def opening_of(cast: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
-    """The opening that these statements make with the robots of an `improv.toml`."""
+    """Return the opening that these statements make with the robots of an `improv.toml`."""
     return open_with(cast, [said for index in openings if (said := meanings[index].said)])
 
 
 def tempo_of(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:
-    """Beats per minute, if the statements `tempos` set a tempo: the first one counts."""
+    """Return the beats per minute that the first of the statements `tempos` sets."""
     return (meanings[tempos[0]].tempo if tempos else None) or DEFAULT_TEMPO
 
 
@@ -287,7 +287,7 @@ def is_endless(meaning: Meaning) -> bool:
 
 
 def never_ends(played: Movement) -> bool:
-    """Whether a movement never ends, whatever senses decide."""
+    """Return whether a movement never ends, whatever senses decide."""
     if not isinstance(played.duration, float):
         return False
     return not played.open or lengths(played).shortest == ENDLESS

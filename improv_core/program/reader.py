@@ -1,4 +1,4 @@
-"""Reads trees as movements, and reports what is wrong with them: transformers, brackets, and uses of phrases."""
+"""Read trees as movements, and report errors of transformers, brackets, and uses of phrases."""
 
 from __future__ import annotations
 
@@ -36,15 +36,14 @@ MOST_EXPANDED = 10_000
 MOST_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
 MOST_KNOWN = 1_000
-"""The most expansions of one phrase that are kept for other statements."""
+"""The most expansions of one phrase that are cached for other statements."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phrase:
-    """What a use of a phrase with parameters needs. `settled` has read the nodes in the body that mention no parameter:
-    they are the same in every use, and `size` counts the others. `known` are expansions that need no arguments but
-    numbers and no other phrases.
-    """
+    """A phrase with parameters, as its uses need it. `settled` has read the nodes in the body that mention no
+    parameter: they are the same in every use, and `size` counts the others. `known` are expansions that need no other
+    phrases and no arguments except numbers."""
 
     parameters: tuple[Parameter, ...]
     body: Node
@@ -63,7 +62,7 @@ class Phrase:
 
 
 class Takes(Enum):
-    """What stands after a word that no statement defines: a term for a body part, or the name of a pose."""
+    """The operand of a word that no statement defines: a term for a body part, or the name of a pose."""
 
     MOVEMENT = "movement"
     POSE = "POSE"
@@ -71,7 +70,7 @@ class Takes(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
-    """What a name stands for after the statement with this ID.
+    """The meaning of a name after the statement with this ID.
 
     A phrase with parameters has no movement and no items until it is used, nor has a word that `takes` something.
     """
@@ -85,7 +84,7 @@ class Definition:
 
     @property
     def head(self) -> str:
-        """How it is written: `poly n`, `times n (m)`, `head movement`."""
+        """Return its usage: `poly n`, `times n (m)`, `head movement`."""
         if self.takes:
             return f"{self.name} {self.takes.value}"
         parameters = self.phrase.parameters if self.phrase else ()
@@ -93,12 +92,12 @@ class Definition:
 
 
 Scope = Mapping[str, Definition | None]
-"""What each name in a statement stands for; None if nothing above the statement defines it."""
+"""The definition of each name in a statement; None if nothing above the statement defines it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expansion:
-    """What a phrase means with these arguments. `height` is how deeply it is nested."""
+    """The meaning of a phrase with these arguments. `height` is the number of its nested levels."""
 
     reader: Reader
     body: Node
@@ -108,11 +107,11 @@ class Expansion:
 
 @dataclass(slots=True)
 class Reading:
-    """What all readers of one statement share.
+    """The state that all readers of one statement share.
 
-    `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. `too_much` is
-    set to a code and a message once phrases need too much, and then none is expanded any more. `read` counts the nodes
-    that were read in bodies of phrases.
+    `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. Once phrases need too
+    much, `too_much` is a code and a message, and no more phrases are expanded. `read` counts the nodes that were read
+    in bodies of phrases.
     """
 
     robot: int = 0
@@ -126,9 +125,9 @@ class Reading:
 class Reader(Reporter):
     """Reads the nodes of one statement, or of a phrase with its arguments.
 
-    `made` holds the movements of all nodes except primitives, by `id`. `level` is how deeply the node being read is
-    nested, through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that
-    can be removed: the statement can be read without them.
+    `made` holds the movements of all nodes except primitives, by `id`. `level` is the nesting level of the node being
+    read, through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that can
+    be removed: the statement can be read without them.
     """
 
     scope: Scope
@@ -142,7 +141,7 @@ class Reader(Reporter):
     removable: set[int] = field(default_factory=set)
 
     def movement(self, node: Node) -> Movement:
-        """The movement of a node. A node with an error counts as an empty movement."""
+        """Return the movement of a node. A node with an error counts as an empty movement."""
         if isinstance(node, nodes.Primitive):
             return node.movement
         if self.settled is not None and id(node) in self.settled.made:
@@ -152,21 +151,21 @@ class Reader(Reporter):
         return made
 
     def movement_made(self, node: Node) -> Movement:
-        """The movement of a node that has been read. One that is nested too deeply to be read counts as empty."""
+        """Return the movement of a node that was read. One that is nested too deeply to be read counts as empty."""
         if isinstance(node, nodes.Primitive):
             return node.movement
         return self.made.get(id(node)) or (self.settled.made.get(id(node)) if self.settled else None) or NOTHING
 
     def duration(self, node: Node) -> Duration:
-        """How many beats a node that has been read lasts."""
+        """Return the beats that a node lasts that has been read."""
         return self.movement_made(node).duration
 
     def expansion(self, call: Call) -> Expansion | None:
-        """What a use of a phrase that has been read means; None if it is wrong."""
+        """Return the expansion of a use of a phrase that has been read; None if it is wrong."""
         return self.calls.get(id(call)) or (self.settled.calls.get(id(call)) if self.settled else None)
 
     def items(self, node: Node) -> Items:
-        """The terms of the series that a node is, seen through parentheses, names, and phrases. It has been read."""
+        """Return the terms of a series that was read, through parentheses, names, and phrases."""
         node = _inside_parentheses(node)
         if isinstance(node, nodes.Series):
             made = self.movement_made(node)
@@ -196,7 +195,7 @@ class Reader(Reporter):
             made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
             self.level -= 1
         if made.bounds.open and made.depth > MOST_DEPTH:
-            message = f"what senses decide is nested more than {MOST_DEPTH} levels deep here: use fewer"
+            message = f"movements that senses decide are nested more than {MOST_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
             return NOTHING
         if problem := too_much(made):
@@ -237,7 +236,7 @@ class Reader(Reporter):
         return NOTHING
 
     def _side(self, side: Node) -> Movement:
-        """One side of an `if`. Only there, empty brackets mean something: to do nothing."""
+        """Return one side of an `if`. Only there do empty brackets have a meaning: to do nothing."""
         is_empty = isinstance(side, nodes.Bracket) and side.body is None
         if is_empty:
             self.made[id(side)] = NOTHING
@@ -253,7 +252,7 @@ class Reader(Reporter):
         return algebra.use(definition.movement, name.span, definition.statement)
 
     def _called(self, call: Call) -> Movement:
-        """A use of a phrase. If its arguments are not as its head says, that is reported elsewhere."""
+        """Read a use of a phrase. Arguments that don't match its head are reported elsewhere."""
         definition = self.scope.get(call.name.text)
         self.movement(call.name)
         arguments = [self._argument(each) for each in call.movements]
@@ -282,7 +281,7 @@ class Reader(Reporter):
         height = self.deepest - self.level
         self.deepest = max(before, self.deepest)
         passed_on = self.given.movements.get(node.text) if isinstance(node, Name) else None
-        if passed_on:  # as it is: wherever a parameter is passed on, it is the same argument, and expanded once
+        if passed_on:  # the same argument, wherever a parameter passes it on, is expanded once
             return passed_on
         return Argument(made, self.items(node), self.statement, height)
 
@@ -293,7 +292,7 @@ class Reader(Reporter):
         numbers: Sequence[Fraction],
         arguments: Sequence[Argument],
     ) -> Expansion:
-        """What a phrase means with these arguments."""
+        """Return the expansion of a phrase with these arguments."""
         reading = self.reading
         key = (definition, *numbers, *(each.movement for each in arguments))
         known = reading.expansions.get(key) or (None if arguments else phrase.known.get(tuple(numbers)))
@@ -337,7 +336,7 @@ class Reader(Reporter):
             self.fault(Fault(fault.code, fault.message, self.culprit(fault.code, cause or call)))
 
     def _add_up(self, node: Node, items: Sequence[Movement]) -> bool:
-        """Whether the durations of items can be added exactly. If not, that is reported."""
+        """Return whether the durations of items can be added exactly, and report if not."""
         if share_a_denominator(items):
             return True
         self.report(Diagnostic("bad-number", node.span, TOO_LONG), node)
@@ -413,7 +412,7 @@ class Reader(Reporter):
         return word.make(it)
 
     def _is_enough(self, node: nodes.Apply, word: Word, given: Sequence[Movement]) -> bool:
-        """Whether what a word applies to is as the word needs it. If not, that is reported."""
+        """Return whether a word can apply to these movements, and report if not."""
         if word.needs and any(each.bounds.open for each in given):
             self.report(misuse.open_length(node, self.movement_made), node)
         elif word.needs is Needs.END and any(isinstance(each.duration, float) for each in given):
@@ -425,7 +424,7 @@ class Reader(Reporter):
         return False
 
     def _items_of(self, node: nodes.Apply) -> Sequence[Movement] | None:
-        """The items that a word applies to; None if their durations can't be added."""
+        """Return the items that a word applies to; None if their durations can't be added."""
         found = self.items(node.body)
         items = found.movements
         if found.statement != self.statement:
@@ -435,7 +434,7 @@ class Reader(Reporter):
 
 
 def takes(phrase: Phrase | None, call: Call) -> bool:
-    """Whether a use has as many arguments of each kind as the head of a phrase says."""
+    """Return whether the arguments of a use match the head of a phrase in number."""
     if not phrase:
         return not call.numbers and not call.movements
     return len(call.numbers) == len(phrase.numbers) and len(call.movements) == len(phrase.movements)
@@ -448,7 +447,7 @@ def _inside_parentheses(node: Node) -> Node:
 
 
 def items_written(node: Node) -> Sequence[Node]:
-    """The items of a movement, if they are written where the movement is."""
+    """Return the items of a movement, if they are written in the same place."""
     inside = _inside_parentheses(node)
     return inside.items if isinstance(inside, nodes.Series) else ()
 

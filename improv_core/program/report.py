@@ -1,4 +1,4 @@
-"""Reports diagnostics and results outside an editor: as lines for people and as JSON."""
+"""Report diagnostics and results outside an editor: as lines for people and as JSON."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from improv_core.text import LineIndex, Position
 
 
 def as_lines(path: Path, analysis: Analysis) -> list[str]:
-    """All problems of a program as lines."""
+    """Return all problems of a program as lines."""
     return [as_line(*problem) for problem in problems(path, analysis)]
 
 
 def problems(path: Path, analysis: Analysis) -> Iterator[tuple[Path, LineIndex, Diagnostic]]:
-    """The diagnostics of a program, then those of `improv.toml`, each with its file and the lines of that file."""
+    """Yield the diagnostics of a program, then those of `improv.toml`, each with its file and that file's lines."""
     yield from ((path, analysis.lines, diagnostic) for diagnostic in analysis.diagnostics)
     robots = analysis.cast
     if robots.path and robots.diagnostics:
@@ -35,7 +35,7 @@ def problems(path: Path, analysis: Analysis) -> Iterator[tuple[Path, LineIndex, 
 
 
 class Mistake(NamedTuple):
-    """An error: its file, its line and column counted from 1, the text there, and what is wrong."""
+    """An error: its file, its line and column counted from 1, the text there, and the message."""
 
     file: str
     line: int
@@ -45,15 +45,15 @@ class Mistake(NamedTuple):
 
 
 NEAR = 1.0
-"""Meters between the centers of robots that are reported as near each other."""
+"""Robots whose centers are less than this many meters apart are reported as near each other."""
 FEW = 4
-"""So many robots that play for as long are named in a summary."""
+"""The most robots that play equally long and are named one by one in a summary."""
 LONGEST_MISTAKE = 80
 """The most characters of the wrong text that are shown."""
 
 
 def mistakes(path: Path, analysis: Analysis) -> list[Mistake]:
-    """The errors of a program and of its `improv.toml`; none if it can be played."""
+    """Return the errors of a program and of its `improv.toml`; none if it can be played."""
     return [_mistake(*each) for each in problems(path, analysis) if each[2].severity is Severity.ERROR]
 
 
@@ -71,10 +71,10 @@ def as_line(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> str:
 
 
 def as_annotation(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> str:
-    """A workflow command with which GitHub Actions shows a problem in the changes of a pull request.
+    """Return a workflow command with which GitHub Actions shows a problem in the changes of a pull request.
 
-    https://docs.github.com/actions/reference/workflows-and-actions/workflow-commands; only actions/toolkit's source
-    says how to escape, and that columns are for places on one line.
+    https://docs.github.com/actions/reference/workflows-and-actions/workflow-commands; only the source of
+    actions/toolkit documents the escapes, and that columns are for places on one line.
     """
     start, end = lines.position(diagnostic.span.start), lines.position(diagnostic.span.end)
     with suppress(ValueError):
@@ -92,14 +92,14 @@ def _escaped(value: object, special: str) -> str:
 
 
 def as_json(diagnostics: Iterable[Diagnostic], lines: LineIndex) -> list[Mapping[str, Any]]:
-    """Diagnostics as JSON values. Lines and characters count from 0; characters are code points."""
+    """Return diagnostics as JSON values. Lines and characters count from 0; characters are code points."""
     return [_as_json(each, lines) for each in diagnostics]
 
 
 def summary(analysis: Analysis) -> str:
-    """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`.
+    """Return a one-line summary of a dance: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`.
 
-    Of many robots that play for as long, it names the first: `r1 and 11 more 8 beats each`.
+    Of many robots that play equally long, it names the first: `r1 and 11 more 8 beats each`.
     """
     parts = analysis.lengths
     alike: dict[str, list[str]] = {}
@@ -121,9 +121,9 @@ def summary(analysis: Analysis) -> str:
 def outcome(
     transport: Mapping[str, Any] | None, poses: Mapping[str, Any], errors: Errors, score: Score | None
 ) -> dict[str, Any]:
-    """The poses of simulated robots at beat 0 and at the end (meters, radians), the time between (seconds), how far off
-    measured robots were, which faults were seen, how well hosts were reached, and how near each other those came that
-    were nearer than `NEAR`.
+    """Return the results of a performance: the poses of simulated robots at beat 0 and at the end (meters, radians),
+    the time between (seconds), the errors of measured robots, the faults, the timing of hosts, and the pairs of robots
+    that came nearer to each other than `NEAR`.
 
     `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
@@ -139,7 +139,7 @@ def outcome(
 
 
 def _near(score: Score, end: float, errors: Errors) -> list[dict[str, Any]]:
-    """The pairs that came near each other, ideally or as measured: the least distance, its beat, and its second."""
+    """Return the pairs that came near each other, ideally or as measured: the least distance, its beat, its second."""
     ideal = {
         pair: Nearness(least.distance, least.beat, score.seconds(least.beat))
         for pair, least in nearest_pairs(score, end, NEAR).items()

@@ -1,4 +1,4 @@
-"""Reports what is wrong with a statement, or with a phrase by its arguments. And the values of its numbers."""
+"""Report problems of a statement, or of a phrase with its arguments, and compute the values of its numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Items(NamedTuple):
 
 
 class Argument(NamedTuple):
-    """A movement given to a phrase, the statement it is written in, and how deeply it is nested."""
+    """A movement given to a phrase, the statement it is written in, and the number of its nested levels."""
 
     movement: Movement
     items: Items
@@ -54,7 +54,7 @@ class Fault(NamedTuple):
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class Reporter:
-    """What is wrong with one statement, or with a phrase that is given arguments.
+    """The problems of one statement, or of a phrase that is given arguments.
 
     `found` are the diagnostics in the statement, and `faults` those that depend on the arguments of the phrase.
     """
@@ -64,24 +64,24 @@ class Reporter:
     faults: list[Fault] = field(default_factory=list)
 
     def number(self, number: Number, what: str) -> Fraction | None:
-        """The exact value of a number above zero. Anything else is reported and gives None."""
+        """Return the exact value of a number above zero. Report anything else and return None."""
         return self._number(number, what, above_zero)
 
     def numbers(self, node: Node) -> Sequence[Fraction | None]:
-        """The exact values of the numbers of a node; None for those that are wrong or not known yet."""
+        """Return the exact values of the numbers of a node; None for those that are wrong or not known yet."""
         if isinstance(node, nodes.Apply):
             what, arguments = f"the number after `{node.word.text}`", WORDS[node.word.text].arguments
             return [self._number(each, what, arguments[place].rule) for place, each in enumerate(node.numbers)]
         return [self._number(each, "this number", any_number) for each in nodes.numbers(node)]
 
     def report(self, diagnostic: Diagnostic, cause: Node | Number) -> None:
-        """Report what is wrong. In a phrase, an error is reported at each use, at the argument that causes it."""
+        """Report a problem. In a phrase, an error is reported at each use, at the argument that causes it."""
         if self.given is NOBODY:
             if diagnostic not in self.found:
                 self.found.append(diagnostic)
         elif SEVERITIES[diagnostic.code] is Severity.ERROR:
             parameter = self.culprit(diagnostic.code, cause)
-            if parameter or not isinstance(cause, Number):  # a number without parameters is reported where it stands
+            if parameter or not isinstance(cause, Number):  # a number without parameters is reported at its own place
                 message = f"in `{self.given.phrase}`: {diagnostic.message}"
                 self.fault(Fault(diagnostic.code, message, parameter))
 
@@ -90,7 +90,7 @@ class Reporter:
             self.faults.append(fault)
 
     def culprit(self, code: str, cause: Node | Number) -> str | None:
-        """The parameter in a faulty node or number whose argument most likely causes the error."""
+        """Return the parameter in a faulty node or number whose argument most likely causes the error."""
         names = list(dict.fromkeys(nodes.mentions(cause, self.given.movements)))
         if is_cause := _CAUSES.get(code):
             given = self.given.movements
@@ -99,7 +99,7 @@ class Reporter:
         return next(iter(names), None)
 
     def _number(self, number: Number, what: str, wrong: Rule) -> Fraction | None:
-        """The exact value of a number for which `wrong` has no words that say how to write it better."""
+        """Return the exact value of a number, unless `wrong` has words that say how to write it better."""
         values = self.given.numbers
         value = product(number.tokens, values) if values else plain_value(number.text)
         if value is None:

@@ -1,4 +1,4 @@
-"""Whether a dance fits its room: who would meet whom or hit what, at the words that move them there."""
+"""Check whether robots meet or hit something in a dance, and mark the words that move them there."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
 MOST_MARKED = 100
-"""Meetings that are marked, and hits: people fix a few at a time."""
+"""The most meetings, and hits, that are marked: people fix a few at a time."""
 MOST_FIXED = 150
-"""With so many robots, fixes are looked for only one meeting, as each is tried on the whole program; with fewer, for
-more."""
+"""With more robots than this, the search for fixes is skipped, because each fix is tried on the whole program; with
+fewer, it covers more meetings."""
 MOST_TRIED = 10
-"""The most meetings for which fixes are looked for."""
+"""The most meetings for which fixes are searched."""
 
 
 class RoomReport(NamedTuple):
-    """What is wrong with a program that has no errors, and up to which beat that is known.
+    """The problems of a program that has no errors, and the last beat that was checked.
 
     If `is_all`, nothing else comes after that beat; if `assumes`, senses may decide otherwise. `known` is for the next
     check.
@@ -47,13 +47,13 @@ class RoomReport(NamedTuple):
     known: Known
 
     def as_json(self) -> Mapping[str, float | bool]:
-        """How far it was checked, as JSON values."""
+        """Return the range of the check as JSON values."""
         return {"beat": self.end, "all": self.is_all, "assumes": self.assumes}
 
     def __str__(self) -> str:
         """`checked to beat 1,000`"""
-        end = "where all has ended or repeats itself" if self.is_all else ""
-        assumed = "as if no sense ever held" if self.assumes else ""
+        end = "after which everything has ended or repeats" if self.is_all else ""
+        assumed = "assuming that no sense is ever true" if self.assumes else ""
         return ", ".join(filter(None, (f"checked to beat {_number(self.end)}", end, assumed)))
 
 
@@ -61,7 +61,7 @@ def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
     """Check whether the robots of a program meet or hit something. None if it has errors, or just one robot and nothing
     around it.
 
-    `before` is what the report on an earlier version knows: only pairs with a robot that changed are checked again.
+    `before` is the knowledge of the report on an earlier version: only pairs with a changed robot are checked again.
     """
     if not needs_check(analysis):
         return None
@@ -81,7 +81,7 @@ def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
 
 
 def needs_check(analysis: Analysis) -> bool:
-    """Whether a program is right, and has two robots, or one with something around it, or one that flies."""
+    """Return whether a program has no errors, and two robots, or one that flies or has something around it."""
     if not analysis.ok:
         return False
     robots = len(analysis.all_robots)
@@ -94,13 +94,13 @@ def _flies(analysis: Analysis) -> bool:
 
 @dataclass(frozen=True)
 class _Room:
-    """What is reported about a program, whose score is as it is pictured."""
+    """The reports about a program. The score is the one for pictures."""
 
     analysis: Analysis
     score: Score
 
     def meeting(self, meeting: Meeting, fixed: bool) -> Diagnostic:
-        """What is reported about a meeting, with fixes if they are asked for."""
+        """Return the diagnostic about a meeting, with fixes if `fixed`."""
         checkpoint()
         one, other = meeting.robots
         needed = sum(self.score.parts[name].profile.radius for name in meeting.robots) + self.score.world.margin
@@ -120,8 +120,8 @@ class _Room:
             mine, who = (words[0], one) if words[1] else (None, other if words[0] else one)
             related = Related(mine or self._place(who), f"`{who}` {'does this' if mine else 'stands'} then")
             message = (
-                f"`{one}` and `{other}` meet at beat {_number(meeting.beat)}{self._assumed}{again}: keep them"
-                f" {_number(needed)} m apart, they come as near as {_number(meeting.distance, 3)} m"
+                f"`{one}` and `{other}` meet at beat {_number(meeting.beat)}{self._assumed}, as near as"
+                f" {_number(meeting.distance, 3)} m{again}: keep them {_number(needed)} m apart"
             )
         found = fixes(self.analysis, self.score, meeting) if fixed else ()
         return Diagnostic("meets", span, message, found, () if related.span == span else (related,), doubtful)
@@ -149,12 +149,12 @@ class _Room:
         return " if no sense holds" if self.score.open else ""
 
     def _is_placed(self, robot: str) -> bool:
-        """Whether the program or `improv.toml` says where a robot starts."""
+        """Return whether the program or `improv.toml` sets a robot's start."""
         opening = self.analysis.opening
         return robot in opening.places or bool(opening.cast.robot(robot).start or opening.cast.formation)
 
     def _places(self, one: str, other: str) -> tuple[Span, Span]:
-        """Where the robot is placed that is placed later, and where the other one is."""
+        """Return the place of the robot that is placed later, and that of the other one."""
         places = [self._place(one), self._place(other)]
         placed = [name in self.analysis.opening.places for name in (one, other)]
         if placed == [True, False] or (all(placed) and places[0] > places[1]):
@@ -162,7 +162,7 @@ class _Room:
         return places[1], places[0]
 
     def _place(self, robot: str) -> Span:
-        """The line that places a robot, or its name in the first line that it plays."""
+        """Return the line that places a robot, or its name in the first line that it plays."""
         analysis = self.analysis
         for index in analysis.openings:
             said = analysis.meanings[index].said
@@ -173,7 +173,7 @@ class _Room:
         return head.span.shifted(analysis.offsets[first])
 
     def _word(self, robot: str, beat: float) -> Span | None:
-        """The first written word in a robot's own line that moves it just after a beat; None if it stands then."""
+        """Return the first word in a robot's own line that moves it just after a beat; None if it stands then."""
         part = self.score.parts[robot]
         passed = near(beat) - part.begins
         if not 0 <= passed < part.movement.duration:
@@ -192,7 +192,7 @@ class _Room:
         return min(moving).shifted(self.analysis.offsets[self._indices[line]])
 
     def _moves(self, source: Source) -> bool:
-        """Whether a source is a word that moves robots by itself."""
+        """Return whether a source is a word that moves robots by itself."""
         text = self.analysis.statements[self._indices[source.statement]].text[slice(*source.span)]
         word = WORDS.get(text)
         return word is not None and word.kind is Kind.PRIMITIVE and word.velocity != STILL
@@ -203,7 +203,7 @@ class _Room:
 
 
 def _number(value: float, digits: int = 2) -> str:
-    """Up to so many digits after the point, and a comma between thousands."""
+    """Return a number with up to so many digits after the point, and a comma between thousands."""
     return f"{value:,.{digits}f}".rstrip("0").rstrip(".")
 
 

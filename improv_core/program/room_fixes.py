@@ -21,16 +21,16 @@ MOST_RESTS = 16
 """The most beats of `rest` that are tried."""
 MOST_SIZES = 15
 LARGER = 1.25
-"""How many larger formations are tried, and how many times as large as the one before each of them is."""
+"""The number of larger formations that are tried, and the factor from each to the next."""
 
 
 def fixes(analysis: Analysis, score: Score, meeting: Meeting) -> tuple[Fix, ...]:
-    """What keeps two robots apart that meet. `score` is that of the program, as it is pictured."""
+    """Return the fixes that keep two robots apart that meet. `score` is that of the program for pictures."""
     return (*_rests(analysis, score, meeting), *_distances(analysis, meeting.robots))
 
 
 def _rests(analysis: Analysis, score: Score, meeting: Meeting) -> Iterator[Fix]:
-    """One of the two rests first: the one that needs fewer beats, and if both need as many, the one named later."""
+    """Have one of the two rest first: the one that needs fewer beats, or if both need the same, the one named later."""
     scene, _ = score.scene_at(near(meeting.beat))
     for beats in range(1, MOST_RESTS + 1):
         for robot in reversed(meeting.robots):
@@ -41,7 +41,7 @@ def _rests(analysis: Analysis, score: Score, meeting: Meeting) -> Iterator[Fix]:
 
 
 def _rest(analysis: Analysis, robot: str, scene: int, beats: int) -> Fix | None:
-    """The fix that has a robot rest before all that it plays in a scene; None if it plays nothing there."""
+    """Return the fix that has a robot rest before its movements in a scene; None if it plays nothing there."""
     lines = (index for index, line in analysis.played.items() if line.scene == scene and robot in dict(line.parts))
     first = next(lines, None)
     body = None if first is None else analysis.statements[first].body
@@ -57,7 +57,7 @@ def _rest(analysis: Analysis, robot: str, scene: int, beats: int) -> Fix | None:
 
 
 def _distances(analysis: Analysis, pair: tuple[str, str]) -> Iterator[Fix]:
-    """The formation in which both stand, a little larger."""
+    """Enlarge the formation in which both stand a little."""
     for index in analysis.openings:
         said, node = analysis.meanings[index].said, analysis.statements[index].opening
         if said and isinstance(node, InFormation) and said.poses and set(pair) <= set(said.robots):
@@ -79,7 +79,7 @@ def _sized(span: Span, tenths: int) -> Edit:
 
 
 def _least(too_small: int, is_enough: Callable[[int], bool]) -> int | None:
-    """A number that is enough although a little less is not, if one is found among the larger ones."""
+    """Return a number that is enough although a little less is not, if one is found among the larger ones."""
     for _ in range(MOST_SIZES):
         larger = math.ceil(too_small * LARGER)
         if is_enough(larger):
@@ -92,7 +92,7 @@ def _least(too_small: int, is_enough: Callable[[int], bool]) -> int | None:
 
 
 def _clears(analysis: Analysis, edit: Edit, pair: tuple[str, str]) -> bool:
-    """Whether two robots don't meet any more after an edit, which must leave all robots at their places."""
+    """Return whether two robots don't meet any more after an edit, which must leave all robots at their places."""
     edited = analysis.edited(*edit.span, edit.text)
     if not edited.ok:
         return False

@@ -1,4 +1,4 @@
-"""Reads a script of what robots sense: for `improv compile --senses`."""
+"""Read a script of robots' senses: for `improv compile --senses`."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _KEYS = frozenset({"sense", "robot", "from", "to"})
 
 
 class ScriptError(Exception):
-    """What is wrong with a script, in one line."""
+    """An error in a script, described in one line."""
 
 
 def read_script(text: str) -> list[SenseSpan]:
-    """The script in a JSON text: a list of `{"sense": "near", "robot": "anna", "from": 2.3, "to": 4.1}`, in beats.
+    """Read the script in a JSON text: a list of `{"sense": "near", "robot": "anna", "from": 2.3, "to": 4.1}`, in beats.
 
-    Without `robot`, a sense holds for all robots, and without `to`, for ever. Beats count to a millionth. Raises
+    Without `robot`, a sense holds for all robots, and without `to`, forever. Beats count to a millionth. Raises
     ScriptError.
     """
     try:

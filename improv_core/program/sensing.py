@@ -1,4 +1,4 @@
-"""Checks the senses that a program reads against `improv.toml`: which there are, and where they come from."""
+"""Check the senses that a program reads against `improv.toml`: that they exist, and that something senses them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from improv_core.syntax.slips import closest
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
-"""How many moments of a movement are searched for one that goes forward."""
+"""The most moments of a movement that are searched for one that goes forward."""
 
 
 def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iterator[Diagnostic]:
-    """What is wrong with the senses that a statement reads, also by names. Spans count from its start."""
+    """Report problems of the senses that a statement reads, also through names. Spans count from its start."""
     written: dict[str, Span] = {}
     for node, condition in conditions(meaning.body) if statement.has_senses and meaning.body else ():
         name = condition.sense.text
@@ -32,7 +32,7 @@ def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
             yield _unknown(condition, robots)
         elif isinstance(node, Apply) and name == NEAR and name not in robots.senses and not statement.parameters:
             scope = dict(zip(statement.uses, meaning.scope, strict=True))
-            yield from _behind(condition, movement_of(node.body, scope, len(meaning.robots)))
+            yield from _looks_ahead(condition, movement_of(node.body, scope, len(meaning.robots)))
     lacking: dict[str, list[str]] = {}
     for robot, part in meaning.parts if robots.robots else ():
         for name in sorted(senses_read(part)):
@@ -57,16 +57,16 @@ def _missing(name: str, without: list[str], span: Span) -> Diagnostic:
     return Diagnostic("missing-sense", span, f"outside the simulator, nothing senses `{name}` for {who}: {advice}")
 
 
-def _behind(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
-    """Report a robot that relies on `near`, which looks ahead, where it only goes backward or sideways."""
+def _looks_ahead(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
+    """Report a robot that relies on `near`, which looks ahead, while it only goes backward or sideways."""
     if condition.is_negated or body.open or not (body.peak.x or body.peak.y):
         return
     while isinstance(body, (Repeat, Use)) and not body.dice:
-        body = body.body  # each turn is like the first
+        body = body.body  # each round is like the first
     way = "sideways"
     for place, moment in enumerate(islice(walk(body, merge=True), MOST_MOMENTS), 1):
         is_last = place == MOST_MOMENTS and not isinstance(body.duration, float)
-        if moment.velocity.x > 0 or is_last:  # what follows may go forward
+        if moment.velocity.x > 0 or is_last:  # later moments may go forward
             return
         way = "backward" if moment.velocity.x < 0 else way
     message = f"`near` looks only ahead, and this goes {way}: declare a sense that looks there in improv.toml"

@@ -1,4 +1,4 @@
-"""What a robot can do instead of a motion that it can't make."""
+"""Find movements that a robot can make instead of a motion that it can't."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SIDEWAYS = {"strafeleft": "left forward right", "straferight": "right forward l
 
 
 def substitutes(body: Node, word: Primitive, velocity: Velocity, profile: Profile, tempo: Fraction) -> Iterator[Fix]:
-    """Fixes that write something else for a word that asks for a velocity that the robot can't have.
+    """Yield fixes that replace a word that asks for a velocity that the robot can't have.
 
     A step sideways can become a turn, a step, and a turn back: in one beat, or in three if one would be too fast.
     """
@@ -36,8 +36,8 @@ def substitutes(body: Node, word: Primitive, velocity: Velocity, profile: Profil
 
 
 def curve(turn: str, profile: Profile) -> str:
-    """The same turn as this word, while a car with this profile drives forward: on the tightest curve of whole steps
-    that it can drive."""
+    """Return the same turn as this word for a car that drives forward: on the tightest curve of whole steps that its
+    profile allows."""
     asked = (
         abs(Fraction(WORDS[turn].velocity.yaw)) * Fraction(profile.quarter_turn) * Fraction(profile.turning_radius or 0)
     )
@@ -49,7 +49,7 @@ _ROUNDING = Fraction(1, 10**9)
 
 
 def _wider(body: Node, word: Primitive, velocity: Velocity, profile: Profile) -> Iterator[Fix]:
-    """Half of a turn that is too tight, or a turn on the spot as a curve: half of it, and all of it."""
+    """Yield half of a turn that is too tight; for a turn on the spot, curves with half of it and all of it."""
     turns = [turn for turn in (f"half{word.word.text}", word.word.text) if turn in WORDS]
     if velocity.x:
         slower = velocity._replace(yaw=Fraction(velocity.yaw) / 2)
@@ -61,7 +61,7 @@ def _wider(body: Node, word: Primitive, velocity: Velocity, profile: Profile) ->
 
 
 def _around(body: Node, word: Primitive) -> Iterator[Node]:
-    """The nodes around a word of a movement, outermost first."""
+    """Yield the nodes around a word of a movement, outermost first."""
     node = body
     while node is not word:
         yield node

@@ -1,4 +1,4 @@
-"""Writes times and distances for people."""
+"""Write times and distances for people."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _ranged(length: Lengths, write: Callable[[Duration], str]) -> str:
 
 
 def written(value: Fraction) -> str:
-    """A number written exactly: as a decimal if three places are enough, otherwise as a fraction."""
+    """Write a number exactly: as a decimal if three places are enough, otherwise as a fraction."""
     if 1000 % value.denominator:
         return str(brief(value))
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
@@ -76,7 +76,8 @@ MOST_CONDITIONS = 3
 
 
 def deciding(movement: Movement) -> str:
-    """Which words decide how long an open movement lasts: `until near and pause bump decide`; empty if it is closed."""
+    """Name the words that decide an open movement's length: `until near and pause bump decide`; empty if it is
+    closed."""
     words = dict.fromkeys(str(each) for each in islice(reactions(movement), MOST_MOMENTS))
     shown = [f"`{word}`" for word in list(words)[:MOST_CONDITIONS]]
     if len(words) > MOST_CONDITIONS:
@@ -89,7 +90,7 @@ MOST_MOMENTS = 1_000
 
 
 def path_length(movement: Movement, profile: Profile) -> str:
-    """The distance and the turn of a movement: `8.0 m, turns 360° left`."""
+    """Describe the distance and the turn of a movement: `8.0 m, turns 360° left`."""
     measured = extent(movement, MOST_MOMENTS)
     if not measured:
         return "continues forever" if movement.duration == ENDLESS else "too long to measure"
@@ -100,7 +101,7 @@ def path_length(movement: Movement, profile: Profile) -> str:
 
 
 def ends(movement: Movement, profile: Profile) -> str:
-    """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
+    """Describe the end of a movement: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
     pose = displacement(movement, movement.duration, profile, MOST_MEASURED_THROWS)
@@ -116,7 +117,7 @@ def ends(movement: Movement, profile: Profile) -> str:
 
 
 def fastest(movement: Movement, profile: Profile, tempo: Fraction) -> str:
-    """The top speeds and the robot's limits: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
+    """Describe the top speeds and the robot's limits: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
     found = top_speed(movement, profile, tempo, MOST_MOMENTS)
     if found is None:
         return ""

@@ -1,4 +1,4 @@
-"""What is said about a name that no statement defines: what may be meant, and fixes that keep all that was written."""
+"""Diagnostics about names that no statement defines: likely meanings, and fixes that keep all that was written."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SPACES = re.compile(r"[ \t\ufeff]*")
 
 
 def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequence[Token], at: int) -> Diagnostic:
-    """The diagnostic about a name that no statement defines: the token `at` of its statement."""
+    """Return the diagnostic about a name that no statement defines: the token `at` of its statement."""
     name, statement = node.text, program.statements[index]
     if number := number_meant(tokens, at):
         before = tokens[at - 1] if at else None
@@ -59,7 +59,7 @@ def _is_known(program: Program, name: str) -> bool:
 
 
 def _in_two(program: Program, text: str, tokens: Sequence[Token], at: int) -> tuple[Fix, ...]:
-    """The fix that makes one known word of this part of it and of the next."""
+    """Return the fix that joins this part of a known word and the next part."""
     for one, other in zip(tokens[max(at - 1, 0) :], tokens[max(at - 1, 0) + 1 : at + 2], strict=False):
         whole = one.text + other.text
         is_near = _SPACES.fullmatch(usual(text[one.end : other.start]))
@@ -69,7 +69,7 @@ def _in_two(program: Program, text: str, tokens: Sequence[Token], at: int) -> tu
 
 
 def _takes_number(program: Program, index: int, name: str) -> bool:
-    """Whether a number stands after a word of the language, or a name that is defined above."""
+    """Return whether a number can follow a word of the language, or a name that is defined above."""
     if name in WORDS:
         return WORDS[name].kind in (Kind.REPEAT, Kind.FACTOR, Kind.RAMP)
     definition = program.definition(name, index)
@@ -77,6 +77,6 @@ def _takes_number(program: Program, index: int, name: str) -> bool:
 
 
 def _takes_a_term(body: nodes.Node | None, name: nodes.Name) -> bool:
-    """Whether a name stands before another term, as a word for a body part does."""
+    """Return whether another term follows a name, as it follows a word for a body part."""
     every = nodes.nodes(body) if body else ()
     return any(isinstance(each, nodes.Series) and name in each.items[:-1] for each in every)

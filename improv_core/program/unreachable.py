@@ -1,4 +1,4 @@
-"""Finds movements that never play: cut off by the shorter side of `||`, or after an endless movement."""
+"""Find movements that never play: those that the shorter side of `||` cuts off, and those after an endless movement."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
 MOST_VISITED = 10_000
-"""How many nodes of phrases within phrases are searched: each use of a phrase plays other parts of it."""
+"""The most nodes of phrases within phrases that are searched: each use of a phrase plays other parts of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class _Window:
 
 
 class _Cut(NamedTuple):
-    """A span that is never reached, and whether removing it would leave the timing of the rest unchanged.
+    """A span that is never reached. If it `is_removable`, its removal leaves the timing of the rest unchanged.
 
     It comes after `endless`, an item that never ends, or something shorter plays alongside: of `whole` beats of the
     series, `lost` are never performed.
@@ -56,7 +56,7 @@ class _Cut(NamedTuple):
 
 
 def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
-    """A diagnostic for each stretch that is never reached in a movement that has been read."""
+    """Yield a diagnostic for each stretch that is never reached in a movement that has been read."""
     for cut in _cut(body, _Window(0, ENDLESS), reader, _Budget(MOST_VISITED)):
         fixes = replace("Remove it", cut.span, "") if cut.is_removable else ()
         if cut.endless:
@@ -66,15 +66,15 @@ def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
         if cut.lost < cut.whole < ENDLESS:
             are = "is" if cut.lost == 1 else "are"
             message = f"{written(Fraction(cut.lost))} of these {in_beats(cut.whole)} {are} never performed"
-        advice = "make what plays alongside longer" + (", or remove this" if fixes else "")
+        advice = "make the movement alongside longer" + (", or remove this" if fixes else "")
         yield Diagnostic("never-performed", cut.span, f"{message}: {advice}", fixes)
 
 
 def _after_endless(span: Span, endless: Node, fixes: tuple[Fix, ...]) -> Diagnostic:
-    """The diagnostic about what comes after an item that never ends."""
+    """Return the diagnostic about a span after an item that never ends."""
     if not isinstance(endless, nodes.Apply) or endless.word.text != "repeat" or isinstance(endless.body, nodes.Bracket):
         advice = "give its `repeat` a number" + (", or remove this" if fixes else "")
-        return Diagnostic("never-performed", span, f"what comes before this never ends: {advice}", fixes)
+        return Diagnostic("never-performed", span, f"the movement before this never ends: {advice}", fixes)
     body = endless.body
     one = body.word.text if isinstance(body, nodes.Primitive) else body.text if isinstance(body, nodes.Name) else ""
     repeated = f"only `{one}`" if one else "only one movement"
@@ -93,8 +93,8 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
         whole = _latest(node, reader)
         lost = whole - min(window.end, whole) + window.start if whole < ENDLESS else ENDLESS
         for items, endless in _lost(node, window, reader):
-            # Without a word of dice, the throws after it would decide something else. Without one of senses, what is
-            # around may be of fixed length, and `until` stands still for another time.
+            # Removing a word of dice changes the throws after it. Removing one of senses may give the movement around
+            # it a fixed length, and `until` stands still for another time.
             made = [reader.movement_made(item) for item in items]
             decides = any(each.dice or each.bounds.open for each in made)
             span = Span(items[0].span.start, items[-1].span.end)
@@ -107,10 +107,10 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
 
 
 def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node, _Window, bool]]:
-    """The nodes directly in a node that are reached, the part of each that plays, and whether its items are counted."""
+    """Yield the reached nodes directly in a node, the part of each that plays, and whether its items are counted."""
     checkpoint()
     if window.start and reader.movement_made(node).bounds.open:
-        window = window.part(0, window.end)  # nobody knows what is over at its start
+        window = window.part(0, window.end)  # the part that is over at its start is unknown
     if isinstance(node, nodes.Series):
         for item, begin, end in _timed(node, reader):
             if end > begin and not _is_lost(begin, end, window):
@@ -142,7 +142,7 @@ def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node
 
 
 def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Cut]:
-    """The cuts in the arguments of a phrase: what none of the places reaches where the phrase plays them."""
+    """Yield the cuts in the arguments of a phrase: spans that play in none of the places that use the argument."""
     expansion = reader.expansion(call)
     definition = reader.scope.get(call.name.text)
     if not expansion or expansion.reader.faults or not definition or not definition.phrase:
@@ -159,7 +159,7 @@ def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _B
 
 
 def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Window]:
-    """The parts of the argument with this name that play, in each place where it is reached."""
+    """Yield the parts of the argument with this name that play, in each place that is reached."""
     budget.nodes -= 1
     if budget.nodes <= 0:
         return
@@ -178,7 +178,7 @@ def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Bud
 
 
 def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple[Sequence[Node], Node | None]]:
-    """The stretches of items that are not reached, each as long as possible, and the endless item before it, if any."""
+    """Yield the longest stretches of items that are not reached, and the endless item before each, if any."""
     lost: list[Node] = []
     endless: Node | None = None
     before: Node | None = None
@@ -197,7 +197,7 @@ def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple
 
 
 def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration, Duration]]:
-    """The items with the beats at which they start and end: at the earliest and at the latest, if senses decide."""
+    """Yield the items with the beats at which they begin and end: the earliest and the latest, if senses decide."""
     begin: Duration = 0
     latest: Duration = 0
     for item in node.items:
@@ -213,13 +213,13 @@ def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration,
 
 
 def _earliest(node: Node, reader: Reader) -> Duration:
-    """How many beats a node lasts at least."""
+    """Return the least number of beats that a node lasts."""
     made = reader.movement_made(node)
     return lengths(made).shortest if made.bounds.open else made.duration
 
 
 def _latest(node: Node, reader: Reader) -> Duration:
-    """How many beats a node lasts at most."""
+    """Return the most beats that a node lasts."""
     made = reader.movement_made(node)
     return lengths(made).longest if made.bounds.open else made.duration
 
@@ -229,7 +229,7 @@ def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
 
 
 def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | None:
-    """The window in the time of the body; None if nothing plays."""
+    """Return the window in the time of the body; None if nothing plays."""
     whole, body = _latest(node, reader), _latest(node.body, reader)
     if not whole or not body:
         return None
@@ -248,7 +248,7 @@ def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | Non
         return _Window(0, body, True)
     if timing is Timing.PACED or timing is Timing.FITTED:
         if whole == ENDLESS:
-            return window.part(0, ENDLESS)  # not worth computing how much of it is reached
+            return window.part(0, ENDLESS)  # computing the exact part that is reached is not worth it
         inside = _Window(window.start, end, window.is_aligned or timing is Timing.FITTED)
         return inside.times(Fraction(body) / Fraction(whole))
     return window.part(window.start, end)

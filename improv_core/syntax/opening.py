@@ -26,7 +26,7 @@ FACINGS = ("in", "out")
 """The directions that robots on a circle can face."""
 _PROFILE = re.compile(rf"{NAME}(?:-+\w+)*")
 _WORDS = frozenset({kind.value for kind in Kind})
-_SIZES = {"circle": "the radius of the circle", "line": "how far apart neighbors stand"}
+_SIZES = {"circle": "the radius of the circle", "line": "the distance between neighbors"}
 _EXAMPLES = {"circle": "1.5", "line": "1", "grid": "1"}
 
 

@@ -61,13 +61,13 @@ def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> N
     program = written(tmp_path, MEETING, "meeting.improv")
     done = run("check", program, SQUARE)
     assert done.returncode == 0
-    message = "`ada` and `bo` meet at beat 0.29: keep them 0.6 m apart, they come as near as 0 m"
+    message = "`ada` and `bo` meet at beat 0.29, as near as 0 m: keep them 0.6 m apart"
     assert done.stdout.splitlines() == [
         f"{program}:4:6: warning[meets] {message}",
         "    bo $ forward",
         "         ^^^^^^^",
     ]
-    end = "where all has ended or repeats itself"
+    end = "after which everything has ended or repeats"
     assert done.stderr == f"{program}: whom robots meet is checked to beat 1, {end}\n"
     (annotation,) = run("check", "--format", "github", program).stdout.splitlines()
     assert annotation.startswith("::warning title=meets,file=")

@@ -1,6 +1,6 @@
 """An evaluator of programs with body parts, written from the law of the language alone, and random programs for it.
 
-It expands a movement into pieces of constant velocity, plays them one after the other, and knows nothing of ours.
+It expands a movement into pieces of constant velocity and plays them one after the other. It uses none of our code.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ profile = "p"
 
 
 class Drive(NamedTuple):
-    """What a direction moves, by how much a step, where that starts, and its limits; a pose of it is in its sense."""
+    """The joint of a direction, its distance per step, its start, and its limits; poses follow the joint's
+    direction."""
 
     joint: str
     step: float
@@ -87,7 +88,7 @@ POSES: Mapping[tuple[str, str], Mapping[str, float]] = {
 
 @dataclass(frozen=True)
 class Pose:
-    """A pose that is being reached: one and the same in all pieces with its number."""
+    """A pose that is being reached: the same one in all pieces with its number."""
 
     number: int
     name: str
@@ -97,7 +98,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Does:
-    """What somebody does in a piece."""
+    """The motion of one performer in a piece."""
 
     velocity: tuple[Fraction, ...] = (Fraction(0),) * 4
     poses: tuple[Pose, ...] = ()
@@ -112,7 +113,7 @@ class Does:
 
 
 class Piece(NamedTuple):
-    """ "" is whoever performs all of it, others are named within."""
+    """A piece of a movement: "" performs all of it, and named body parts perform their own."""
 
     beats: Fraction
     who: Mapping[str, Does]
@@ -123,7 +124,7 @@ _numbers = count()
 
 
 class Term(NamedTuple):
-    """How it is written, and what it means each time that it is performed."""
+    """The text of a term, and its pieces, made again each time that it is performed."""
 
     text: str
     pieces: Callable[[], Pieces]
@@ -162,7 +163,7 @@ def _parallel(one: Pieces, other: Pieces) -> Pieces:
 
 
 def _reflected(pieces: Pieces) -> Pieces:
-    """Across YZ."""
+    """Reflect pieces across YZ."""
 
     def mirrored(name: str, does: Does) -> tuple[str, Does]:
         does = does.times(1, -1, 1, -1)
@@ -182,7 +183,7 @@ def _by(parts: Sequence[str], pieces: Pieces) -> Pieces:
 
 
 def movement(dice: random.Random, depth: int, part: str = "", poses: bool = True) -> Term:
-    """A random movement."""
+    """Return a random movement."""
     voices = [_series(dice, depth, part, poses) for _ in range(1 if dice.random() < 0.7 else 2)]
     return _parallel_term(voices)
 
@@ -247,7 +248,7 @@ def _word(dice: random.Random, part: str, poses: bool) -> Term:
 
 
 class Stretch(NamedTuple):
-    """From when to when, in beats, how fast joints are asked to move, and where they are at its end."""
+    """A stretch from one beat to another, the velocities of the joints in it, and their positions at its end."""
 
     begin: float
     end: float
@@ -256,10 +257,10 @@ class Stretch(NamedTuple):
 
 
 def performed(pieces: Pieces) -> list[Stretch]:
-    """What joints do, at one beat a second."""
+    """Return the motion of the joints, at one beat a second."""
     drives = {drive.joint: drive for part in DRIVES.values() for drive in part.values()}
     positions = {joint: drive.start for joint, drive in drives.items()}
-    told: dict[tuple[int, str], Mapping[str, float]] = {}
+    reaching: dict[tuple[int, str], Mapping[str, float]] = {}
     found, at = [], Fraction(0)
     for beats, who in pieces:
         velocities = dict.fromkeys(positions, 0.0)
@@ -267,9 +268,9 @@ def performed(pieces: Pieces) -> list[Stretch]:
             for axis, drive in DRIVES.get(part, {}).items():
                 velocities[drive.joint] += float(does.velocity[AXES.index(axis)]) * drive.step
             for pose in does.poses if part else ():
-                if (pose.number, part) not in told:
-                    told[pose.number, part] = _way(part, pose, positions)
-                for joint, speed in told[pose.number, part].items():
+                if (pose.number, part) not in reaching:
+                    reaching[pose.number, part] = _velocities_to(part, pose, positions)
+                for joint, speed in reaching[pose.number, part].items():
                     velocities[joint] += speed
         for joint, speed in velocities.items():
             drive = drives[joint]
@@ -279,8 +280,8 @@ def performed(pieces: Pieces) -> list[Stretch]:
     return found
 
 
-def _way(part: str, pose: Pose, positions: Mapping[str, float]) -> Mapping[str, float]:
-    """How fast the joints of a part move to a pose from where they are."""
+def _velocities_to(part: str, pose: Pose, positions: Mapping[str, float]) -> Mapping[str, float]:
+    """Return the velocities of a part's joints toward a pose."""
     found = {}
     for axis, drive in DRIVES[part].items():
         if pose.name == "start":

@@ -18,10 +18,10 @@ _CARETS = re.compile(r" *\^+ [a-z-]+: ")
 
 
 def check(expected: str, *, hints: bool = False, robots: str = "", in_room: bool = False) -> Analysis:
-    """Analyze the lines without carets, for the robots of an `improv.toml`; what is drawn must be all lines.
+    """Analyze the lines without carets, for the robots of an `improv.toml`; the drawing must match all lines.
 
-    Errors and warnings, and with `hints` all else too; `in_room`, also whom robots meet, what they
-    hit, and what joints can't do.
+    Draws errors and warnings, with `hints` everything else too, and `in_room` also meetings and hits of robots and the
+    limits of joints.
     """
     expected, source = undrawn(expected)
     analysis = analyze(source, read_robots(robots))
@@ -30,7 +30,7 @@ def check(expected: str, *, hints: bool = False, robots: str = "", in_room: bool
 
 
 def drawn(analysis: Analysis, *, hints: bool, in_room: bool = False) -> str:
-    """The source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
+    """Return the source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
     report = room.check(analysis) if in_room else None
     joints = check_joints(analysis) if in_room else ()
     diagnostics = [*analysis.diagnostics, *(report.diagnostics if report else ()), *joints]
@@ -38,13 +38,13 @@ def drawn(analysis: Analysis, *, hints: bool, in_room: bool = False) -> str:
 
 
 def undrawn(expected: str) -> tuple[str, str]:
-    """What is drawn, without its indentation, and only the lines without carets."""
+    """Return a drawing without its indentation, and only its lines without carets."""
     expected = dedent(expected).strip("\n")
     return expected, "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
 
 
 def carets(lines: LineIndex, diagnostics: Sequence[Diagnostic]) -> str:
-    """A text, and under each line the diagnostics that begin in it."""
+    """Return a text, and under each line the diagnostics that begin in it."""
     rows = []
     for number in range(len(lines.starts)):
         rows.append(lines.line(number))

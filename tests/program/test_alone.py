@@ -1,4 +1,4 @@
-"""Where `near` can never be true in the simulator, for nothing is there that a robot could be near."""
+"""A hint marks `near` if it can never be true in the simulator, because nothing is there to be near."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_robot_that_also_has_a_place_is_still_alone() -> None:
         '[profiles.mine]\nbase = "turtlesim"\nnear = 1\n[robots.r]\nprofile = "mine"',
     ],
 )
-def test_improv_toml_may_say_what_is_near(robots: str) -> None:
+def test_improv_toml_may_declare_near(robots: str) -> None:
     assert found(PLAY, robots) == []
 
 
@@ -90,7 +90,7 @@ def test_a_listed_robot_without_walls_senses_nothing() -> None:
 
 
 @pytest.mark.parametrize("line", ["room 6 4", "s $ left", "s at 3 3"])
-def test_it_goes_and_comes_back_while_the_program_is_edited(line: str) -> None:
+def test_edits_remove_and_restore_the_hint(line: str) -> None:
     analysis = analyze(f"\n{PLAY}")
     for text, codes in ((line, []), ("", ["nothing-near"])):
         analysis = analysis.edited(0, analysis.text.index("\n"), text)

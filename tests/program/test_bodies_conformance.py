@@ -1,4 +1,4 @@
-"""Every program of the conformance suite with body parts compiles to what it must."""
+"""Every program of the conformance suite with body parts compiles to the expected segments."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_errors_have_their_codes() -> None:
         assert not analysis.ok
 
 
-def test_scores_with_bodies_survive_their_way_to_the_stage() -> None:
+def test_scores_with_bodies_survive_json() -> None:
     for _, analysis in CASES:
         written = json.dumps(to_json(score_of(analysis)))
         assert json.dumps(to_json(from_json(json.loads(written)))) == written

@@ -1,4 +1,4 @@
-"""Random programs with body parts and poses do what an evaluator says that was written from the law alone."""
+"""Random programs with body parts and poses do the same as in an evaluator that was written from the law alone."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tests.program.bodies_law import DRIVES, TOML, Stretch, beats_of, movement, 
 PROGRAMS = 60
 STARTS = {drive.joint: drive.start for part in DRIVES.values() for drive in part.values()}
 LONGEST = 60
-"""Pieces of a program: longer ones only take longer."""
+"""The most pieces of a program: longer ones only take longer."""
 
 
-def asked(joints: dict[str, list[list[float]]], joint: str, at: float) -> float:
-    """How fast a joint is asked to move at a time, as compiled."""
+def commanded(joints: dict[str, list[list[float]]], joint: str, at: float) -> float:
+    """Return the compiled velocity of a joint at a time."""
     return next((speed for begin, seconds, speed in joints.get(joint, []) if begin <= at < begin + seconds), 0.0)
 
 
@@ -42,7 +42,7 @@ def test_random_programs_obey_the_law(seed: int) -> None:
 def check(found: dict[str, dict[str, list[list[float]]]], stretches: list[Stretch], program: str) -> None:
     for each in stretches:
         for joint, velocity in each.velocities.items():
-            speed = asked(found["joints"], joint, (each.begin + each.end) / 2)
+            speed = commanded(found["joints"], joint, (each.begin + each.end) / 2)
             assert speed == pytest.approx(velocity, abs=1e-7), (program, joint, each.begin)
     for joint, (least, most) in found["range"].items():
         ends = [STARTS[joint], *(each.positions[joint] for each in stretches)]

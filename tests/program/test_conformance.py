@@ -1,4 +1,4 @@
-"""Every program of the conformance suite compiles to what it must."""
+"""Every program of the conformance suite compiles to the expected segments."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_programs_compile_to_their_segments() -> None:
     assert all(list(segments(case)) == list(case["robots"]) for case in CASES), "robots keep their order"
 
 
-def test_programs_say_where_they_begin() -> None:
+def test_programs_compile_to_their_starts() -> None:
     said = [case for case in CASES if "start" in case]
     assert len(said) > 20
     for case in said:
@@ -45,6 +45,6 @@ def test_programs_say_where_they_begin() -> None:
         assert (found.get("bar"), found.get("room")) == (case.get("bar"), room and tuple(room))
 
 
-def test_scores_survive_their_way_to_the_stage() -> None:
+def test_scores_survive_json() -> None:
     written = {program: json.dumps(to_json(score_of(analysis))) for program, analysis in ANALYSES.items()}
     assert {program: json.dumps(to_json(from_json(json.loads(score)))) for program, score in written.items()} == written

@@ -1,4 +1,4 @@
-"""What is said about mistakes, and where."""
+"""Diagnostics of errors, and their places."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tests.program.drawing import check
 
 
 def errors(text: str) -> list[str]:
-    """The codes of the errors in a program."""
+    """Return the codes of the errors in a program."""
     return [each.code for each in analyze(text).diagnostics if each.severity is Severity.ERROR]
 
 
-def test_syntax_says_what_to_write() -> None:
+def test_syntax_errors_advise_what_to_write() -> None:
     check("""
         x = reflect left
                     ^^^^ syntax: write a plane after `reflect`: YZ, XZ, or XY
@@ -67,7 +67,7 @@ def test_brackets_are_marked_themselves() -> None:
     """)
 
 
-def test_names_must_be_known_where_they_stand() -> None:
+def test_names_must_be_defined_above() -> None:
     check("""
         r $ foward
             ^^^^^^ unknown-name: `foward` is not defined: did you mean `forward`?
@@ -148,7 +148,7 @@ def test_empty_groups_do_nothing() -> None:
 
 
 @pytest.mark.parametrize("wrap", ["(%s)", "[%s]", "reverse %s", "repeat 2 %s", "(left %s || rest)", "[left %s right]"])
-def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
+def test_deep_nesting_is_reported_and_never_raises(wrap: str) -> None:
     def nested(levels: int) -> str:
         return "r $ " + wrap.split("%s")[0] * levels + "left" + wrap.split("%s")[1] * levels
 
@@ -200,7 +200,7 @@ def test_fractions_cannot_be_blown_up() -> None:
     assert set(errors(doubled)) == {"bad-number"}
 
 
-def test_a_mistake_takes_nothing_else_down() -> None:
+def test_an_error_affects_no_other_line() -> None:
     analysis = analyze("x = (forward\ny = left left\nr $ y\nr2 $ repeat\nr3 $ repeat y ]\n")
     assert errors(analysis.text) == ["unclosed-bracket", "syntax", "unmatched-bracket"]
     assert analysis.robots["r"].duration == 2
@@ -212,33 +212,33 @@ def test_cut_off_words_are_reported() -> None:
     check(
         """
         r $ forward left || right
-                    ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
+                    ^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer, or remove this
         s $ (repeat left) forward [right right]
-                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
+                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         r $ reverse (forward left || right)
-                             ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
+                             ^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer, or remove this
         r $ reverse (forward left) || right
-                     ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
+                     ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer, or remove this
         r $ [forward left right || slow 2 left]
         r $ fast 2 (forward left right rest) || rest
-                                 ^^^^^^^^^^ never-performed: 2 of these 4 beats are never performed: make what plays alongside longer, or remove this
+                                 ^^^^^^^^^^ never-performed: 2 of these 4 beats are never performed: make the movement alongside longer, or remove this
         r $ repeat 3 (forward left) || rest rest rest
         r $ repeat 3 (forward left) || rest
-                              ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
+                              ^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer, or remove this
         r $ forward || () || []
                        ^^ empty-group: `()` is empty: write a movement in it or remove it
                              ^^ empty-group: `[]` is empty: write a movement in it or remove it
         r $ [left slow 2 left forward || up down]
-                              ^^^^^^^ never-performed: 1 of these 4 beats is never performed: make what plays alongside longer
+                              ^^^^^^^ never-performed: 1 of these 4 beats is never performed: make the movement alongside longer
         t $ [left repeat left forward] up
             ^^^^^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
                               ^^^^^^^ never-performed: `repeat` repeats only `left`, forever: put everything that it should repeat in `( )`
-                                       ^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
+                                       ^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         r $ [(left forward || left) up]
-                   ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
+                   ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer, or remove this
         r $ slow 2 (left (forward right || slow 3/2 left))
         r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
-                                          ^^^^ never-performed: 2 of these 4 beats are never performed: make what plays alongside longer, or remove this
+                                          ^^^^ never-performed: 2 of these 4 beats are never performed: make the movement alongside longer, or remove this
         r $ repeat left
         r $ right
         ^^^^^^^^^ never-performed: line 15 never ends, so this is never performed: give its `repeat` a number
@@ -247,20 +247,20 @@ def test_cut_off_words_are_reported() -> None:
     )
 
 
-def test_what_dice_may_choose_is_performed() -> None:
+def test_items_that_dice_may_choose_are_performed() -> None:
     check(
         """
         late (m) = ease (left m)
         t $ choose (repeat left repeat right)
         s $ shuffle (repeat left up repeat (up || right right))
-                                                        ^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer
+                                                        ^^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer
         r $ rest || late up
         """,
         hints=True,
     )
 
 
-def test_names_that_nothing_uses_are_told() -> None:
+def test_unused_names_are_reported() -> None:
     check(
         """
         x = forward
@@ -275,7 +275,7 @@ def test_names_that_nothing_uses_are_told() -> None:
     )
 
 
-def test_brackets_that_are_not_a_beat_say_how_long_they_are() -> None:
+def test_brackets_that_are_not_a_beat_report_their_length() -> None:
     check(
         """
         r $ [forward [left left] forward]

@@ -1,4 +1,4 @@
-"""What is edited is understood as if it had been read anew."""
+"""An edited program has the same analysis as a new one."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ edits = st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1), st.lists(st.sampled
 
 
 def after(statements: int) -> Callable[[], bool]:
-    """Says that so many statements are enough."""
+    """Return a function that returns true from this many calls on."""
     left = iter(range(statements - 1))
     return lambda: next(left, None) is None
 
 
 def seen(analysis: Analysis) -> dict[str, Any]:
-    """All that can be asked of an analysis, without the numbers that statements keep."""
+    """Return everything that callers read from an analysis, except the IDs of statements."""
     score = to_json(score_of(analysis))
     for row in score["movements"]:
         if row[0] == "use":
@@ -60,7 +60,7 @@ def seen(analysis: Analysis) -> dict[str, Any]:
 
 
 def edited(text: str, several: list[tuple[float, float, list[str]]]) -> Iterator[tuple[int, int, str, str]]:
-    """Each edit: where it begins and ends, what it puts there, and the text after it."""
+    """Yield each edit: its start, its end, its text, and the text of the program after it."""
     for one, other, pieces in several:
         start, end = sorted((round(one * len(text)), round(other * len(text))))
         end = min(end, start + 7)  # most edits of people are small
@@ -70,7 +70,7 @@ def edited(text: str, several: list[tuple[float, float, list[str]]]) -> Iterator
 
 
 @given(texts, edits)
-def test_edited_is_as_analyzed(text: str, several: list[tuple[float, float, list[str]]]) -> None:
+def test_an_edited_analysis_equals_a_new_one(text: str, several: list[tuple[float, float, list[str]]]) -> None:
     analysis = analyze(text)
     for start, end, put, after_it in edited(text, several):
         analysis = analysis.edited(start, end, put)
@@ -78,7 +78,7 @@ def test_edited_is_as_analyzed(text: str, several: list[tuple[float, float, list
 
 
 @given(texts, edits, st.integers(0, 2))
-def test_understood_in_pieces_is_as_analyzed(
+def test_an_analysis_settled_in_slices_equals_a_new_one(
     text: str, several: list[tuple[float, float, list[str]]], most: int
 ) -> None:
     analysis = analyze(text)
@@ -90,7 +90,7 @@ def test_understood_in_pieces_is_as_analyzed(
 
 
 @given(texts, st.floats(0, 1), st.floats(0, 1), texts)
-def test_line_index_edited_is_as_made_anew(text: str, one: float, other: float, put: str) -> None:
+def test_an_edited_line_index_equals_a_new_one(text: str, one: float, other: float, put: str) -> None:
     start, end = sorted((round(one * len(text)), round(other * len(text))))
     edited = LineIndex(text).edited(start, end, put)
     assert edited.text == text[:start] + put + text[end:]
@@ -126,8 +126,8 @@ def test_waiting_statements_are_read_in_the_order_of_the_text() -> None:
     assert edited.settled().waiting == []
 
 
-def test_a_line_that_waits_to_be_checked_still_does_after_another_one_has_come() -> None:
-    """As when improv.toml and the program change at the same time."""
+def test_a_line_still_waits_for_its_check_after_a_line_is_added() -> None:
+    """The same happens if improv.toml and the program change at the same time."""
     robots = read_robots("[robots.anna]\n", Path("improv.toml"))
     waiting = analyze("anna $ left\nbert $ right\n").given(robots)
     edited = waiting.touched(0, 0, "anna $ forward\n").settled()

@@ -1,4 +1,4 @@
-"""What robots can't do, said at the item that asks for it."""
+"""Diagnostics of robots' limits, at the item that exceeds them."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ assert ROBOTS.ok
 
 
 def check(expected: str) -> None:
-    """With these robots, the errors and warnings drawn under the lines must be these."""
+    """Check that these are the errors and warnings of the lines, for these robots."""
     drawing.check(expected, robots=TOML)
 
 
-def test_within_the_limits_nothing_is_said() -> None:
+def test_nothing_is_reported_within_the_limits() -> None:
     check("""
         beat 66
         burger $ forward left backward halfright
@@ -51,7 +51,8 @@ def test_within_the_limits_nothing_is_said() -> None:
 
 
 def test_movements_too_fast_to_be_smoothed() -> None:
-    """What is smoothed is 4/3 times as fast in its middle. What is too fast anyway, or never smoothed, is not told."""
+    """Smoothing makes a movement 4/3 times as fast in its middle. One that is too fast anyway has the
+    usual message, and one that is never smoothed has none."""
     check("""
         beat 49
         tower $ forward left forward
@@ -75,7 +76,7 @@ def test_movements_too_fast_to_be_smoothed() -> None:
 
 
 def test_a_robot_set_to_smooth_plays_smoothed_movements() -> None:
-    """Within its limits. Others play the same program as it is written."""
+    """Smooth only within its limits. Other robots play the same program as it is written."""
     program = "tower burger $ left forward\n"
     speeds = {
         name: [segment[2:] for segment in robot["segments"]]
@@ -114,7 +115,7 @@ def test_every_built_in_robot_can_dance_the_examples_for_robots(profile: str) ->
         assert drawn(analyze(source, robots), hints=False) == source
 
 
-def test_too_fast_says_what_fits() -> None:
+def test_too_fast_advises_a_tempo_and_a_factor() -> None:
     check("""
         beat 60
         quick = [forward forward]
@@ -126,7 +127,7 @@ def test_too_fast_says_what_fits() -> None:
     """)
 
 
-def test_too_fast_tells_of_the_fastest_item() -> None:
+def test_too_fast_marks_the_fastest_item() -> None:
     check("""
         beat 60
         burger $ ease [forward forward] forward
@@ -136,7 +137,7 @@ def test_too_fast_tells_of_the_fastest_item() -> None:
     """)
 
 
-def test_whatever_senses_decide_is_checked() -> None:
+def test_all_movements_under_senses_are_checked() -> None:
     over = "0.4 m/s is over burger's limit of 0.22 m/s"
     check(f"""
         beat 60
@@ -208,7 +209,7 @@ def test_without_a_file_every_robot_may_do_everything() -> None:
     assert analyze("beat 600\nanyone $ [up strafeleft]\n").diagnostics == ()
 
 
-def test_an_edit_of_the_tempo_is_felt_everywhere() -> None:
+def test_an_edit_of_the_tempo_checks_all_lines() -> None:
     analysis = analyze("beat 60\nburger $ forward\nburger $ left\n", ROBOTS)
     assert analysis.diagnostics == ()
     codes = [each.code for each in analysis.edited(5, 7, "120").diagnostics]

@@ -1,4 +1,4 @@
-"""Programs and improv.toml in files: what can't be read is refused in one line, at once."""
+"""Programs and improv.toml in files: unreadable ones are refused in one line, at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fix makes of a program: before → after."""
+"""The effect of a fix on a program: before → after."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def fixed(analysis: Analysis, fix: Fix) -> str:
 
 
 def check(code: str, before: str, after: str, robots: str = "") -> None:
-    """The first fix of the first diagnostic with this code makes this of the program."""
+    """Check that the first fix of the first diagnostic with this code turns one program into the other."""
     analysis = analyze(before, read_robots(robots))
     fix, *_ = next(each for each in analysis.diagnostics if each.code == code).fixes
     assert fixed(analysis, fix) == after
@@ -127,7 +127,7 @@ max_linear = 0.35
         ("left reflect XZ down", "left reflect XZ rest"),
     ],
 )
-def test_a_direction_is_taken_by_turning_where_that_leads_to_the_same_place(before: str, after: str) -> None:
+def test_turns_replace_a_direction_if_they_lead_to_the_same_place(before: str, after: str) -> None:
     robots = read_robots(ANNA)
     analysis = analyze(f"anna $ {before}", robots)
     problem = next(each for each in analysis.diagnostics if each.code == "unsupported-direction")
@@ -181,7 +181,7 @@ def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 @example("((slow 2 left || left left forward) repeat left)")
 @example("left || fit 3 (left left)")
 @example("until not near (left until near (left) || fast 2 up)")
-def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
+def test_removing_movements_that_are_never_performed_changes_nothing(movement: str) -> None:
     analysis = analyze(f"cut (m) = m left || rest rest\nr $ {movement}")
     for each in analysis.diagnostics:
         for fix in each.fixes if each.code == "never-performed" else ():
@@ -192,7 +192,7 @@ def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None
 
 
 def assert_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
-    """The robot plays the same. An endless part is cut off at a beat that depends on how it is written."""
+    """Check that the robot plays the same. An endless part is cut off at a beat that depends on how it is written."""
     parts = [program["robots"]["r"] for program in (one, other)]
     segments = [part["segments"][:-1] if part["truncated"] else part["segments"] for part in parts]
     shared = min(map(len, segments)) if parts[0]["truncated"] and parts[1]["truncated"] else None

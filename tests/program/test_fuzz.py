@@ -1,4 +1,4 @@
-"""Nothing that anybody can write raises an error or hangs.
+"""No text raises an error or hangs.
 
 By hand: IMPROV_FUZZ_SECONDS=600 pytest -s tests/program/test_fuzz.py
 """
@@ -45,7 +45,7 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
 SECONDS = float(os.environ.get("IMPROV_FUZZ_SECONDS", "2" if "IMPROV_REQUIRE_ALL" in os.environ else "0.6"))
-"""How long random programs are tried: longer in CI."""
+"""Seconds of tests with random programs: longer in CI."""
 LIMIT = 600
 """Seconds after which a test counts as hanging, on a busy machine."""
 pytestmark = pytest.mark.timeout(2 * SECONDS + LIMIT)
@@ -83,14 +83,14 @@ def programs_with_edits(chance: random.Random) -> str:
 
 @pytest.fixture(autouse=True)
 def no_collector() -> Iterator[None]:
-    """Thousands of kept statements make a collection of garbage slow, whichever program it happens to fall on."""
+    """Turn off garbage collection: thousands of cached statements make it slow, whichever program it interrupts."""
     gc.disable()
     yield
     gc.enable()
 
 
 def use(text: str, offset: int) -> Analysis:
-    """Everything an editor and the command line ask of a program."""
+    """Use everything that an editor and the command line need of a program."""
     analysis = analyze(text)
     assert analysis.diagnostics is not None
     hover(analysis, offset, pictures=True)
@@ -107,7 +107,7 @@ def use(text: str, offset: int) -> Analysis:
 
 
 def use_in_editor(analysis: Analysis, offset: int) -> None:
-    """All other editor features, at a cursor and for a whole program."""
+    """Use all other editor features, at a cursor and for a whole program."""
     cursor, everything = Span(offset, offset), Span(0, len(analysis.text))
     for name in list(analysis.robots)[:1]:
         robot_at(analysis, name, pictures=True)
@@ -135,7 +135,7 @@ TRANSFORMED = st.builds("{} {}".format, st.sampled_from(["repeat", "fast", "slow
 
 @st.composite
 def movements_of_huge_numbers(draw: st.DrawFn) -> str:
-    """Factors and counts around one movement, each often enough to leave the range of floats."""
+    """Draw factors and counts around one movement, each often enough to leave the range of floats."""
     around = draw(st.lists(st.tuples(TRANSFORMED, st.integers(1, 40)), min_size=1, max_size=4))
     body = draw(st.sampled_from(["forward", "rest", "(forward left)", "(forward || left)", "(repeat left || rest)"]))
     return " ".join(f"{word} " * times for word, times in around) + body
@@ -171,7 +171,7 @@ def test_nothing_raises_and_nothing_hangs(source: Callable[[random.Random], str]
 
 
 MANY = 4_000
-"""Far more than Python's stack is deep."""
+"""Far more levels than Python's stack has."""
 WORST = [
     "r $ " + "(" * MANY,
     "r $ " + "(" * MANY + "left" + ")" * MANY,
@@ -212,7 +212,7 @@ WORST = [
 
 
 @pytest.mark.parametrize("text", WORST, ids=lambda text: f"{text[:20]!r}…")
-def test_the_worst_inputs_are_wrong_and_no_more(text: str) -> None:
+def test_the_worst_inputs_have_errors_and_nothing_worse(text: str) -> None:
     assert not use(text, len(text) // 2).ok
 
 

@@ -21,7 +21,7 @@ MOST_ROWS = 3_100
 
 @pytest.mark.parametrize("text", [*CHAINS.values(), *LONG.values()], ids=[*CHAINS, *LONG])
 def test_huge_programs_take_little_memory(text: str) -> None:
-    analyze("y (m) = m\nr $ choose (y left right)")  # what is made once
+    analyze("y (m) = m\nr $ choose (y left right)")  # allocate everything that is allocated only once
     tracemalloc.start()
     try:
         analysis = analyze(text)

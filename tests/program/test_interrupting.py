@@ -1,4 +1,4 @@
-"""What is interrupted inside statements, while something else is understood, is understood as if it had not been."""
+"""Statements that are interrupted while others are understood have the same analysis as without an interruption."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TEXTS = list(dict.fromkeys(case["program"] for case in CASES))
 
 @contextmanager
 def nothing_parsed_yet(most: int = parser.MOST_KEPT) -> Iterator[parser.Kept]:
-    """Trees of statements are kept; here, both works have to make them."""
+    """Empty the cache of statements' trees, so that both works have to make them."""
     before, parser._KEPT = parser._KEPT, parser.Kept(most)
     try:
         yield parser._KEPT
@@ -34,7 +34,7 @@ def nothing_parsed_yet(most: int = parser.MOST_KEPT) -> Iterator[parser.Kept]:
 
 
 def in_turns(works: list[Callable[[], Analysis]], every: int) -> list[Analysis]:
-    """What several works make that are interrupted at each `every`-th checkpoint, each then until its next turn."""
+    """Return the results of several works that take turns: each is interrupted at every `every`-th checkpoint."""
     passed, switches = count(1), count()
     made: dict[int, Analysis] = {}
 
@@ -106,7 +106,7 @@ def test_a_statement_that_two_parse_at_once_is_kept_once() -> None:
         assert kept.characters == len(text.rstrip())
 
 
-def test_deep_programs_are_understood_although_another_one_is_in_the_middle() -> None:
+def test_deep_programs_are_understood_while_others_are_interrupted() -> None:
     deep = "r $ " + "(" * 199 + "up" + ")" * 199 + "\n"
     found = in_turns([lambda: understood(deep), lambda: understood(HEAVY["3,000 parameters"])] * 2, 3)
     assert [each.ok for each in found] == [True] * 4
@@ -122,7 +122,7 @@ def test_deep_programs_are_understood_although_another_one_is_in_the_middle() ->
     ],
     ids=["right", "voices", "wrong", "score"],
 )
-def test_one_long_statement_is_interrupted_on_the_way(work: Callable[[], object]) -> None:
+def test_one_long_statement_has_checkpoints(work: Callable[[], object]) -> None:
     passed: list[None] = []
     on_checkpoint(lambda: passed.append(None))
     try:

@@ -1,4 +1,4 @@
-"""What other keyboards write: it plays as meant, or is an error, and pressing fixes never makes another dance of it."""
+"""Characters of other keyboards: they play as meant or are errors, and fixes never make another dance of a program."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def played(analysis: Analysis) -> Mapping[str, Any]:
 
 
 def assert_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
-    """The robots play the same. An endless part is cut off at a beat that depends on how it is written."""
+    """Check that the robots play the same. An endless part is cut off at a beat that depends on how it is written."""
     assert list(one) == list(other)
     for robot in one:
         parts = [dict(one[robot]), dict(other[robot])]
@@ -51,7 +51,7 @@ def assert_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
 
 
 def pressed(analysis: Analysis, dice: random.Random) -> Analysis:
-    """The program once no fix is left, by the key or by saving."""
+    """Return the program after all fixes that the key or saving applies."""
     for _ in range(200):
         found = [*preferred(analysis), *(action.edits for action in fix_all(analysis))]
         if not found:
@@ -73,7 +73,7 @@ ALIKE: list[Kind] = [
     (r"(?<![\w.])[0-9](?!\w)", DIGITS),
     (r"(?<=\d)\.(?=\d)", ["．"]),
 ]
-"""What stands for ours in every place."""
+"""Patterns and the characters that stand for them in every place."""
 NOT_ALIKE: list[Kind] = [
     (r"(?<=\d)\.(?=\d)", [",", "，", "٫"]),
     (r"\.", [",", "·", "。"]),
@@ -117,11 +117,11 @@ NOT_ALIKE: list[Kind] = [
         },
     ),
 ]
-"""What may stand for something else."""
+"""Patterns and the characters that may stand for them, but also for other things."""
 
 
 def by_chance(text: str, kind: Kind, dice: random.Random, share: float) -> str:
-    """The text, outside of comments, with some of what fits a pattern replaced by one of its stand-ins."""
+    """Replace some matches of a pattern outside of comments by their stand-ins."""
     pattern, stand_ins = kind
 
     def written(match: re.Match[str]) -> str:
@@ -135,7 +135,7 @@ def by_chance(text: str, kind: Kind, dice: random.Random, share: float) -> str:
 def mixes(
     programs: Sequence[tuple[str, str]], seed: int, share: float, kinds: Iterable[Kind]
 ) -> list[tuple[str, str, str]]:
-    """Each program, its robots, and the program as another keyboard may write it."""
+    """Yield each program, its robots, and the program as another keyboard may write it."""
     dice = random.Random(seed)
     found = []
     for text, robots in programs:
@@ -156,7 +156,7 @@ def check_alike(programs: Sequence[tuple[str, str]], seed: int, share: float) ->
 
 
 def check_pressing(programs: Sequence[tuple[str, str]], seed: int, share: float, kinds: Sequence[Kind]) -> int:
-    """Press fixes until none is left. Returns how many programs play then that other keyboards had changed."""
+    """Press fixes until none is left. Return how many programs that other keyboards had changed play after that."""
     dice, plays = random.Random(seed), 0
     for text, robots, other in mixes(programs, seed, share, kinds):
         given = read_robots(robots)
@@ -171,7 +171,7 @@ def check_pressing(programs: Sequence[tuple[str, str]], seed: int, share: float,
     return plays
 
 
-def test_what_stands_for_ours_plays_alike_and_is_formatted_alike() -> None:
+def test_stand_ins_play_and_are_formatted_like_ours() -> None:
     check_alike(PROGRAMS[::4], 1, 1)
     check_alike(PROGRAMS[1::4], 2, 0.5)
 
@@ -192,7 +192,7 @@ def test_no_program_becomes_another_dance(seed: int) -> None:
     check_pressing(PROGRAMS, seed, 0.05, NOT_ALIKE)
 
 
-def test_pressing_fixes_reaches_what_was_meant() -> None:
+def test_preferred_fixes_write_the_expected_programs() -> None:
     for case in SUITE["fixes"]:
         [edits] = preferred(analyze(case["typed"]))
         assert applied(case["typed"], edits) == case["becomes"]

@@ -1,4 +1,4 @@
-"""What bodies lack, and what joints can't do, drawn under the program."""
+"""Missing body parts, directions, and poses, and limits of joints, drawn under the program."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_pose_that_only_this_part_lacks_is_a_warning() -> None:
     assert analysis.ok
 
 
-def test_a_direction_that_a_part_lacks_is_marked_where_a_line_asks_it_also_through_names_and_phrases() -> None:
+def test_a_direction_that_a_part_lacks_is_marked_through_names_and_phrases() -> None:
     lacks = "`head` has no direction `forward`, so `forward` and `backward` do nothing: use another, or declare it in"
     lacks += " the profile p"
     check(
@@ -144,7 +144,7 @@ def test_a_pose_that_is_too_far_for_one_beat_is_too_fast() -> None:
     "movement", ["head (left to start)", "head reflect YZ (right to start)", "reflect YZ head (right to start)"]
 )
 def test_the_start_has_no_mirror_image(movement: str) -> None:
-    """A pose that a reflection leaves to its part is mirrored, but start is start."""
+    """Check that a reflection that leaves a pose to its part mirrors the pose, but not the start."""
     robots = read_robots(FAST.replace("max = 119.5", "max = 119.5\nstart = 20"))
     turns = compiled(analyze(f"r $ {movement}", robots))["robots"]["r"]["joints"]["yaw"]
     assert turns == [[0, 1, pytest.approx(math.radians(30))], [1, 1, pytest.approx(math.radians(-30))]]
@@ -156,7 +156,7 @@ def test_programs_without_parts_and_those_with_errors_are_not_followed() -> None
     assert check_joints(analyze("r $ head fast 9 left nonsense", robots)) == ()
 
 
-def test_a_change_of_the_robots_file_changes_what_words_mean() -> None:
+def test_a_change_of_improv_toml_changes_the_meaning_of_words() -> None:
     text = "x = tail left\nr $ x\n"
     robots = read_robots(FAST.replace("body.head", "body.tail"))
     before = analyze(text)
@@ -177,7 +177,7 @@ def test_edits_that_hide_a_part_are_followed() -> None:
 
 
 def test_senses_decide_for_the_base_and_for_body_parts_alike() -> None:
-    """A pose that `pause` interrupts goes on with the velocity that it began with."""
+    """Check that a pose that `pause` interrupts continues with the velocity that it began with."""
     program = "ada is puppet\nada $ until cue head repeat left\nada $ pause near left_arm (to wide up) forward\n"
     senses = [{"sense": "cue", "from": 1.5, "to": 1.5}, {"sense": "near", "from": 2.5, "to": 3.2}]
     found = compiled(analyze(program), script=read_script(json.dumps(senses)))["robots"]["ada"]

@@ -1,4 +1,4 @@
-"""The opening: where robots stand, what they are, the floor, the bar, and names of scenes."""
+"""The opening: the places and kinds of robots, the floor, the bar, and names of scenes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def starts(analysis: Analysis) -> dict[str, list[float]]:
 
 
 @given(st.sampled_from(LEGAL), st.permutations(WORDS))
-def test_what_was_legal_keeps_its_meaning_also_in_the_words_of_the_opening(program: str, words: list[str]) -> None:
+def test_names_may_be_words_of_the_opening(program: str, words: list[str]) -> None:
     names = dict.fromkeys(token.text for token in lex(program) if token.type == "NAME" and token.text not in SENSES)
     called = dict(zip(names, words, strict=False))
     text = program
@@ -80,7 +80,7 @@ def test_a_line_with_a_sign_is_never_one_of_these() -> None:
 def test_robots_may_be_called_like_the_words() -> None:
     analysis = check("""
         at at at line 2
-           ^^ duplicate-line: this line already says where `at` starts: remove it here
+           ^^ duplicate-line: this line already places `at`: remove it here
         is circle at line 2
         at is is quadrotor
         room is quadrotor
@@ -90,7 +90,7 @@ def test_robots_may_be_called_like_the_words() -> None:
     assert set(analysis.opening.cast.kinds) == {"at", "is", "room"}
 
 
-def test_the_first_at_before_a_place_decides() -> None:
+def test_the_first_at_before_a_place_is_the_sign() -> None:
     check("""
         a at circle at 1 2
                     ^^ syntax: write the radius of the circle, in meters: `circle 1.5`
@@ -99,7 +99,7 @@ def test_the_first_at_before_a_place_decides() -> None:
     """)
 
 
-def test_what_is_missing_or_too_much_is_said() -> None:
+def test_missing_and_extra_words_are_reported() -> None:
     check("""
         room 6
              ^ syntax: write the floor's length along x and along y, in meters: `room 6 4`
@@ -138,7 +138,7 @@ def test_what_is_missing_or_too_much_is_said() -> None:
         ada bo at 1 2
         ^^^^^^ syntax: only one robot can stand at a point: write `line 1 around 1 2`, or a line for each robot
         ada bo at line
-                  ^^^^ syntax: write how far apart neighbors stand, in meters: `line 1`
+                  ^^^^ syntax: write the distance between neighbors, in meters: `line 1`
         ada bo at grid -1
                        ^^ syntax: write `1` without a sign: this number is above 0
         ada bo at line 1 facing in
@@ -192,7 +192,7 @@ def test_what_is_missing_or_too_much_is_said() -> None:
         ("left at 1 2", ["my_left at 1 2"]),
     ],
 )
-def test_fixes_make_what_is_meant(before: str, after: list[str]) -> None:
+def test_fixes_write_correct_lines(before: str, after: list[str]) -> None:
     check_fixes(before, *after)
 
 
@@ -234,7 +234,7 @@ def test_robots_of_the_opening_are_checked_like_all_others() -> None:
         left at 1 2
         ^^^^ reserved-name: `left` is a reserved word: choose another name
         ada and bo is husky
-        ^^^ no-effect: improv.toml already says that `ada` is a `husky`: remove it here
+        ^^^ no-effect: `ada` is already a `husky` in improv.toml: remove it here
             ^^^ unknown-robot: this makes a robot called `and`: separate robots with spaces only
         cy is husky
         ^^ other-profile: `cy` is a `jackal` in improv.toml, which counts: change it there
@@ -243,7 +243,7 @@ def test_robots_of_the_opening_are_checked_like_all_others() -> None:
         --- up
             ^^ reserved-name: `up` is a reserved word: choose another name
         bo is huskyy
-        ^^^^^^^^^^^^ duplicate-line: line 3 already says what `bo` is: remove this line
+        ^^^^^^^^^^^^ duplicate-line: line 3 already gives `bo` a profile: remove this line
               ^^^^^^ unknown-profile: `huskyy` is not a profile: did you mean `husky`?
         ada $ forward
         """,
@@ -256,7 +256,7 @@ def test_a_robot_of_the_opening_needs_a_name_that_ros_accepts() -> None:
     assert [each.code for each in analyze("my-robot at 1 2").diagnostics] == ["bad-robot-name"]
 
 
-def test_a_kind_counts_where_improv_toml_gives_none() -> None:
+def test_a_kind_counts_if_improv_toml_sets_none() -> None:
     toml = "[robots.ada]\nprofile = 'husky'\n[robots.bo]\nmessage = 'TwistStamped'\n[profiles.nao-v6]\nstep = 0.4\n"
     analysis = check(
         """
@@ -271,7 +271,7 @@ def test_a_kind_counts_where_improv_toml_gives_none() -> None:
     assert parts["bo"].profile.message == "TwistStamped"
 
 
-def test_a_change_of_kind_checks_what_robots_play() -> None:
+def test_a_change_of_kind_checks_movements_again() -> None:
     analysis = analyze("ada is quadrotor\nada $ strafeleft\n")
     assert analysis.ok
     changed = analysis.edited(7, 16, "turtlebot4")
@@ -280,7 +280,7 @@ def test_a_change_of_kind_checks_what_robots_play() -> None:
     assert changed.edited(0, 18, "").ok
 
 
-def test_a_name_that_became_a_line_of_the_opening_is_defined_no_more() -> None:
+def test_a_definition_that_becomes_a_line_of_the_opening_ends() -> None:
     analysis = analyze("bar = forward\nr $ bar\n")
     assert [each.code for each in analysis.edited(4, 13, "3").diagnostics] == ["unknown-name"]
 
@@ -294,7 +294,7 @@ def test_the_program_wins_over_improv_toml() -> None:
     assert (world.size, len(world.walls)) == ((6, 4), 1)
 
 
-def test_others_stand_where_they_would_without_any_at() -> None:
+def test_robots_without_a_place_keep_their_default_starts() -> None:
     for toml in ("", "[formation]\nshape = 'circle'\n", "[world]\nsize = [6, 6]\n"):
         robots = read_robots(toml)
         free = starts(analyze("a b c d $ forward\n", robots))
@@ -321,7 +321,7 @@ def test_scenes_have_names() -> None:
         assert score_of(analysis).scene_names == tuple(names)
 
 
-def test_only_the_last_name_above_all_that_plays_names_the_first_scene() -> None:
+def test_the_last_name_above_all_lines_that_play_names_the_first_scene() -> None:
     check(
         """
         --- zero

@@ -72,7 +72,7 @@ def use_g(in_g: Pair, one: Pair) -> Pair:
 
 
 def with_and_without(in_f: Pair, in_g: Pair, played: Pair) -> Pair:
-    """A program with two phrases, and one without."""
+    """Return a program with two phrases, and one without."""
     definitions = f"f a b (p) (q) = {in_f[0]}\ng (p) = {in_g[0]}\n"
     return f"{definitions}r s $ {played[0]}\nr $ choose (left right)", f"r s $ {played[1]}\nr $ choose (left right)"
 
@@ -117,12 +117,12 @@ def test_phrases_read_like_transformers() -> None:
     assert beats("r $ answer [forward left]") == 3
 
 
-def test_parameters_hide_names_and_names_mean_what_they_meant() -> None:
+def test_parameters_hide_names_and_names_keep_their_meaning() -> None:
     analysis = analyze("x = rest rest\nf (x) = x\ng (m) = m x\nx = left\nr $ f up\ns $ g up\n")
     assert (analysis.robots["r"].duration, analysis.robots["s"].duration) == (1, 3)
 
 
-def test_arguments_are_as_the_head_says() -> None:
+def test_arguments_must_match_the_head() -> None:
     analysis = check("""
         poly n = repeat n left
         times n (m) = repeat n m
@@ -178,7 +178,7 @@ def test_errors_that_do_not_depend_on_arguments_are_reported_once_in_the_phrase(
     """)
 
 
-def test_an_error_that_depends_on_arguments_names_what_does_not() -> None:
+def test_an_error_names_its_cause_in_a_phrase() -> None:
     check("""
         spin = repeat left
         turn n = repeat fast n left
@@ -215,14 +215,14 @@ def test_heads() -> None:
     """)
 
 
-def test_parameters_that_nothing_uses_are_told() -> None:
+def test_unused_parameters_are_reported() -> None:
     check(
         """
         h a (b) (c) = up c
           ^ unused-name: the movement does not use `a`: use it or remove it here
              ^ unused-name: the movement does not use `b`: use it or remove it here
         r $ h 2 (left left) right
-                ^^^^^^^^^^^ never-performed: this is never reached: make what plays alongside longer
+                ^^^^^^^^^^^ never-performed: this is never reached: make the movement alongside longer
         """,
         hints=True,
     )
@@ -234,9 +234,9 @@ def test_arguments_that_no_use_reaches_are_never_performed() -> None:
         short (m) = m || rest
         both (m) = short m (m || rest rest)
         r $ short (up left)
-                      ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer
+                      ^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer
         r $ both (up left right)
-                          ^^^^^ never-performed: 1 of these 3 beats is never performed: make what plays alongside longer
+                          ^^^^^ never-performed: 1 of these 3 beats is never performed: make the movement alongside longer
         """,
         hints=True,
     )

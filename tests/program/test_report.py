@@ -1,4 +1,4 @@
-"""What is told of a program in a line."""
+"""One-line reports about a program."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ def test_summary() -> None:
     assert summary(analyze("# nothing")) == "no robot plays"
 
 
-def test_of_many_robots_that_play_for_as_long_the_summary_names_the_first() -> None:
+def test_of_many_robots_that_play_equally_long_the_summary_names_the_first() -> None:
     names = " ".join(f"r{number}" for number in range(1, 13))
     program = f"{names} $ repeat 8 forward\nada bo $ left\n"
     assert summary(analyze(program)) == "r1 and 11 more 8 beats each · ada 1 beat · bo 1 beat, 8.0 s at beat 60"
@@ -34,7 +34,7 @@ def test_of_many_robots_that_play_for_as_long_the_summary_names_the_first() -> N
         (Deviation(0.001, 0.001), "0.00 m off"),
     ],
 )
-def test_how_far_off_a_robot_is(off: Deviation, words: str) -> None:
+def test_a_deviation_is_written_in_words(off: Deviation, words: str) -> None:
     assert str(off) == words
 
 

@@ -1,4 +1,4 @@
-"""What is reported about robots that meet, or hit something: at which words, how severe, and with which fixes."""
+"""Diagnostics of robots that meet, or hit something: the marked words, the severities, and the fixes."""
 
 from __future__ import annotations
 
@@ -34,28 +34,28 @@ def test_a_meeting_is_at_the_word_of_the_robot_that_is_named_later() -> None:
         ada at 0 0
         ada $ rest forward
         bo $ rest forward left
-                  ^^^^^^^ meets: `ada` and `bo` meet at beat 1.29: keep them 0.6 m apart, they come as near as 0 m
+                  ^^^^^^^ meets: `ada` and `bo` meet at beat 1.29, as near as 0 m: keep them 0.6 m apart
     """)
 
 
-def test_it_is_at_the_other_ones_word_if_that_one_stands() -> None:
+def test_a_meeting_is_at_the_other_robots_word_if_the_later_one_stands() -> None:
     check("""
         ada at 0 0
         bo at 2 0
         ada $ forward
-              ^^^^^^^ meets: `ada` and `bo` meet at beat 0.7: keep them 0.6 m apart, they come as near as 0 m
+              ^^^^^^^ meets: `ada` and `bo` meet at beat 0.7, as near as 0 m: keep them 0.6 m apart
         bo $ rest
     """)
 
 
-def test_of_several_words_it_is_at_the_first_that_moves_the_robot() -> None:
+def test_of_several_words_the_first_that_moves_the_robot_is_marked() -> None:
     check("""
         ada at 0 0
         bo at 2 0
         step = rest || forward
         ada $ [rest rest] || step || rest
-                             ^^^^ meets: `ada` and `bo` meet at beat 0.7: keep them 0.6 m apart, they come as near as 0 m
-    """)  # noqa: E501
+                             ^^^^ meets: `ada` and `bo` meet at beat 0.7, as near as 0 m: keep them 0.6 m apart
+    """)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_the_other_robots_word_is_related(program: str, marked: tuple[str, int, 
     )
 
 
-def test_at_beat_0_it_is_at_the_line_that_places_the_later_one() -> None:
+def test_a_meeting_at_beat_0_is_at_the_line_that_places_the_later_robot() -> None:
     check(
         """
         bo at 0.5 0
@@ -111,7 +111,7 @@ def test_at_beat_0_it_is_at_the_line_that_places_the_later_one() -> None:
     """)
 
 
-def test_a_robot_on_the_ground_is_told_so_at_the_word_that_takes_it_down() -> None:
+def test_a_robot_on_the_ground_is_reported_at_the_word_that_takes_it_down() -> None:
     check("""
         ada $ up forward fast 2 (down down)
                                       ^^^^ hits: `ada` is on the ground at beat 2.5: let it go up first
@@ -140,7 +140,7 @@ def test_a_hit_is_at_the_robots_own_word_or_line() -> None:
     ]
 
 
-def test_what_nobody_has_placed_is_information() -> None:
+def test_meetings_of_unplaced_robots_are_information() -> None:
     facing = "ada $ right forward\nbo $ left forward\n"
     assert [each.severity for each in report(facing).diagnostics] == [Severity.INFORMATION]
     assert [each.severity for each in report("ada at 0 0\n" + facing).diagnostics] == [Severity.INFORMATION]
@@ -165,26 +165,26 @@ def test_a_program_with_errors_or_one_robot_is_not_checked(program: str) -> None
     ("program", "checked"),
     [
         ("ada bo $ repeat choose (left right)", "checked to beat 1,000"),
-        ("ada bo $ forward", "checked to beat 1, where all has ended or repeats itself"),
+        ("ada bo $ forward", "checked to beat 1, after which everything has ended or repeats"),
         (
             "ada bo $ until near repeat forward",
-            "checked to beat 4, where all has ended or repeats itself, as if no sense ever held",
+            "checked to beat 4, after which everything has ended or repeats, assuming that no sense is ever true",
         ),
     ],
 )
-def test_it_says_what_was_checked(program: str, checked: str) -> None:
+def test_the_report_states_what_was_checked(program: str, checked: str) -> None:
     assert str(report(program)) == checked
 
 
-def test_where_senses_decide_the_message_says_so() -> None:
+def test_messages_mention_assumed_senses() -> None:
     program = "ada at 0 0\nbo at 9 0\nada $ until near repeat forward\n"
     (diagnostic,) = report(program, "[world]\nmargin = 1").diagnostics
-    start = "`ada` and `bo` meet at beat 3.7 if no sense holds: keep them 1.6 m apart"
-    assert diagnostic.message == f"{start}, they come as near as 1 m"
+    start = "`ada` and `bo` meet at beat 3.7 if no sense holds, as near as 1 m"
+    assert diagnostic.message == f"{start}: keep them 1.6 m apart"
 
 
 def fixed(program: str) -> dict[str, str]:
-    """The fixes of the first diagnostic, and what each makes of the program."""
+    """Return the fixes of the first diagnostic, and the program after each."""
     (diagnostic, *_) = report(program).diagnostics
     return {fix.title: applied(program, fix.edits) for fix in diagnostic.fixes}
 
@@ -231,7 +231,7 @@ def test_a_fix_keeps_them_apart(before: str, title: str, after: str) -> None:
         ]
 
 
-def test_no_fix_is_offered_where_none_helps() -> None:
+def test_no_fix_is_offered_if_none_helps() -> None:
     assert fixed("ada at 0 0\nbo at 1 0\nada $ repeat forward\n") == {}
 
 

@@ -1,4 +1,4 @@
-"""Scenes, canons, and the other words of language 2: what is said about them."""
+"""Scenes, canons, and the other words of language 2: their diagnostics."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_a_scene_begins_when_all_above_is_over() -> None:
     assert {robot: each.duration for robot, each in analysis.robots.items()} == {"a": 5, "b": 5}
 
 
-def test_a_robot_is_done_after_its_last_scene_whatever_others_sense() -> None:
+def test_a_robot_ends_after_its_last_scene_whatever_others_sense() -> None:
     for word in ("slow 2 left", "until near slow 2 left"):
         analysis = analyze(f"a b $ [left up]\n---\na b $ left\n---\nb $ {word}\n---\nb $ left\n")
         robots = compiled(analysis)["robots"]

@@ -1,4 +1,4 @@
-"""Programs that react: what is reported about their senses, and which senses their robots read."""
+"""Programs that react: diagnostics about their senses, and the senses that their robots read."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def test_near_looks_ahead() -> None:
     """)  # noqa: E501
 
 
-def test_where_senses_come_from() -> None:
+def test_real_robots_need_a_source_of_their_senses() -> None:
     check(
         """
         x = until near repeat left
@@ -132,15 +132,15 @@ def test_where_senses_come_from() -> None:
 
 
 def test_with_senses_only_unreachable_words_are_marked() -> None:
-    """Only what can never be reached is marked."""
+    """Check that only movements that can never be reached are marked."""
     check(
         """
         room 6 4
         r $ (until near repeat forward) left (if near repeat left else right) forward
         r $ (until near (forward forward)) || (left left left)
-                                                         ^^^^ never-performed: 1 of these 3 beats is never performed: make what plays alongside longer, or remove this
+                                                         ^^^^ never-performed: 1 of these 3 beats is never performed: make the movement alongside longer, or remove this
         r $ repeat (until near (forward left)) (left right)
-                                               ^^^^^^^^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
+                                               ^^^^^^^^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         """,  # noqa: E501
         hints=True,
     )

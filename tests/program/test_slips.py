@@ -1,4 +1,4 @@
-"""The likeliest slips: what is said about them, and what each fix makes of the program."""
+"""The likeliest slips: their messages, and the programs after each fix."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.program.test_fixes import fixed
 
 
 def check_fixes(before: str, *after: str, robots: str = "") -> None:
-    """The fixes of the first diagnostic make these programs, and each is without errors of the same code."""
+    """Check that the fixes of the first diagnostic make these programs, each without errors of the same code."""
     analysis = analyze(before, read_robots(robots))
     problem = analysis.diagnostics[0]
     made = [fixed(analysis, fix) for fix in problem.fixes]
@@ -21,7 +21,7 @@ def check_fixes(before: str, *after: str, robots: str = "") -> None:
         assert problem.code not in [each.code for each in analyze(program, read_robots(robots)).diagnostics]
 
 
-def test_slips_say_what_to_write() -> None:
+def test_slips_have_advice() -> None:
     check(
         """
         r $ forward 2
@@ -52,9 +52,9 @@ def test_slips_say_what_to_write() -> None:
         t $ repeat reverse forward left right
                                    ^^^^^^^^^^ never-performed: `repeat` repeats only one movement, forever: put everything that it should repeat in `( )`
         u $ repeat (forward left) right
-                                  ^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
+                                  ^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         v $ slow 2 left forward || rest
-                        ^^^^^^^ never-performed: 2 of these 3 beats are never performed: make what plays alongside longer, or remove this
+                        ^^^^^^^ never-performed: 2 of these 3 beats are never performed: make the movement alongside longer, or remove this
         turtle2 = left
         ^^^^^^^ unused-name: nothing uses `turtle2`: if it is a robot, write `turtle2 $ …`
         """,

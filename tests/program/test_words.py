@@ -1,4 +1,4 @@
-"""Each word of the language, through everything that asks its row."""
+"""Each word of the language, in all code that uses its row."""
 
 from __future__ import annotations
 
@@ -30,27 +30,27 @@ MOST_MOMENTS = 50
 
 
 def program_with(word: Word) -> str:
-    """A program of two robots that uses a word as its row says."""
+    """Return a program of two robots that uses a word as its row describes it."""
     usage = word.usage.replace("movement", "(choose (forward left) right)")
     return f"{usage}\nr q $ forward\n" if word.kind is Kind.BEAT else f"r q $ {usage}\n"
 
 
 def program_up_to(word: Word) -> tuple[Analysis, int]:
-    """The same program up to the word, and where the word would be typed."""
+    """Return the same program up to the word, and the offset of the word."""
     program = program_with(word)
     typed = program[: program.index(word.text)]
     return analyze(typed), len(typed)
 
 
 @every_word
-def test_its_usage_is_a_correct_program_as_it_would_be_formatted(word: Word) -> None:
+def test_its_usage_is_a_correct_and_formatted_program(word: Word) -> None:
     program = program_with(word)
     assert format_text(program) == program
     assert [each.message for each in analyze(program).diagnostics if each.severity is Severity.ERROR] == []
 
 
 @every_word
-def test_what_it_makes_is_read_back_from_json_and_performed_alike(word: Word) -> None:
+def test_its_movement_is_performed_alike_after_json(word: Word) -> None:
     score = score_of(analyze(program_with(word)))
     copy = from_json(json.loads(json.dumps(to_json(score))))
     for robot, part in score.parts.items():
@@ -63,7 +63,7 @@ def test_what_it_makes_is_read_back_from_json_and_performed_alike(word: Word) ->
 
 
 @every_word
-def test_it_is_offered_where_it_may_come_and_documented(word: Word) -> None:
+def test_it_is_offered_and_documented(word: Word) -> None:
     analysis, offset = program_up_to(word)
     found = complete(analysis, offset)
     assert found
@@ -75,7 +75,7 @@ def test_it_is_offered_where_it_may_come_and_documented(word: Word) -> None:
 
 
 @words_that_take_movements
-def test_what_editors_insert_is_its_usage(word: Word) -> None:
+def test_editors_insert_its_usage(word: Word) -> None:
     analysis, offset = program_up_to(word)
     found = complete(analysis, offset)
     assert found
@@ -100,13 +100,13 @@ def test_its_signature_names_its_arguments_and_marks_the_one_being_typed(word: W
 
 
 @every_word
-def test_hovering_over_it_says_what_it_does(word: Word) -> None:
+def test_its_hover_describes_it(word: Word) -> None:
     program = program_with(word)
     found = hover(analyze(program), program.index(word.text))
     assert found
-    if word.kind in (Kind.ELSE, Kind.NOT):  # hovering over these says what the word does that they belong to
+    if word.kind in (Kind.ELSE, Kind.NOT):  # their hovers describe the word that they belong to
         word = WORDS[found.word.partition(" ")[0]]
-    elif word.kind is Kind.REFLECT:  # the plane says more
+    elif word.kind is Kind.REFLECT:  # the hover of the plane says more
         word = WORDS[word.arguments[0].example]
     assert word.about in found.markdown
 
@@ -121,7 +121,7 @@ def test_hovering_over_it_says_what_it_does(word: Word) -> None:
     ],
     ids=lambda each: each.text if isinstance(each, Word) else each,
 )
-def test_a_number_out_of_its_limits_is_reported_as_its_row_says(word: Word, number: str) -> None:
+def test_a_number_out_of_its_limits_is_reported(word: Word, number: str) -> None:
     program = program_with(word).replace(f" {word.arguments[0].example} ", f" {number} ", 1)
     (found,) = [each for each in analyze(program).diagnostics if each.severity is Severity.ERROR]
     better = word.arguments[0].rule(Fraction(number))

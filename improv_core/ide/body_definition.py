@@ -1,4 +1,4 @@
-"""Where `improv.toml` declares the body part or the pose at the cursor."""
+"""Find the declaration in `improv.toml` of the body part or the pose at the cursor."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.text import Span
 
 
 def declarations(analysis: Analysis, offset: int, robots: Robots) -> Sequence[Span]:
-    """The spans in the text of `improv.toml` that declare it, those of robots that perform the statement first."""
+    """Return the spans in `improv.toml` that declare it, those of robots that perform the statement first."""
     asked = _asked(analysis, offset)
     if not asked:
         return ()
@@ -27,11 +27,11 @@ def declarations(analysis: Analysis, offset: int, robots: Robots) -> Sequence[Sp
 
 
 _ANY = ""
-"""In the place of a name that may be any."""
+"""Matches any name."""
 
 
 def _asked(analysis: Analysis, offset: int) -> tuple[int, Keys] | None:
-    """The statement at the cursor, and the keys of what the cursor touches."""
+    """Return the statement at the cursor, and the keys of the body part or pose that the cursor touches."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None

@@ -1,4 +1,4 @@
-"""Words for body parts, and poses, for people: what stands at a place, which joints they move, and how far."""
+"""Describe words for body parts, and poses: the operands of the words, the joints that move, and their ranges."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from improv_core.score.movement import Movement
 from improv_core.score.projection import goal_of
 
 MOST_MOMENTS = 500
-"""A movement is followed through so many moments to say how far joints move."""
+"""The most moments of a movement that are followed to find the ranges of joints."""
 _WORDS = {component: word for word, component in DIRECTIONS.items()}
 
 
 def takes(analysis: Analysis, name: str, statement: int) -> Takes | None:
-    """What stands after a name in a statement, if it is a word for a body part, or `to`, and nothing hides it."""
+    """Return the operand of a name in a statement, if it is a word for a body part, or `to`, and nothing hides it."""
     word = analysis.predefined.get(name)
     own = analysis.statements[statement].parameters if statement < len(analysis.statements) else ()
     is_hidden = analysis.bindings.definer(name, statement) is not None or name in (each.name for each in own)
@@ -34,7 +34,7 @@ def takes(analysis: Analysis, name: str, statement: int) -> Takes | None:
 
 
 def offered(bodies: Sequence[Body], hidden: Sequence[str]) -> Iterator[Item]:
-    """The words that robots with these bodies know, apart from `hidden` ones."""
+    """Yield the words that robots with these bodies know, except the `hidden` ones."""
     words = {word: named for body in bodies for word, named in body.words.items()}
     for word, named in words.items():
         if word not in hidden:
@@ -45,7 +45,7 @@ def offered(bodies: Sequence[Body], hidden: Sequence[str]) -> Iterator[Item]:
 
 
 def poses_offered(bodies: Sequence[Body]) -> Iterator[Item]:
-    """The poses that robots with these bodies know."""
+    """Yield the poses that robots with these bodies know."""
     known = {START: "all its joints at their starts"}
     for body in bodies:
         for part in body.parts:
@@ -55,7 +55,7 @@ def poses_offered(bodies: Sequence[Body]) -> Iterator[Item]:
 
 
 def about_part(analysis: Analysis, placed: Placed, word: str) -> tuple[str, ...]:
-    """The joints of a body part, by the profiles of the robots that perform a statement."""
+    """Describe the joints of a body part, by the profiles of the robots that perform a statement."""
     found = []
     for profile in performers(analysis, placed.index):
         body = profile.body or Body()
@@ -66,24 +66,24 @@ def about_part(analysis: Analysis, placed: Placed, word: str) -> tuple[str, ...]
 
 
 def about_pose(analysis: Analysis, placed: Placed, pose: str) -> tuple[str, ...]:
-    """Where a pose has the joints of each body part."""
+    """Describe the positions of each body part's joints in a pose."""
     found = []
     for profile in performers(analysis, placed.index):
         body = profile.body or Body()
         for part in body.parts:
             if part.has_pose(pose) and pose != START:
                 goal = dict(goal_of(part.name, pose, body))
-                where = [
+                positions = [
                     f"{each.joint} at {_shown(goal[each.direction] * each.per_step, body.joint[each.joint].slides)}"
                     for each in part.drives
                     if each.direction in goal
                 ]
-                found.append(printable(f"{part.name} of {profile.name}: {', '.join(where)}"))
+                found.append(printable(f"{part.name} of {profile.name}: {', '.join(positions)}"))
     return tuple(found)
 
 
 def moved_by(analysis: Analysis, placed: Placed, meaning: Movement) -> tuple[str, ...]:
-    """How far a movement moves joints from their starts: `head_yaw from 0° to 30°, ends at 0°`."""
+    """Describe the ranges of joints in a movement from their starts: `head_yaw between 0° and 30°, ends at 0°`."""
     found = []
     for profile in performers(analysis, placed.index) if meaning.body_words.asked and not meaning.open else ():
         body = profile.body or Body()

@@ -1,4 +1,4 @@
-"""Call hierarchy: which definitions and lines of robots use a name, and which names a definition or a line uses."""
+"""Call hierarchy: the definitions and lines that use a name, and the names that a definition or a line uses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class HierarchyCall:
 
 
 def prepare(analysis: Analysis, offset: int) -> OutlineEntry | None:
-    """The definition of the name at an offset; on a robot, its line; None if there is neither."""
+    """Return the definition of the name at an offset; on a robot, its line; None if there is neither."""
     symbol = symbol_at(analysis, offset)
     if not symbol or symbol.is_parameter:
         return None
@@ -35,7 +35,7 @@ def prepare(analysis: Analysis, offset: int) -> OutlineEntry | None:
 
 
 def incoming(analysis: Analysis, offset: int) -> list[HierarchyCall]:
-    """The definitions and lines that use the name that is defined at an offset."""
+    """Return the definitions and lines that use the name that is defined at an offset."""
     placed = analysis.statement_at(offset)
     name = placed.statement.defines if placed else None
     users = analysis.bindings.users(name, placed.index) if placed and name else ()
@@ -43,7 +43,7 @@ def incoming(analysis: Analysis, offset: int) -> list[HierarchyCall]:
 
 
 def outgoing(analysis: Analysis, offset: int) -> list[HierarchyCall]:
-    """The definitions that the definition or line at an offset uses, in the order of the text."""
+    """Return the definitions that the definition or line at an offset uses, in the order of the text."""
     placed = analysis.statement_at(offset)
     found: list[HierarchyCall] = []
     for name in islice(placed.statement.uses, MOST_CALLS) if placed else ():
@@ -54,7 +54,7 @@ def outgoing(analysis: Analysis, offset: int) -> list[HierarchyCall]:
 
 
 def _calls(analysis: Analysis, other: int, user: int, name: str | None) -> Iterator[HierarchyCall]:
-    """The use of a name in the statement `user`, seen from the statement at the other end."""
+    """Yield the use of a name in the statement `user`, seen from the statement at the other end."""
     start = analysis.offsets[user]
     spans = [token.span.shifted(start) for token in names_used(analysis.statements[user]) if token.text == name]
     entry = outline_of(analysis, other)

@@ -13,11 +13,11 @@ from improv_core.text import Span, difference
 FIX_ALL = "source.fixAll.improv"
 FIX_ALL_TITLE = "Fix all that is safe to fix"
 REMOVABLE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
-"""Codes about text without effect. All fixes that only remove it can be applied at once, if somebody asks for that."""
-_KEEPS = frozenset({"never-performed", "unused-name", "no-effect"})
-"""Codes below errors whose fixes keep what plays."""
+"""Codes about text without effect. On request, all fixes that only remove such text are applied at once."""
+_KEEP_THE_DANCE = frozenset({"never-performed", "unused-name", "no-effect"})
+"""Codes below errors whose fixes keep the dance as it is."""
 MOST_ROUNDS = 20
-"""How often the safe fixes are looked for: one error may hide the next one in its line."""
+"""The most rounds of safe fixes: one error may hide the next one in its line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Action:
     """Edits to apply together, in the order of the text.
 
     `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, refactor.rewrite, or one that begins with
-    source.fixAll. `diagnostics` are those that it fixes. `preferred` says that it is the only fix, and no guess.
+    source.fixAll. `diagnostics` are those that it fixes. A `preferred` action is the only fix, and no guess.
     """
 
     title: str
@@ -36,7 +36,7 @@ class Action:
 
 
 def fixes(diagnostics: Sequence[Diagnostic], span: Span) -> list[Action]:
-    """The fixes for all diagnostics at a cursor or in a selection, and for all others of the same kind."""
+    """Return the fixes for all diagnostics at a cursor or in a selection, and for all others of the same kind."""
     here = [each for each in diagnostics if each.span.start <= span.end and span.start <= each.span.end]
     found = [
         Action(fix.title, "quickfix", _ordered(fix.edits), (each,), _is_preferred(each))
@@ -48,14 +48,14 @@ def fixes(diagnostics: Sequence[Diagnostic], span: Span) -> list[Action]:
 
 
 def _is_preferred(problem: Diagnostic) -> bool:
-    """Whether pressing the only fix of a problem makes what was meant. Where there is no error, it keeps what plays."""
+    """Return whether the only fix of a problem is right. Below errors, it must keep the dance as it is."""
     if len(problem.fixes) != 1 or problem.fixes[0].guess:
         return False
-    return problem.severity is Severity.ERROR or problem.fixes[0].safe or problem.code in _KEEPS
+    return problem.severity is Severity.ERROR or problem.fixes[0].safe or problem.code in _KEEP_THE_DANCE
 
 
 def fix_all(analysis: Analysis) -> list[Action]:
-    """The action that applies all safe fixes of a program, if there are any."""
+    """Return the action that applies all safe fixes of a program, if there are any."""
     now = analysis
     for _ in range(MOST_ROUNDS):
         edits = _safe_edits(now)
@@ -70,7 +70,7 @@ def fix_all(analysis: Analysis) -> list[Action]:
 
 
 def _safe_edits(analysis: Analysis) -> Sequence[Edit]:
-    """The edits of all safe fixes that do not touch each other, in the order of the text."""
+    """Return the edits of all safe fixes that do not touch each other, in the order of the text."""
     kept: list[Edit] = []
     for each in analysis.diagnostics:
         keeps = each.code != "no-effect" or _keeps_all(analysis, each)
@@ -83,8 +83,8 @@ def _safe_edits(analysis: Analysis) -> Sequence[Edit]:
 
 
 def _keeps_all(analysis: Analysis, idle: Diagnostic) -> bool:
-    """Whether a word that has no effect can be removed. Words that count items also look into names: without `fast 1`,
-    they would see the items after it. And a line with an error may not mean what was meant."""
+    """Return whether a word that has no effect can be removed. Words that count items also look into names: without
+    `fast 1`, they would see the items after it. And the meaning of a line with an error is uncertain."""
     placed = analysis.statement_at(idle.span.start)
     return not MAY_ITEMIZE.search(analysis.text) and placed is not None and not is_broken(placed)
 
@@ -98,7 +98,7 @@ def _everywhere(diagnostics: Sequence[Diagnostic], problem: Diagnostic) -> Itera
 
 
 def _removal(problem: Diagnostic) -> Fix | None:
-    """The fix that only removes text, if there is one."""
+    """Return the fix that only removes text, if there is one."""
     return next((fix for fix in problem.fixes if not any(edit.text for edit in fix.edits)), None)
 
 
@@ -107,7 +107,7 @@ def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:
 
 
 def _apart(edits: Iterable[Edit]) -> tuple[Edit, ...]:
-    """The edits in order, without those that overlap an earlier one."""
+    """Return the edits in order, without those that overlap an earlier one."""
     kept: list[Edit] = []
     for edit in _ordered(edits):
         if not kept or edit.span.start >= kept[-1].span.end:

@@ -1,4 +1,4 @@
-"""A code action that writes lines on which robots do the same, one after the other, as one line with `canon`."""
+"""A code action that joins lines on which robots do the same, one after the other, into one line with `canon`."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _entry(analysis: Analysis, index: int) -> _Entry | None:
 
 
 def _rest(node: nodes.Node) -> int | None:
-    """The beats of `rest` or `repeat 4 rest`; None for anything else."""
+    """Return the beats of `rest` or `repeat 4 rest`; None for anything else."""
     if isinstance(node, nodes.Primitive) and node.word.text == "rest":
         return 1
     if isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.numbers and _rest(node.body) == 1:

@@ -14,7 +14,7 @@ from improv_core.text import Span
 
 
 def other_dice(fragment: Fragment) -> Iterator[Action]:
-    """Change the nearest `seed` around a word of dice, or put one before it."""
+    """Change the nearest `seed` around a word of dice, or write one before it."""
     node = fragment.nodes[0]
     if not (isinstance(node, nodes.Apply) and WORDS[node.word.text].throws):
         return

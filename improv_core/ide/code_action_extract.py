@@ -20,7 +20,7 @@ _LETTERS = ("n", "k", "a", "b", "c", "d")
 
 
 def extract(analysis: Analysis, fragment: Fragment) -> Iterator[Action]:
-    """The definition goes on the line above, where all names have the same meaning."""
+    """Yield actions that write a definition on the line above, where all names have the same meaning."""
     first = fragment.nodes[0]
     if not fragment.may_be_one_term or (fragment.is_term and isinstance(first, nodes.Name)):
         return
@@ -54,7 +54,7 @@ def _action(
     taken: Sequence[Parameter],
     given: Sequence[str],
 ) -> Action:
-    """The action that defines a name with these parameters above, and uses it with these arguments."""
+    """Return the action that defines a name with these parameters above, and uses it with these arguments."""
     start, lines = fragment.placed.start, analysis.lines
     if LINE_END.search(text) and not (fragment.is_term and isinstance(fragment.nodes[0], nodes.Bracket)):
         text = f"({text})"
@@ -75,7 +75,7 @@ def _literals(node: nodes.Node) -> Iterator[Token]:
 
 
 def _own_names(fragment: Fragment) -> set[str]:
-    """The names in a fragment that may be parameters of its statement."""
+    """Return the names in a fragment that may be parameters of its statement."""
     found = {node.text for node in _inside(fragment) if isinstance(node, nodes.Name)}
     return found | {
         token.text for node in _inside(fragment) for number in nodes.numbers(node) for token in number.parameters
@@ -83,14 +83,15 @@ def _own_names(fragment: Fragment) -> set[str]:
 
 
 def _letter(fragment: Fragment) -> str | None:
-    """A name for a parameter that means nothing else in the statement."""
+    """Return a name for a parameter that has no other meaning in the statement."""
     statement = fragment.placed.statement
     taken = {*statement.uses, *(each.name for each in statement.parameters)}
     return next((letter for letter in _LETTERS if letter not in taken), None)
 
 
 def _fresh_name(analysis: Analysis, fragment: Fragment) -> str:
-    """A name made of the movement's own words if they are few, otherwise `phrase`; with a number if that is taken."""
+    """Return a name made of the movement's words if they are few, otherwise `phrase`; with a number if that is
+    taken."""
     own = {each.name for each in fragment.placed.statement.parameters}
     named = (token.text for token in lex(fragment.text) if token.text in WORDS or token.type == "NAME")
     words = [word for word in named if word not in own]

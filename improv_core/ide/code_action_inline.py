@@ -1,4 +1,4 @@
-"""Refactorings that write a name or a phrase out, where it is used once or everywhere."""
+"""Refactorings that replace a name or a phrase with its definition, at one use or everywhere."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def inline_definition(analysis: Analysis, span: Span) -> Iterator[Action]:
 
 
 def inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
-    """Inline all uses of what a statement defines, and remove the definition."""
+    """Inline all uses of the name that a statement defines, and remove the definition."""
     uses = _uses(analysis, definer)
     edits = [edit for fragment in uses[:MOST_USES] if (edit := _inlined(analysis, definer, fragment))]
     overlap = any(other.span.start < one.span.end for one, other in pairwise(edits))  # one in an argument of another
@@ -57,7 +57,7 @@ def _used(node: Node) -> str | None:
 
 
 def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
-    """The uses of the name that the statement `definer` defines."""
+    """Return the uses of the name that the statement `definer` defines."""
     statement = analysis.statements[definer]
     kind = nodes.Call if statement.parameters else nodes.Name
     users = analysis.bindings.users(statement.defines or "", definer)[: MOST_USES + 1]
@@ -71,7 +71,7 @@ def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
 
 
 def _inlined(analysis: Analysis, definer: int, fragment: Fragment) -> Edit | None:
-    """The edit that inlines a name; None if names in its definition mean something else here."""
+    """Return the edit that inlines a name; None if names in its definition have another meaning here."""
     source, target = analysis.placed(definer), fragment.placed
     body = tree(source)
     own = {each.name for each in target.statement.parameters}
@@ -93,7 +93,7 @@ def _inlined(analysis: Analysis, definer: int, fragment: Fragment) -> Edit | Non
 
 
 def _written_out(source: Placed, body: Node, fragment: Fragment) -> str | None:
-    """The body of a definition with the arguments of a use in it; None if the arguments are wrong."""
+    """Return the body of a definition with the arguments of a use in it; None if the arguments are wrong."""
     taken, use = source.statement.parameters, fragment.nodes[0]
     given: Mapping[str, Number | Node] = {}
     if isinstance(use, nodes.Call):
@@ -109,7 +109,7 @@ def _written_out(source: Placed, body: Node, fragment: Fragment) -> str | None:
 
 
 def _put(body: Node, given: Mapping[str, Number | Node], source: str) -> Iterator[tuple[Span, str]]:
-    """The parameters in a body, and what is written instead of each."""
+    """Yield the parameters in a body, and the text that replaces each."""
     for node in nodes.nodes(body):
         argument = given.get(node.text) if isinstance(node, nodes.Name) else None
         if argument:
@@ -122,5 +122,5 @@ def _put(body: Node, given: Mapping[str, Number | Node], source: str) -> Iterato
 
 
 def _divided(number: Number) -> str:
-    """A number as it is written after `/`: what it multiplies by divides then, and the other way around."""
+    """Return a number in the form that it needs after `/`: its factors become divisors, and its divisors factors."""
     return number.text.translate({ord("*"): "/", ord("/"): "*"})

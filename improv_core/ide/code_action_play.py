@@ -1,4 +1,4 @@
-"""Code actions that play what is at the cursor, mute or solo its robots, or stop all. They change no text."""
+"""Code actions that play a part of a program, mute or solo its robots, or stop all. They change no text."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ MOST_ROBOTS = 3
 
 @dataclass(frozen=True, slots=True)
 class Deed:
-    """Something that moves or stops robots. Its `kind` is for code actions; `command` is what follows `improv.`.
+    """An action that moves or stops robots. Its `kind` is for code actions; `command` follows `improv.` in the
+    command's name.
 
-    `only` is what plays, if not the whole program; `robot` is who is meant.
+    `only` is the part of the program that plays, if not all of it; `robot` is the robot that it mutes, solos, or tries.
     """
 
     title: str
@@ -38,7 +39,7 @@ STOP = Deed("Stop all robots", "improv.stop", "hush")
 
 
 def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: Collection[str] = ()) -> Iterator[Deed]:
-    """What can be done at the cursor, given who is muted and soloed: first what plays the least."""
+    """Yield the actions at the cursor, given the muted and soloed robots: the one that plays the least comes first."""
     placed = analysis.statement_at(cursor)
     if tried := _tried(analysis, cursor, placed):
         name = tried.statement.heads[0].text
@@ -64,7 +65,7 @@ def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: 
 
 
 def lasting(parts: Iterable[Lengths], tempo: Fraction) -> str:
-    """`8 beats, 16.0 s`: how long the longest of some parts takes; empty if there is none."""
+    """Describe the length of the longest of some parts: `8 beats, 16.0 s`; empty if there is none."""
     known = list(parts)
     if not known:
         return ""
@@ -73,13 +74,13 @@ def lasting(parts: Iterable[Lengths], tempo: Fraction) -> str:
 
 
 def scene_lasting(analysis: Analysis, scene: int) -> str:
-    """How long a scene, counted from 0, takes; as `lasting`."""
+    """Describe the length of a scene, counted from 0, like `lasting`."""
     parts = [scenes[scene] for scenes in analysis.parts.values() if scene < len(scenes)]
     return lasting(map(lengths, parts), analysis.tempo)
 
 
 def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | None:
-    """The definition at the cursor, or that of the name there, if it can be played: a phrase needs arguments."""
+    """Return the definition at the cursor, or that of the name there, if it can be played: a phrase needs arguments."""
     symbol = symbol_at(analysis, cursor)
     if symbol and symbol.definer is not None and not symbol.is_parameter:
         definer = symbol.definer
@@ -91,7 +92,7 @@ def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | N
 
 
 def _lasting(analysis: Analysis, placed: Placed) -> str:
-    """How long a line or a name takes, in brackets; nothing of a phrase, which depends on its arguments."""
+    """Describe the length of a line or a name, in brackets; empty for a phrase, which depends on its arguments."""
     if not placed.meaning.ok or placed.statement.parameters:
         return ""
     return _in_brackets(lasting([lengths(placed.meaning.movement)], analysis.tempo))
@@ -102,7 +103,7 @@ def _in_brackets(text: str) -> str:
 
 
 def _head(placed: Placed) -> Span:
-    """The head of a line or a definition."""
+    """Return the head of a line or a definition."""
     sign = placed.statement.sign
     assert sign
     return Span(placed.start, placed.start + sign.end)

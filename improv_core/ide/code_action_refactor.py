@@ -1,7 +1,7 @@
 """Refactorings: extract or inline a name or a phrase, unroll or fold a repeat, wrap a movement, dice, and canons.
 
-All keep what the program plays, except those whose titles say otherwise: wrapping in `[ ]` or `slow`, other dice, and
-`canon`, after which the robots wait for each other.
+All keep the dance as it is, unless their titles say otherwise: wrapping in `[ ]` or `slow`, other dice, and `canon`,
+after which the robots wait for each other.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LONGEST = 20_000
 
 
 def refactorings(analysis: Analysis, span: Span) -> list[Action]:
-    """The refactorings of the selected movement, or of the movement at the cursor if the span is empty."""
+    """Return the refactorings of the selected movement, or of the movement at the cursor if the span is empty."""
     found = [*inline_definition(analysis, span), *as_canon(analysis, span)]
     if fragment := fragment_at(analysis, span):
         found += [
@@ -98,7 +98,7 @@ def _wrap(fragment: Fragment) -> Iterator[Action]:
 
 
 def _alike(source: str, items: Sequence[Node], item: Node) -> tuple[Node, ...]:
-    """The identical items around one, including it."""
+    """Return the identical items around one, including it."""
     words = [_words(source, each) for each in items]
     first = last = next(place for place, each in enumerate(items) if each is item)
     while first and words[first - 1] == words[last]:

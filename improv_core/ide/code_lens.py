@@ -1,7 +1,7 @@
-"""Code lenses: one above the program and one above each scene, to play it, with how long it takes.
+"""Code lenses: one above the program and one above each scene, to play it, with its length.
 
-A lens that comes moves the lines below it, so none comes while a person types: the first line always has one, and a
-scene gets its own when the program is opened or saved.
+A new lens moves the lines below it, so none appears while a person types: the first line always has one, and a scene
+gets its own when the program is opened or saved.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from improv_core.ide.scenes import Scenes, scene_called
 from improv_core.program.analysis import Analysis
 
 MOST_SCENES = 200
-"""The most scenes that get lenses: editors request those of the whole program after every keystroke."""
+"""The most scenes that get lenses: editors request those of the whole program after every key."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """A few words above a line. Clicking them plays these scenes only, or all if that is None."""
+    """A few words above a line. Clicking them plays only the scenes `only`, or all if it is None."""
 
     line: int
     text: str
@@ -28,7 +28,8 @@ class Lens:
 
 
 def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
-    """The lens of a program, and those of the scenes whose statements have these IDs, in the order of the text."""
+    """Yield the lens of a program, and those of the scenes that begin with these statements, in the order of the
+    text."""
     is_known = all(meaning.ok for meaning in analysis.meanings if meaning.robots)
     yield Lens(0, _titled("▶ play", lasting(analysis.lengths.values(), analysis.tempo) if is_known else ""))
     for scene, index in enumerate(islice(analysis.breaks, MOST_SCENES), 1):
@@ -41,7 +42,7 @@ def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
 
 
 def scene_ids(analysis: Analysis) -> frozenset[int]:
-    """The IDs of the statements that begin scenes."""
+    """Return the IDs of the statements that begin scenes."""
     return frozenset(analysis.statement_ids[index] for index in analysis.breaks)
 
 

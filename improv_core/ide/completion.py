@@ -1,4 +1,4 @@
-"""Completion: what may come at the cursor, according to the grammar and the names in scope."""
+"""Completion: the words that may come at the cursor, according to the grammar and the names in scope."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from improv_core.syntax.words import A_NUMBER, Kind, Word
 from improv_core.text import Span
 
 MOST_NAMES = 300
-"""If there are more names, only those that match what is typed so far are offered."""
+"""If there are more names, completion offers only those that match the typed letters."""
 
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
 
@@ -42,7 +42,7 @@ _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 class Completion:
     """The words that can replace the text at `span`, best first.
 
-    `statement` is the index of the statement being written, which determines what names stand for. `whole` is false if
+    `statement` is the index of the statement being written, which determines the meanings of names. `whole` is false if
     some names were left out.
     """
 
@@ -53,7 +53,7 @@ class Completion:
 
 
 def complete(analysis: Analysis, offset: int) -> Completion | None:
-    """The words that may come at the cursor; None in comments and in numbers."""
+    """Return the words that may come at the cursor; None in comments and in numbers."""
     found = before(analysis, offset)
     if not found or found.in_number:
         return None
@@ -66,8 +66,8 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
 
 
 def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list[Item], bool]:
-    """The words that may come in a movement, and whether all names are among them. `bare` if what a word would apply
-    to already follows the cursor."""
+    """Return the words that may come in a movement, and whether all names are among them. `bare` if the operand of a
+    word already follows the cursor."""
     assert found.sign
     bodies = _bodies(analysis, found)
     last = found.tokens[-1] if found.tokens else None
@@ -93,19 +93,19 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
 
 
 def _bodies(analysis: Analysis, found: BeforeCursor) -> list[Body]:
-    """The bodies of the robots that perform what is being written."""
+    """Return the bodies of the robots that perform the statement being written."""
     return [profile.body for profile in _players(analysis, found) if profile.body]
 
 
 def _players(analysis: Analysis, found: BeforeCursor) -> Mapping[Profile, str]:
-    """The profiles of the robots that perform what is being written, and the first robot of each."""
+    """Return the profiles of the robots that perform the statement being written, and the first robot of each."""
     if found.sign and found.sign.type == "EQUAL":
         return performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
     return by_profile(analysis.opening.cast, [head.text for head in found.heads])
 
 
 def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) -> list[Item]:
-    """The words in order, except that those that a robot here can't perform come last, and say so."""
+    """Move the words that a robot here can't perform to the end, with the reason."""
     players = _players(analysis, found)
     limited = {profile: robot for profile, robot in players.items() if len(profile.motions) < len(MOTIONS)}
     if not limited:
@@ -116,7 +116,7 @@ def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) 
 
 
 def _impossible(analysis: Analysis, found: BeforeCursor, item: Item, players: Mapping[Profile, str]) -> str:
-    """Why a robot can't perform a word: `anna can't move sideways`; empty if all robots can."""
+    """Explain why a robot can't perform a word: `anna can't move sideways`; empty if all robots can."""
     part = None
     if item.kind == "movement":
         part = hold(WORDS[item.label].velocity)
@@ -130,7 +130,7 @@ def _impossible(analysis: Analysis, found: BeforeCursor, item: Item, players: Ma
 
 
 def _number_wanted(analysis: Analysis, found: BeforeCursor) -> bool | None:
-    """Whether the name before the cursor needs another number; None if no name and its numbers are before it."""
+    """Return whether the name before the cursor needs another number; None if no name and its numbers are before it."""
     last = len(found.tokens) - 1
     while last >= 0 and found.tokens[last].type in ("NUMBER", "PARAM", "OPERATOR"):
         last -= 1
@@ -145,7 +145,7 @@ def _number_wanted(analysis: Analysis, found: BeforeCursor) -> bool | None:
 
 
 def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> Hover | None:
-    """The documentation of a word that is offered in a statement, made when a person looks at it."""
+    """Return the documentation of a word that is offered in a statement, made when a person looks at it."""
     if item.kind in ("name", "phrase"):
         return name_at(analysis, item.label, min(statement, len(analysis.statements) - 1), pictures)
     if item.kind == "robot":
@@ -157,7 +157,7 @@ def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> 
 
 
 def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
-    """The words that a statement may start with, and more robots if it starts with robots."""
+    """Yield the words that a statement may start with, and more robots if it starts with robots."""
     heads = [token.text for token in found.heads]
     if found.opening:
         yield from offers(analysis, found.opening, [*found.heads])
@@ -179,7 +179,7 @@ def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
 
 
 def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterator[Item]:
-    """The words of these terminals; `bare` if what they apply to already follows the cursor."""
+    """Yield the words of these terminals; `bare` if their operand already follows the cursor."""
     for word in WORDS.values():
         if word.kind.value in accepted and word.kind is not Kind.BEAT:
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
@@ -189,14 +189,14 @@ def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterato
 
 
 def _numbers(word: str) -> Iterator[Item]:
-    """Usual numbers after a word."""
+    """Return usual numbers after a word."""
     arguments = WORDS[word].arguments if word in WORDS else ()
     wanted = arguments[0] if arguments else A_NUMBER
     return (Item(value, "number", wanted.unit) for value in wanted.usual)
 
 
 def _snippet(word: Word, bare: bool) -> str:
-    """A transformer with places for its arguments: those of its usage, such as `ramp 1/2 2 movement`."""
+    """Return a transformer with places for its arguments: those of its usage, such as `ramp 1/2 2 movement`."""
     if not word.make:
         return ""
     if len(word.operands) > 1:
@@ -208,7 +208,7 @@ def _snippet(word: Word, bare: bool) -> str:
 
 
 def _name(name: Definition, taken: Sequence[Parameter], bare: bool) -> Item:
-    """A name, with places for its arguments if it is a phrase."""
+    """Return a name, with places for its arguments if it is a phrase."""
     if not taken:
         return Item(name.name, "name", in_beats(lengths(name.movement)))
     last = len(taken) - 1
@@ -224,7 +224,7 @@ def _name(name: Definition, taken: Sequence[Parameter], bare: bool) -> Item:
 
 
 def _names_in(analysis: Analysis, found: BeforeCursor) -> tuple[list[tuple[int, Definition]], bool]:
-    """The names to offer, the nearest first, with the statements that define them, and whether these are all."""
+    """Return the names to offer, the nearest first, with the statements that define them, and whether these are all."""
     own = {each.name for each in found.parameters}
     definers = _definers(analysis, found.statement)
     names: Iterable[str] = [name for name in definers if name not in own]
@@ -237,7 +237,7 @@ def _names_in(analysis: Analysis, found: BeforeCursor) -> tuple[list[tuple[int, 
 
 
 def _definers(analysis: Analysis, before: int) -> Mapping[str, int]:
-    """The names in scope of a statement, the nearest first, and the statements that define them."""
+    """Return the names in scope of a statement, the nearest first, and the statements that define them."""
     found: dict[str, int] = {}
     for index in range(min(before, len(analysis.meanings)) - 1, -1, -1):
         definition = analysis.meanings[index].definition

@@ -10,7 +10,7 @@ class Item:
     """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, sense, number, or value; in
     `improv.toml` section, key, value, or robot.
 
-    `snippet` is what to insert if the editor supports snippets and it is more than the word.
+    `snippet` is the text to insert if the editor supports snippets, if it is more than the word.
     """
 
     label: str

@@ -1,4 +1,4 @@
-"""What may come in the lines of the opening: places, formations, profiles, the floor, and the bar."""
+"""Completion in the lines of the opening: places, formations, profiles, the floor, and the bar."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from improv_core.syntax.opening import FACINGS, SHAPES, OpeningLine
 
 
 def first_words(analysis: Analysis) -> Iterator[Item]:
-    """The words with which a line of the opening may begin: those that the program doesn't say yet."""
+    """Yield words with which a line of the opening may begin, except those that the program already has."""
     opening = analysis.opening
     if not opening.room:
         yield Item("room", "keyword", "The floor, in meters along x and along y, with walls.", "room ${1:6} ${2:4}")
     if not opening.bar:
-        yield Item("bar", "keyword", "Sets how many beats a bar has.", "bar ${1:4}")
+        yield Item("bar", "keyword", "Sets the number of beats in a bar.", "bar ${1:4}")
 
 
 def after_robots() -> Iterator[Item]:
-    """The words that may follow robots instead of `$`."""
-    yield Item("at", "keyword", "Says where the robots before it start.")
-    yield Item("is", "keyword", "Says which profile the robots before it have.")
+    """Yield the words that may follow robots instead of `$`."""
+    yield Item("at", "keyword", "Sets the start places of the robots before it.")
+    yield Item("is", "keyword", "Sets the profile of the robots before it.")
 
 
 def usual_numbers(word: str) -> Iterator[Item]:
-    """Usual numbers after `room` or `bar`."""
+    """Return usual numbers after `room` or `bar`."""
     return _numbers("meters", "4", "6", "8") if word == "room" else _numbers("beats", "3", "4")
 
 
 def offers(analysis: Analysis, line: OpeningLine, tokens: list[Token]) -> Iterator[Item]:
-    """What may come next in a line of the opening of which these tokens stand before the cursor."""
+    """Yield the words that may follow these tokens in a line of the opening."""
     rest = [token for token in tokens if token.start >= line.sign.end]
     if line.sign.type == "IS" and not rest:
         for name, profile in analysis.cast.profiles.items():
@@ -73,8 +73,8 @@ def _places(line: OpeningLine, rest: list[Token]) -> Iterator[Item]:
 
 _ABOUT = {
     "circle": "on a circle with this radius",
-    "line": "side by side, so far apart",
-    "grid": "in rows and columns, so far apart",
+    "line": "side by side, this far apart",
+    "grid": "in rows and columns, this far apart",
 }
 
 

@@ -1,4 +1,4 @@
-"""Finds what is at the cursor."""
+"""Find the statement, the token, and the nodes at the cursor."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Cursor:
 
 
 def cursor(analysis: Analysis, offset: int) -> Cursor | None:
-    """What the cursor touches. Between two tokens, the one after the cursor."""
+    """Return the token that the cursor touches. Between two tokens, take the one after the cursor."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
@@ -52,7 +52,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
 
 
 def around(body: Node | None, span: Span) -> tuple[Node, ...]:
-    """The nodes that contain a whole span, outermost first. The span counts from the start of the statement."""
+    """Return the nodes that contain a whole span, outermost first. The span counts from the start of the statement."""
     found: list[Node] = []
     inside: tuple[Node, ...] = (body,) if body else ()
     while node := next((each for each in inside if each.span.start <= span.start and span.end <= each.span.end), None):
@@ -63,10 +63,10 @@ def around(body: Node | None, span: Span) -> tuple[Node, ...]:
 
 @dataclass(frozen=True, slots=True)
 class BeforeCursor:
-    """What comes before the cursor in its statement, which may have errors.
+    """The text before the cursor in its statement, which may have errors.
 
-    `begun` is the word or number that ends at the cursor, if there is one. `heads` and `tokens` are those before it:
-    up to and after the `sign`. Without a sign, all are `heads`. `statement` is the index that the statement has or will
+    `begun` is the word or number that ends at the cursor, if there is one. `heads` and `tokens` are those before it: up
+    to and after the `sign`. Without a sign, all are `heads`. `statement` is the index that the statement has or will
     have, and `parameters` are its own. A line of the opening, such as `ada at`, is the `opening`.
     """
 
@@ -81,7 +81,7 @@ class BeforeCursor:
 
 
 def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
-    """What comes before the cursor; None in a comment, and in a statement that is too long to be read."""
+    """Read the text before the cursor; None in a comment, and in a statement that is too long to be read."""
     index = bisect_left(analysis.offsets, offset)
     begin = analysis.offsets[index - 1] if index else 0
     pieces = list(split(analysis.text[begin:offset] + _MARK))
@@ -101,7 +101,7 @@ def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
 
 
 def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:
-    """The statements that a span touches, in the order of the text."""
+    """Yield the statements that a span touches, in the order of the text."""
     for index in range(max(bisect_right(analysis.offsets, span.start) - 1, 0), len(analysis.offsets)):
         placed = analysis.placed(index)
         if placed.start > span.end:

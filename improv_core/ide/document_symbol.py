@@ -1,4 +1,4 @@
-"""The outline of a program: its scenes, its tempo, its names, and what its robots play, with the length of each."""
+"""The outline of a program: its scenes, its tempo, its names, and its robots' lines, with the length of each."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from improv_core.text import Span
 @dataclass(frozen=True, slots=True)
 class OutlineEntry:
     """A line of the outline. `kind` is tempo, setting (the floor or the bar), name, phrase, robot, robots (several at
-    once, which are its `parts`), or scene (its `parts` are what is in it)."""
+    once, which are its `parts`), or scene (its `parts` are the entries in it)."""
 
     name: str
     kind: str
@@ -32,8 +32,8 @@ class OutlineEntry:
 
 
 def outline(analysis: Analysis) -> list[OutlineEntry]:
-    """The outline entries of a program, in the order of the text. Of lines with syntax errors, it has the first
-    `MOST_SHOWN`: those after them aren't marked either, and tens of thousands would only fill the screen."""
+    """Return the outline entries of a program, in the order of the text. It has only the first `MOST_SHOWN` lines with
+    syntax errors: those after them aren't marked either, and tens of thousands would only fill the screen."""
     scenes: list[tuple[Placed | None, list[OutlineEntry]]] = [(None, [])]
     breaks, wrong = {*analysis.breaks}, 0
     for index, statement in enumerate(analysis.statements):
@@ -58,20 +58,20 @@ def outline(analysis: Analysis) -> list[OutlineEntry]:
 
 
 def outline_of(analysis: Analysis, index: int) -> OutlineEntry | None:
-    """The entry of one statement, except a scene; None if it has neither a name nor a robot, and sets no tempo."""
+    """Return the entry of one statement, except a scene; None if it has no name, robot, tempo, or setting."""
     statement, movement = analysis.statements[index], analysis.meanings[index].movement
     detail = in_beats(lengths(movement)) if statement.heads and not statement.parameters else ""
     return next(_entries(analysis.offsets[index], statement, detail), None)
 
 
 def flattened(entries: Iterable[OutlineEntry]) -> Iterator[OutlineEntry]:
-    """The entries without those that have parts, which come instead."""
+    """Yield the entries, with the parts of those that have parts in their place."""
     for entry in entries:
         yield from flattened(entry.parts) if entry.parts else (entry,)
 
 
 def names_in(text: str) -> Iterator[OutlineEntry]:
-    """The names and robots of a program that is only searched. Computes no durations."""
+    """Yield the names and robots of a program that is only searched. Computes no durations."""
     for start, piece in split(text):
         for entry in flattened(_entries(start, parse_statement(piece), "")):
             if entry.kind not in ("tempo", "setting"):
@@ -114,7 +114,7 @@ def _entries(start: int, statement: Statement, detail: str) -> Iterator[OutlineE
 
 
 def _opening(statement: Statement) -> str:
-    """What a line of the opening says, from its sign on; empty if it has an error."""
+    """Return the text of a line of the opening from its sign on; empty if it has an error."""
     tokens = statement.tokens
     if not statement.opening or not statement.sign or not tokens:
         return ""

@@ -24,12 +24,12 @@ class Fold:
 
 
 def folds(analysis: Analysis) -> list[Fold]:
-    """All folds, at most one starting at each line, in the order of the text."""
+    """Return all folds, at most one starting at each line, in the order of the text."""
     return widest([*comment_folds(analysis.lines), *_code(analysis), *_scenes(analysis)])
 
 
 def widest(folds: Iterable[Fold]) -> list[Fold]:
-    """The longest fold of those that start at the same line, in the order of the text."""
+    """Return the longest fold of those that start at the same line, in the order of the text."""
     found: dict[int, Fold] = {}
     for fold in folds:
         if fold.last > max(fold.first, found[fold.first].last if fold.first in found else 0):
@@ -38,7 +38,7 @@ def widest(folds: Iterable[Fold]) -> list[Fold]:
 
 
 def _code(analysis: Analysis) -> Iterator[Fold]:
-    """Statements and brackets. A line that starts with the closing bracket stays visible."""
+    """Fold statements and brackets. A line that starts with the closing bracket stays visible."""
     lines = analysis.lines
     for start, statement in zip(analysis.offsets, analysis.statements, strict=True):
         if not LINE_END.search(statement.text):
@@ -51,7 +51,7 @@ def _code(analysis: Analysis) -> Iterator[Fold]:
 
 
 def _scenes(analysis: Analysis) -> Iterator[Fold]:
-    """From each `---` to the last line before the next one that is not blank."""
+    """Fold from each `---` to the last line before the next one that is not blank."""
     lines, begin = analysis.lines, None
     marks = (lines.position(analysis.offsets[index]).line for index in analysis.scenes)
     for mark in (*marks, len(lines.starts)):
@@ -64,7 +64,7 @@ def _scenes(analysis: Analysis) -> Iterator[Fold]:
 
 
 def comment_folds(lines: LineIndex) -> Iterator[Fold]:
-    """Blocks of several comment lines, and the lines between region markers."""
+    """Fold blocks of several comment lines, and the lines between region markers."""
     regions: list[int] = []
     begin: int | None = None
     for number in range(len(lines.starts) + 1):

@@ -1,4 +1,4 @@
-"""Formats a program with edits so small that the cursor stays where it is."""
+"""Format a program with edits so small that the cursor keeps its place."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _SPACES = re.compile(rf"[ \t\r\n\ufeff{SPACES}]*")
 
 
 def format_all(analysis: Analysis) -> list[Edit]:
-    """The edits for the whole program, which change only spaces and line ends; none if it is too long."""
+    """Return the edits for the whole program, which change only spaces and line ends; none if it is too long."""
     if len(analysis.text) > LONGEST_PROGRAM:
         return []
     return [small for edit in edits(analysis.text) for small in _small(analysis.text, edit)]
 
 
 def format_span(analysis: Analysis, span: Span) -> list[Edit]:
-    """The edits for all lines that a selection touches, extended to whole statements."""
+    """Return the edits for all lines that a selection touches, extended to whole statements."""
     lines, text = analysis.lines, analysis.text
     touched = [each.span for each in touching(analysis, _lines(analysis, span))]
     start, end = _lines(analysis, Span(min([span.start, *(each.start for each in touched)]), span.end))
@@ -44,7 +44,7 @@ def _lines(analysis: Analysis, span: Span) -> Span:
 
 
 def _small(text: str, edit: Edit) -> Iterator[Edit]:
-    """The same edit in small parts, each between two words."""
+    """Split an edit into small parts, each between two words."""
     old, new = text[slice(*edit.span)], edit.text
     found, here, there = [], 0, 0
     while True:

@@ -1,4 +1,4 @@
-"""The part of a movement that a refactoring is about: the selected one, or the one at the cursor."""
+"""The part of a movement that a refactoring changes: the selected one, or the one at the cursor."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Fragment:
 
     @property
     def span(self) -> Span:
-        """Counts from the start of the statement, like all spans of nodes."""
+        """The span, counted from the start of the statement, like all spans of nodes."""
         return Span(self.nodes[0].span.start, self.nodes[-1].span.end)
 
     @property
@@ -49,7 +49,7 @@ class Fragment:
 
     @property
     def may_be_one_term(self) -> bool:
-        """Whether it can become a single term without changing the meaning: a `[ ]` counts its items."""
+        """True if it can become a single term without changing the meaning: a `[ ]` counts its items."""
         if self.is_term or not self.is_counted:
             return True
         (first, *others) = self.nodes
@@ -57,12 +57,12 @@ class Fragment:
 
     @property
     def is_counted(self) -> bool:
-        """Whether something counts the items here: a `[ ]`, or a word such as `accumulate`."""
+        """True if something counts the items here: a `[ ]`, or a word such as `accumulate`."""
         return self.is_itemized or _is_squeezed(self.around)
 
     @property
     def takes_items(self) -> bool:
-        """Whether several items can replace the fragment, which is one term."""
+        """True if several items can replace the fragment, which is one term."""
         takes_one = self.around and isinstance(
             self.around[-1], nodes.Apply | nodes.Call | nodes.Choice | nodes.PartTerm
         )
@@ -70,17 +70,17 @@ class Fragment:
 
     @property
     def takes_voices(self) -> bool:
-        """Whether a `||` can replace the fragment, which is one term."""
+        """True if a `||` can replace the fragment, which is one term."""
         outside = self.around
         return not outside or (isinstance(outside[-1], nodes.Bracket) and not outside[-1].squeezes)
 
     def of(self, items: tuple[Node, ...], outside: tuple[Node, ...]) -> Fragment:
-        """Other items of the same statement."""
+        """Return a fragment with other items of the same statement."""
         return Fragment(self.placed, items, outside, self.is_itemized)
 
 
 def fragment_at(analysis: Analysis, span: Span) -> Fragment | None:
-    """The selected movement, extended to whole items, or the movement at the cursor if the span is empty."""
+    """Return the selected movement, extended to whole items, or the movement at the cursor if the span is empty."""
     placed = analysis.statement_at(span.start)
     body = tree(placed) if placed else None
     if not placed or not body or is_broken(placed):
@@ -103,13 +103,13 @@ def fragment_at(analysis: Analysis, span: Span) -> Fragment | None:
 
 
 def fragment_of(analysis: Analysis, placed: Placed, node: Node) -> Fragment:
-    """A node of a statement."""
+    """Return a node of a statement as a fragment."""
     found = around(tree(placed), node.span)
     return _fragment(analysis, placed, found[: found.index(node) + 1])
 
 
 def replaced(fragment: Fragment, text: str) -> Edit:
-    """The edit that replaces a fragment, with spaces where words would run together."""
+    """Return the edit that replaces a fragment, with spaces between words that would run together."""
     span, source = fragment.span, fragment.placed.statement.text
     before = " " if _WORD.match(source[span.start - 1 : span.start]) and _WORD.match(text) else ""
     after = " " if _WORD.match(text[-1:]) and _WORD.match(source[span.end : span.end + 1]) else ""
@@ -117,12 +117,12 @@ def replaced(fragment: Fragment, text: str) -> Edit:
 
 
 def is_broken(placed: Placed) -> bool:
-    """Whether the tree differs from the text because the parser inserted or skipped tokens."""
+    """Return whether the tree differs from the text because the parser inserted or skipped tokens."""
     return any(each.severity is Severity.ERROR for each in placed.statement.diagnostics)
 
 
 def _fragment(analysis: Analysis, placed: Placed, found: Sequence[Node]) -> Fragment:
-    """The innermost of these nodes. The name of a phrase stands for its use."""
+    """Return the innermost of these nodes. The name of a phrase stands for its use."""
     *outside, node = found
     if outside and isinstance(outside[-1], nodes.Call) and node is outside[-1].name:
         node = outside.pop()
@@ -130,7 +130,7 @@ def _fragment(analysis: Analysis, placed: Placed, found: Sequence[Node]) -> Frag
 
 
 def _is_squeezed(outside: Sequence[Node]) -> bool:
-    """Whether a `[ ]` counts the items inside these nodes."""
+    """Return whether a `[ ]` counts the items inside these nodes."""
     for node in reversed(outside):
         if not isinstance(node, nodes.Series | nodes.Parallel):
             return isinstance(node, nodes.Bracket) and node.squeezes
@@ -138,7 +138,7 @@ def _is_squeezed(outside: Sequence[Node]) -> bool:
 
 
 def _is_itemized(analysis: Analysis, placed: Placed, outside: Sequence[Node]) -> bool:
-    """Whether a word may count the items inside these nodes. It sees through parentheses, names, and phrases."""
+    """Return whether a word may count the items inside these nodes. It sees through parentheses, names, and phrases."""
     for node in reversed(outside):
         if isinstance(node, nodes.Call):
             return bool(MAY_ITEMIZE.search(analysis.text))

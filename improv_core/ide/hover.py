@@ -1,4 +1,4 @@
-"""Hovers: what the text at the cursor does, how long it takes, how far it goes, and where it ends."""
+"""Hovers: the effect of the text at the cursor, its length, its distance, and its end."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ SIZE = 160.0
 
 @dataclass(frozen=True, slots=True)
 class Hover:
-    """The hover for the text at `span`: a word, what it does, its definition, facts, and its path as SVG."""
+    """The hover for the text at `span`: a word, its effect, its definition, facts, and its path as SVG."""
 
     span: Span
     word: str
@@ -70,7 +70,7 @@ class Hover:
 
     @property
     def markdown(self) -> str:
-        """All of it, in under 90,000 characters: VS Code shows longer Markdown as plain text."""
+        """All of the hover, in under 90,000 characters: VS Code shows longer Markdown as plain text."""
         title = f"**{self.word}**{self.about}"
         shown = f"\n```improv\n{self.source}\n```" if self.source else ""
         facts = "  \n".join(self.facts)  # two spaces keep the line break
@@ -84,7 +84,7 @@ class Hover:
 
 
 def hover(analysis: Analysis, offset: int, pictures: bool = False) -> Hover | None:
-    """The hover at an offset, with a picture of the path if asked for; None if there is nothing to show.
+    """Return the hover at an offset, with `pictures` also a picture of the path; None if there is nothing to show.
 
     Anything slow is left out: long voices are not measured, and only the start of a long path is drawn.
     """
@@ -96,7 +96,7 @@ def hover(analysis: Analysis, offset: int, pictures: bool = False) -> Hover | No
 
 
 def name_at(analysis: Analysis, name: str, before: int, pictures: bool = False) -> Hover | None:
-    """The hover for a name as it is used in the statement `before`."""
+    """Return the hover for a name as it is used in the statement `before`."""
     found = analysis.definition(name, before)
     if not found:
         return None
@@ -105,7 +105,7 @@ def name_at(analysis: Analysis, name: str, before: int, pictures: bool = False) 
 
 
 def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | None:
-    """The hover for everything that a robot plays; None if it plays nothing."""
+    """Return the hover for everything that a robot plays; None if it plays nothing."""
     part = score_of(analysis).parts.get(name)
     if not part:
         return None
@@ -120,14 +120,14 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
 
 
 def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
-    """The hover for a sense; None if there is no such sense."""
+    """Return the hover for a sense; None if there is no such sense."""
     if name not in analysis.cast.sense_names:
         return None
     return Hover(span, _code(name), f" (sense): {about_sense(name)}", (source(analysis.cast, name),))
 
 
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
-    """Spans count from the statement's start."""
+    """Return the hover at a cursor, with a span that counts from the statement's start."""
     placed, statement, token, node = at.placed, at.placed.statement, at.token, at.node
     if token.type == "BEAT" or (statement.number and token in statement.number.tokens):
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
@@ -180,7 +180,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
 
 
 def _described(node: nodes.Node) -> tuple[str, str] | None:
-    """A word or a bracket with its arguments, and what it does."""
+    """Describe a word or a bracket with its arguments, and its effect."""
     if isinstance(node, nodes.Bracket):
         return _bracket(node)
     if isinstance(node, nodes.Parallel):
@@ -213,7 +213,7 @@ def _scene(analysis: Analysis, placed: Placed) -> Hover:
 
 
 def _parameter(at: Cursor) -> Parameter | None:
-    """The parameter of its own statement that the cursor touches."""
+    """Return the parameter of its own statement that the cursor touches."""
     own = at.placed.statement.parameters
     if at.node is None:
         return next((each for each in own if each.token.span == at.token.span), None)
@@ -221,7 +221,7 @@ def _parameter(at: Cursor) -> Parameter | None:
 
 
 def _depends(node: Node, own: Sequence[Parameter]) -> bool:
-    """Whether what a node means depends on the arguments that its phrase is given."""
+    """Return whether the meaning of a node depends on the arguments of its phrase."""
     names = {each.name for each in own}
     return any(
         (isinstance(each, nodes.Name) and each.text in names)
@@ -270,7 +270,7 @@ def _name(
     here: Sequence[str],
     pictures: bool,
 ) -> Hover:
-    """The hover for a use of a name, and for one of a phrase: without a meaning if its arguments are not known."""
+    """Return the hover for a use of a name or a phrase; without a meaning if the phrase's arguments are not known."""
     placed, definer = analysis.placed(before), analysis.bindings.definer(name, before)
     line, source, kind = "", "", "name"
     if definer is not None:
@@ -303,22 +303,22 @@ def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
 
 
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
-    """How long, how far, and where it ends (not if it is `plain`)."""
-    lasts, goes = timing(lengths(meaning), analysis.tempo), {}
+    """Describe the length, the distance, and (unless `plain`) the end of a movement."""
+    lasts, paths = timing(lengths(meaning), analysis.tempo), {}
     if meaning.open:
         return lasts, deciding(meaning)
     if moved := moved_by(analysis, placed, meaning):
         return (lasts, *moved)
     for profile, robot in performers(analysis, placed.index).items():
-        goes[printable(robot)] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
-    if len(set(goes.values())) == 1:
-        far, leads = next(iter(goes.values()))
+        paths[printable(robot)] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
+    if len(set(paths.values())) == 1:
+        far, leads = next(iter(paths.values()))
         return (f"{lasts} · {far}", leads) if leads else (f"{lasts} · {far}",)
-    return (lasts, *(f"{robot}: {', '.join(filter(None, way))}" for robot, way in goes.items()))
+    return (lasts, *(f"{robot}: {', '.join(filter(None, way))}" for robot, way in paths.items()))
 
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
-    """The top speeds of robots, once for each profile."""
+    """Describe the top speeds of robots, once for each profile."""
     by_profile = {analysis.opening.cast.robot(robot).profile: robot for robot in reversed(robots)}
     by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
     if len(by_robot) == 1:
@@ -327,7 +327,7 @@ def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tup
 
 
 def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[str, ...]:
-    """How the brackets and transformers around a node change its duration."""
+    """Describe the duration of a node that brackets and transformers around it change."""
     rate, brackets, others = pace_in(around)
     if rate == 1:
         return ()
@@ -337,7 +337,7 @@ def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[s
 
 
 def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
-    """How many times as fast the innermost node plays, and how many brackets and how many words cause that."""
+    """Return the rate of the innermost node, and the numbers of brackets and of words that cause it."""
     rate, brackets, others = NORMAL, 0, 0
     for place, node in enumerate(around[:-1]):
         if isinstance(node, nodes.Bracket) and node.squeezes:
@@ -354,7 +354,7 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
 
 
 def _profile(analysis: Analysis, placed: Placed) -> Profile:
-    """The profile of the first robot that plays a statement."""
+    """Return the profile of the first robot that plays a statement."""
     return next(iter(performers(analysis, placed.index)))
 
 
@@ -363,7 +363,7 @@ def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
 
 
 def _drawn(part: Part, tempo: Fraction) -> str:
-    """The path of a part as SVG; empty if the robot stays in place."""
+    """Return the path of a part as SVG; empty if the robot stays in place."""
     peak = part.movement.peak
     return picture(Score(tempo, {part.robot: part}), SIZE, MOST_MOMENTS) if peak.x or peak.y else ""
 
@@ -374,7 +374,7 @@ def _image(svg: str) -> str:
 
 
 def _code(name: str) -> str:
-    """A name in Markdown. One that the language or TOML would not take bare becomes code, which can hold no links."""
+    """Return a name in Markdown. One that the language or TOML would quote becomes code, which can hold no links."""
     name = printable(_short(name))
     return name if _BARE.fullmatch(name) else f"`{name.replace('`', chr(39))}`"
 

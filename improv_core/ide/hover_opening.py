@@ -1,4 +1,4 @@
-"""What hovers say about the lines of the opening: where robots stand, what they are, the floor, and the bar."""
+"""Hovers for the lines of the opening: the places and kinds of robots, the floor, and the bar."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from improv_core.text import Span
 MOST_PLACES = 12
 """The most robots of a formation whose places are listed."""
 TOGETHER = 0.001
-"""Meters within which robots stand on one point."""
+"""The distance in meters up to which robots share one place."""
 
 
 class About(NamedTuple):
-    """What there is to say about the text at `span`: a word, what it does, and facts."""
+    """A description of the text at `span`: a word, its effect, and facts."""
 
     span: Span
     word: str
@@ -33,8 +33,8 @@ class About(NamedTuple):
 
 
 def about_opening(analysis: Analysis, placed: Placed, token: Token) -> About | None:
-    """What there is to say about a token of a line of the opening; None about a robot's name, and of a line with an
-    error. Spans count from the start of the statement."""
+    """Describe a token of a line of the opening; None for a robot's name, and for a line with an error. Spans count
+    from the start of the statement."""
     statement, said, sign = placed.statement, placed.meaning.said, placed.statement.sign
     if not said or not sign or not statement.opening or token in statement.heads:
         return None
@@ -63,13 +63,13 @@ def about_opening(analysis: Analysis, placed: Placed, token: Token) -> About | N
 
 
 def stand_at(pose: Pose) -> str:
-    """A place for people: `x -1 m, y 0.5 m, facing 90°`."""
+    """Describe a place: `x -1 m, y 0.5 m, facing 90°`."""
     heading = round(math.degrees(pose.heading), 1) + 0.0
     return f"x {_meters(pose.x)} m, y {_meters(pose.y)} m, facing {heading:g}°"
 
 
 def kind(profile: Profile) -> str:
-    """What a profile is, in one line: `step 0.2 m, radius 0.171 m, up to 0.306 m/s; forward, turn`."""
+    """Describe a profile in one line: `step 0.2 m, radius 0.171 m, up to 0.306 m/s; forward, turn`."""
     speed = f", up to {profile.max_linear:g} m/s" if profile.max_linear else ""
     motions = "all motions" if len(profile.motions) == len(MOTIONS) else ", ".join(profile.motions)
     return f"step {profile.step:g} m, radius {profile.radius:g} m{speed}; {motions}"
@@ -84,7 +84,7 @@ def _places(robots: tuple[str, ...], poses: tuple[Pose, ...]) -> Iterator[str]:
 
 
 def _neighbors(analysis: Analysis, robot: str) -> Iterator[str]:
-    """Who stands at the same place, or else who is nearest."""
+    """Name the robots at the same place, or else the nearest one."""
     if robot not in analysis.all_robots:
         return
     starts = starts_of(analysis)

@@ -1,4 +1,4 @@
-"""Inlay hints: how long statements take, how fast nested brackets play, and what the arguments of phrases are."""
+"""Inlay hints: the lengths of statements, the rates of nested brackets, and the parameters of arguments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """A few characters after an offset, or before it if `before`. `about` says more."""
+    """A few characters after an offset, or before it if `before`. `about` is the explanation."""
 
     offset: int
     text: str
@@ -29,7 +29,7 @@ class Hint:
 
 
 def hints(analysis: Analysis, span: Span) -> list[Hint]:
-    """The hints for all statements without errors that touch a span, in the order of the text."""
+    """Return the hints for all statements without errors that touch a span, in the order of the text."""
     return [hint for placed in touching(analysis, span) for hint in _hints(analysis, placed)]
 
 
@@ -48,7 +48,7 @@ def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
 
 
 def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
-    """How fast each voice of a nested bracket plays."""
+    """Yield the rate of each voice of a nested bracket."""
     around = (*outside, node)
     if _squeezes(node) and any(map(_squeezes, outside)):
         for body in nodes.children(node):
@@ -61,7 +61,7 @@ def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
 
 
 def _arguments(analysis: Analysis, placed: Placed, body: Node) -> Iterator[Hint]:
-    """The parameter before each argument."""
+    """Yield the parameter before each argument."""
     for node in nodes.nodes(body):
         if isinstance(node, nodes.Call):
             taken = parameters(analysis, node.name.text, placed.index)

@@ -1,4 +1,4 @@
-"""Inlay hints at the lines that play now: which of its beats each has reached. For editors that can't light words."""
+"""Inlay hints at the lines that play now: the beat that each has reached. For editors that can't light words."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from improv_core.score.replay import Replay
 
 
 def playing_hints(replay: Replay, now: Analysis, beat: float) -> list[Hint]:
-    """The hints for a program as it is played at a beat, in a later version of its text, in the order of that text."""
+    """Return the hints for a program as it plays at a beat, in the order of a later version of its text."""
     places = {statement: index for index, statement in enumerate(now.statement_ids)}
     found: dict[int, Hint] = {}
     for robot, (line, passed) in _lines(replay, near(max(beat, 0.0))).items():
-        index = places.get(line.statement)  # a line that was edited since is left out
+        index = places.get(line.statement)  # a line that was edited since gets no hint
         body = None if index is None else now.statements[index].body
         if index is not None and body and index not in found:
             offset = now.offsets[index] + body.span.end
@@ -37,7 +37,7 @@ def _shown(line: Use, passed: Exact) -> str:
 
 
 def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[Use, Exact]]:
-    """The line that each robot plays at a beat, and how many beats ago it began."""
+    """Return the line that each robot plays at a beat, and the number of beats since it began."""
     score = replay.score
     passed = max(bisect_right(score.scene_begins, beat) - 1, 0)
     found = {}
@@ -59,7 +59,7 @@ def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[Use, Exact]]:
 
 
 def _walked_line(lines: Sequence[Use], passed: Exact) -> tuple[Use, Exact] | None:
-    """Which line plays so many beats after the first one began, and how long ago it began itself."""
+    """Return the line that plays this many beats after the first one began, and the beats since it began itself."""
     for line in lines:
         if passed < line.duration:
             return line, passed

@@ -1,4 +1,4 @@
-"""Several programs as one, in which each robot plays what it plays in its own program."""
+"""Merge several programs into one, in which each robot plays the same part as in its own program."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ from improv_core.text import Span
 GAP = 1.0
 """Meters between the places of two programs."""
 REACH = 6.0
-"""Meters around their start poses that robots of a program get at most: a path may be endless."""
+"""The most meters that a program's robots get around their start poses: a path may be endless."""
 LONGEST_NAME = 30
-"""The most characters of a program's name that its robots get."""
+"""The most characters of a program's name that its robots' names begin with."""
 _MOST_MOMENTS = 2_000
-"""How far a path is followed to see how much room it takes."""
+"""The most moments of a path that are measured for its room."""
 _OTHER_MEANING = WORDS.keys() | {"at", "is", "room", "bar", "beat", "circle", "line", "grid"}
 _REPLACED = ("BEAT", "AT", "ROOM", "BAR_LENGTH", "SCENE")
-"""The signs of lines that the merged program says for all, or in another way."""
+"""The signs of lines that the merged program has once for all programs, or replaces."""
 
 
 class MergeError(Exception):
-    """Programs can't be merged. The message is one line that says which one, and why."""
+    """Programs can't be merged. The message is one line that names the program and the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Dance:
-    """A program that is to be merged, and the name that its robots get."""
+    """A program to merge, and the name for its robots."""
 
     name: str
     analysis: Analysis
@@ -50,8 +50,8 @@ class Dance:
 
 @dataclass(frozen=True, slots=True)
 class Merged:
-    """The merged program: its text, for each source the new names of its robots by the old ones, and notes about what
-    could not be kept, each a line."""
+    """The merged program: its text, for each source the new names of its robots by the old ones, and a line about each
+    loss."""
 
     text: str
     robots: Sequence[Mapping[str, str]]
@@ -59,7 +59,7 @@ class Merged:
 
 
 def merge(sources: Sequence[Dance]) -> Merged:
-    """One program in which the robots of all sources play what they play in their own, placed side by side.
+    """Return one program in which the robots of all sources play their own parts, placed side by side.
 
     The tempo is that of the first one; the others are slowed down or sped up, so that all keep their speed. Scenes
     become rests. A bar or a floor is kept if all agree. Raises MergeError.
@@ -76,7 +76,7 @@ def merge(sources: Sequence[Dance]) -> Merged:
 
 
 def renamed(analysis: Analysis, robots: Mapping[str, str]) -> str:
-    """A program whose robots have other names, by the old ones."""
+    """Give the robots of a program other names, by the old ones."""
     return _edited(analysis.text, [Edit(span, new) for old, new in robots.items() for _, span in plays(analysis, old)])
 
 
@@ -96,7 +96,7 @@ def _check(source: Dance) -> None:
 
 
 def _check_result(text: str, sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> None:
-    """Raise MergeError if a robot of the merged program isn't what it was, or if the program has errors."""
+    """Raise MergeError if a robot has another profile in the merged program, or if the program has errors."""
     merged = analyze(text)
     cast = merged.opening.cast
     for source, names in zip(sources, robots, strict=True):
@@ -113,7 +113,8 @@ def _check_result(text: str, sources: Sequence[Dance], robots: Sequence[Mapping[
 
 
 def _renamed_robots(sources: Sequence[Dance]) -> Sequence[Mapping[str, str]]:
-    """The new names of the robots: those of their programs and, where that has several, their own behind it."""
+    """Return the new names of robots: those of their programs, each followed by the robot's own if there are
+    several."""
     taken: set[str] = set()
     found = []
     for source in sources:
@@ -129,7 +130,7 @@ def _renamed_robots(sources: Sequence[Dance]) -> Sequence[Mapping[str, str]]:
 
 
 def as_robot(name: str) -> str:
-    """A name that robots can have, as near as possible to any other name."""
+    """Return a valid name for robots, as near as possible to any other name."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
     robot = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[:LONGEST_NAME].rstrip("_")
     robot = robot if robot[:1].isalpha() else f"dancer_{robot}".rstrip("_")
@@ -137,7 +138,7 @@ def as_robot(name: str) -> str:
 
 
 def _bodies(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> Sequence[str]:
-    """The texts of the programs without their openings, which fit into one program."""
+    """Return the texts of the programs without their openings, which fit into one program."""
     tempo = sources[0].analysis.tempo
     defined = [_defined(each.analysis) for each in sources]
     foreign = [
@@ -162,7 +163,7 @@ def _defined(analysis: Analysis) -> set[str]:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """A name like this one that nobody has. It is taken from then on."""
+    """Return a name like this one that is not taken, and add it to `taken`."""
     free, number = name, 2
     while free in taken or free in _OTHER_MEANING:
         free, number = f"{name}_{number}", number + 1
@@ -171,7 +172,7 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, str], slower: Fraction) -> str:
-    """A program without its opening and its scenes, with other names and `slower` by that factor."""
+    """Return a program without its opening and its scenes, with other names and `slower` by that factor."""
     edits = [Edit(span, new) for old, new in robots.items() for _, span in plays(analysis, old)]
     gone: list[Span] = []
     waiting = _Waiting(analysis.begins)
@@ -204,14 +205,14 @@ def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, s
 
 
 class _Waiting:
-    """How long robots rest until their scenes begin."""
+    """The rests of robots until their scenes begin."""
 
     def __init__(self, begins: Sequence[Exact]) -> None:
         self._begins = begins
         self._ends: dict[str, Duration] = {}
 
     def rests(self, scene: int, parts: Sequence[tuple[str, Movement]]) -> Iterator[tuple[str, Fraction]]:
-        """The beats that robots rest before they play a line of a scene, if they do."""
+        """Yield the beats that robots rest before they play a line of a scene, if they do."""
         for robot, part in parts:
             end, begin = self._ends.get(robot, 0), self._begins[scene]
             if end < begin:
@@ -225,7 +226,7 @@ def _slowed(factor: Fraction, movement: str) -> str:
 
 
 def _with_line(text: str, span: Span) -> Span:
-    """The span, and all of its line if nothing else is there."""
+    """Return the span, and all of its line if nothing else is there."""
     before = re.search(r"[ \t]*\Z", text[: span.start])
     after = re.compile(r"[ \t]*(\r\n|\r|\n|\Z)").match(text, span.end)
     start = before.start() if before else span.start
@@ -242,7 +243,7 @@ def _edited(text: str, edits: Sequence[Edit]) -> str:
 
 
 def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], notes: list[str]) -> str:
-    """The lines that say what all programs have in common, and where their robots stand."""
+    """Return the lines that all programs have in common, and those that place their robots."""
     tempo = sources[0].analysis.tempo
     lines = [f"beat {tempo}"] if any(each.analysis.tempos for each in sources) else []
     changed = [each.name for each in sources if each.analysis.tempo != tempo]
@@ -289,7 +290,7 @@ class _Area:
 
     @classmethod
     def of(cls, analysis: Analysis) -> _Area:
-        """Around the start poses, and around the floor of the program or, without one, its paths, up to `REACH`."""
+        """Measure the area around the start poses, and the floor of the program or else its paths, up to `REACH`."""
         score = score_of(analysis)
         starts = [(part.start.x, part.start.y, part.profile.radius) for part in score.parts.values()]
         around = cls(
@@ -326,13 +327,14 @@ class _Area:
         )
 
     def moved(self, pose: Pose, x: float, y: float) -> Pose:
-        """A pose, once the middle of the area is at a point."""
+        """Return a pose after the middle of the area has moved to a point."""
         right, up = x - (self.left + self.right) / 2, y - (self.bottom + self.top) / 2
         return replace(pose, x=pose.x + right, y=pose.y + up)
 
 
 def _side_by_side(areas: Sequence[_Area]) -> tuple[Sequence[tuple[float, float]], tuple[float, float]]:
-    """The middles of areas in rows around the origin, as many in a row as there are rows, and the size of all."""
+    """Return the middles of areas in rows around the origin, as many in a row as there are rows, and the size of
+    all."""
     columns = math.ceil(math.sqrt(len(areas)))
     rows = [areas[first : first + columns] for first in range(0, len(areas), columns)]
     heights = [max(area.height for area in row) for row in rows]
@@ -349,5 +351,5 @@ def _side_by_side(areas: Sequence[_Area]) -> tuple[Sequence[tuple[float, float]]
 
 
 def _number(value: float) -> str:
-    """A number as programs write it."""
+    """Write a number as programs write it."""
     return f"{round(value, 9) + 0.0:.9f}".rstrip("0").rstrip(".")

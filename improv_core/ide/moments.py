@@ -1,4 +1,4 @@
-"""Which words play at a beat, for editors that light them."""
+"""Find the words that play at a beat, for editors that light them."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class LitWords(NamedTuple):
 
 
 class Places:
-    """Where the words of a program that plays are in a later version of its text."""
+    """Finds the words of a program that plays in a later version of its text."""
 
     def __init__(self, played: Analysis, now: Analysis) -> None:
         self._now = now
         self._indices = {statement: index for index, statement in enumerate(now.statement_ids)}
-        self._edited: dict[int, tuple[str, int]] = {}  # by statement: what it was, and the index of what it is
+        self._edited: dict[int, tuple[str, int]] = {}  # by statement: its old text, and the index of its new version
         known, index = set(played.statement_ids), -1
         for statement, was in zip(played.statement_ids, played.statements, strict=True):
             index = self._indices.get(statement, index + 1)
@@ -40,7 +40,7 @@ class Places:
                 self._edited[statement] = was.text, index
 
     def __call__(self, word: Source) -> Span | None:
-        """The span of a word; None if it was edited or deleted since."""
+        """Return the span of a word; None if it was edited or deleted since."""
         if (index := self._indices.get(word.statement)) is not None:
             return word.span.shifted(self._now.offsets[index])
         if word.statement not in self._edited:
@@ -61,7 +61,7 @@ class Places:
 def lit_words(
     replay: Replay, beat: float, place: Callable[[Source], Span | None], is_silent: Callable[[str], bool]
 ) -> LitWords:
-    """The words that robots play at a beat, except those of silent ones, where they are now."""
+    """Return the words that robots play at a beat, except those of silent ones, in the current text."""
     at, until = near(max(beat, 0.0)), None
     spans: set[Span] = set()
     for robot in replay.score.parts:

@@ -1,4 +1,4 @@
-"""Indents a line inside brackets as soon as it is started or closes a bracket."""
+"""Indent a line inside brackets as soon as it is started or closes a bracket."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LEADING = re.compile(r"([ \t]*)([)\] \t]*)")
 
 
 def indent(analysis: Analysis, offset: int) -> list[Edit]:
-    """The edit that fixes a line's indentation, if only spaces and closing brackets come before the cursor.
+    """Return the edit that fixes a line's indentation, if only spaces and closing brackets come before the cursor.
 
     A line is indented as in the standard layout: by the number of brackets that are open at its start.
     """
@@ -32,7 +32,7 @@ def indent(analysis: Analysis, offset: int) -> list[Edit]:
         if placed.start + token.start < start:
             depth = max(depth + (token.text in "([") - (token.text in ")]"), 0)
     if not depth and not first < last == number - 1:
-        return []  # it starts something new, which people may indent as they like
+        return []  # it starts a new statement, which people may indent as they like
     margin = analysis.text[lines.start(first) : placed.start].replace("\ufeff", "")
     wanted = margin + INDENT * max(depth - sum(map(leading[2].count, ")]")), 0)
     return [Edit(Span(start, start + leading.end(1)), wanted)] if leading[1] != wanted else []

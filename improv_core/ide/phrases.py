@@ -1,4 +1,4 @@
-"""What the names in a statement take: phrases have parameters, and a use of one has arguments."""
+"""The parameters of phrases in a statement, and the arguments of their uses."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ _COMMENT = re.compile(rf"[ \t\ufeff{SPACES}]*[{HASHES}][{HASHES} \t]*(.*)")
 
 
 def parameters(analysis: Analysis, name: str, before: int) -> Sequence[Parameter]:
-    """The parameters of a name that is used in the statement `before` and is not one of its parameters."""
+    """Return the parameters of a name that is used in the statement `before` and is not one of its parameters."""
     definer = analysis.bindings.definer(name, before)
     return () if definer is None else analysis.statements[definer].parameters
 
 
 def tree(placed: Placed) -> Node | None:
-    """The movement of a statement, with every use of a phrase together with its arguments."""
+    """Return the movement of a statement, with every use of a phrase together with its arguments."""
     return placed.meaning.body or placed.statement.body
 
 
 def poses_at(placed: Placed) -> set[Span]:
-    """The names of poses in a statement: they are none of the program's names. Spans count from its start."""
+    """Return the names of poses in a statement: they are not names of the program. Spans count from its start."""
     body = tree(placed)
     every = nodes(body) if body and TO in placed.statement.uses else ()
     return {each.pose.span for each in every if isinstance(each, PoseTerm)}
 
 
 def movements(taken: Sequence[Parameter]) -> int:
-    """How many of these parameters are movements."""
+    """Return the number of these parameters that are movements."""
     return sum(not each.is_number for each in taken)
 
 
 def arguments(call: Call, taken: Sequence[Parameter]) -> Iterator[tuple[Parameter, Number | Node]]:
-    """The parameters of a phrase, each with its argument in a use, as far as there are any."""
+    """Yield the parameters of a phrase, each with its argument in a use, as far as there are any."""
     yield from zip((each for each in taken if each.is_number), call.numbers, strict=False)
     yield from zip((each for each in taken if not each.is_number), call.movements, strict=False)
 
 
 def label(name: str, taken: Sequence[Parameter]) -> tuple[str, tuple[Span, ...]]:
-    """The head of a phrase, `times n (m)`, and where its parameters are in it."""
+    """Return the head of a phrase, `times n (m)`, and the spans of its parameters in it."""
     text, spans = name, []
     for each in taken:
         shown = each.name if each.is_number else f"({each.name})"
@@ -57,7 +57,7 @@ def label(name: str, taken: Sequence[Parameter]) -> tuple[str, tuple[Span, ...]]
 
 
 def comment(analysis: Analysis, definer: int) -> str:
-    """The lines of comment right above a definition, without their `#`."""
+    """Return the lines of comment right above a definition, without their `#`."""
     lines = analysis.lines
     number = lines.position(analysis.offsets[definer]).line
     found: list[str] = []

@@ -1,4 +1,4 @@
-"""Where robots begin, written into their program: its lines with `at`, for starts that people change on the page."""
+"""Write the starts of robots, which people change on the page, into the lines of their program with `at`."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from improv_core.text import Span
 Start = tuple[float, float, float]
 """x and y in meters, the heading in degrees."""
 UNPLACED = "a line with `at` has an error: fix it first"
-"""What to say if nothing could be written."""
+"""The message if nothing could be written."""
 _OPENING = ("AT", "IS", "ROOM", "BAR_LENGTH", "BEAT")
 """The signs of the lines below which places are written, if nothing else is above them."""
 _SAME = 1e-6
-"""Meters or radians by which robots of a formation may be off without anybody noticing."""
+"""Differences in meters or radians that don't take a robot out of a formation."""
 
 
 def placed(analysis: Analysis, starts: Mapping[str, Start]) -> tuple[Edit, ...] | None:
-    """The edits that have these robots begin at these starts, rounded to thousandths; all others begin where they do.
+    """Return the edits that give these robots these starts, rounded to thousandths; all others keep theirs.
 
     A robot that leaves a formation gets a line of its own. The others keep theirs if it stays one without it; otherwise
     they get lines of their own, too. None if a line with `at` has an error.
@@ -46,7 +46,7 @@ def placed(analysis: Analysis, starts: Mapping[str, Start]) -> tuple[Edit, ...] 
 
 
 def formed(analysis: Analysis, shape: str, distance: float, facing: str) -> tuple[Edit, ...] | None:
-    """The edits that have all robots begin in a formation, whose neighbors are `distance` meters apart.
+    """Return the edits that have all robots begin in a formation, whose neighbors are `distance` meters apart.
 
     Robots in a circle face `in` or `out`. None if a line with `at` has an error.
     """
@@ -68,7 +68,7 @@ def formed(analysis: Analysis, shape: str, distance: float, facing: str) -> tupl
 
 
 class _Lines:
-    """The lines of a program with `at`, and the edits that are made of them."""
+    """The lines of a program with `at`, and the edits of them."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._text = analysis.text
@@ -81,11 +81,11 @@ class _Lines:
 
     @property
     def right(self) -> bool:
-        """Whether all lines with `at` have been read."""
+        """True if all lines with `at` have been read."""
         return all(each.meaning.said and each.meaning.said.poses for each in self.placings)
 
     def change(self, line: Placed, text: str) -> None:
-        """Write a text in the place of a statement; a comment behind it stays."""
+        """Write a text in place of a statement; the comment after it stays."""
         span = _code(line)
         if text != self._text[slice(*span)]:
             self._edits.append(Edit(span, text))
@@ -120,7 +120,7 @@ class _Lines:
 
 
 def _code(line: Placed) -> Span:
-    """A statement without what follows its last word, such as a comment."""
+    """Return the span of a statement up to its last word, without a comment."""
     return Span(line.start, line.start + line.statement.tokens[-1].end)
 
 
@@ -129,7 +129,7 @@ def _sign(line: Placed) -> str:
 
 
 def _moved(analysis: Analysis, line: Placed, moved: Mapping[str, Start]) -> list[str]:
-    """A line with `at` after some of its robots have moved: the lines that say it."""
+    """Return the lines that replace a line with `at` after some of its robots have moved."""
     said, node = line.meaning.said, line.statement.opening
     assert said
     before = dict(zip(said.robots, said.poses, strict=True))
@@ -147,7 +147,7 @@ def _moved(analysis: Analysis, line: Placed, moved: Mapping[str, Start]) -> list
 
 
 def _formation(analysis: Analysis, node: InFormation, robots: Mapping[str, Pose]) -> list[str]:
-    """The line that keeps robots of a formation where they are without the others; empty if there is none."""
+    """Return the line that keeps robots of a formation at their places without the others; empty if there is none."""
     facing = f" facing {node.facing.text}" if node.facing else ""
     line = f"{' '.join(robots)} at {node.shape.text} {node.size.text}{facing}"
     alone = analyze(line, analysis.cast).opening.places if len(robots) > 1 else {}
@@ -173,7 +173,7 @@ def _start(pose: Pose) -> Start:
 
 
 def _rounded(start: Start) -> Start:
-    """Rounded to thousandths, with a heading above -180 and at most 180 degrees."""
+    """Round a start to thousandths, with a heading above -180 and at most 180 degrees."""
     x, y, heading = start
     return _thousandths(x), _thousandths(y), _thousandths(wrapped(_thousandths(heading)))
 

@@ -1,4 +1,4 @@
-"""Finds what the name or robot at the cursor refers to, and all references to the same thing."""
+"""Find the symbol that the name or robot at the cursor refers to, and all references to it."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A span that refers to a symbol, and whether it defines it."""
+    """A span that refers to a symbol or `defines` it."""
 
     span: Span
     defines: bool = False
 
 
 def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
-    """The name, the parameter, the robot, or the scene that the cursor touches, including at its end."""
+    """Return the name, the parameter, the robot, or the scene that the cursor touches, including at its end."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
@@ -71,7 +71,7 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
 
 
 def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
-    """All references to the same robot or the same definition, in the order of the text.
+    """Return all references to the same robot or the same definition, in the order of the text.
 
     A name that is defined again is a different symbol from there on.
     """
@@ -98,8 +98,8 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
 
 
 def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
-    """Where a name is defined, even if only below. For a robot without a section in `improv.toml`: where a line places
-    it or gives it its kind, or else its first line."""
+    """Return the definition of a name, even if only below. For a robot without a section in `improv.toml`: the line
+    that places it or gives it its kind, or else its first line."""
     if symbol.is_robot:
         lines = list(plays(analysis, symbol.text))
         opening = (span for index, span in lines if analysis.meanings[index].said)
@@ -114,7 +114,7 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
 
 
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
-    """The index of each line about a robot, and the span of the robot in it."""
+    """Yield the index of each line about a robot, and the span of the robot in it."""
     for index, statement in enumerate(analysis.statements):
         if statement.defines is None and not _begins_scene(statement):
             for head in _heads(statement):
@@ -123,7 +123,7 @@ def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
 
 
 def scenes_called(analysis: Analysis, name: str) -> Iterator[tuple[int, Span]]:
-    """The index of each line `---` with this name, and the span of the name."""
+    """Yield the index of each line `---` with this name, and the span of the name."""
     for index in analysis.scenes:
         for head in analysis.statements[index].heads:
             if head.text == name:
@@ -131,7 +131,7 @@ def scenes_called(analysis: Analysis, name: str) -> Iterator[tuple[int, Span]]:
 
 
 def lines_playing(analysis: Analysis, index: int) -> Iterator[int]:
-    """The lines that play a statement, itself or by the names that are defined with it, the nearest ones first."""
+    """Yield the lines that play a statement, itself or through names that use it, the nearest ones first."""
     reached, waiting = {index}, [index]
     while waiting:
         index = heappop(waiting)
@@ -145,13 +145,13 @@ def lines_playing(analysis: Analysis, index: int) -> Iterator[int]:
 
 
 def sections(robots: Robots, name: str) -> Sequence[Span]:
-    """The spans that name a robot in the text of `improv.toml`."""
+    """Return the spans that name a robot in the text of `improv.toml`."""
     return read_toml(robots.text).positions.named.get(("robots", name), ())
 
 
 def names_used(statement: Statement) -> Sequence[Token]:
-    """The name tokens in the movement of a statement, except parameters."""
-    return (_kept if len(statement.text) <= LONGEST_KEPT else _names_in)(statement.text)
+    """Return the name tokens in the movement of a statement, except parameters."""
+    return (_cached_names if len(statement.text) <= LONGEST_KEPT else _names_in)(statement.text)
 
 
 def _names_in(text: str) -> Sequence[Token]:
@@ -159,7 +159,7 @@ def _names_in(text: str) -> Sequence[Token]:
     return tuple(token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses)
 
 
-_kept = lru_cache(maxsize=2_000)(_names_in)  # a name that is asked about is asked about again, and lexing takes time
+_cached_names = lru_cache(maxsize=2_000)(_names_in)  # lexing takes time, and callers ask for the same names again
 
 
 def _begins_scene(statement: Statement) -> bool:
@@ -167,14 +167,14 @@ def _begins_scene(statement: Statement) -> bool:
 
 
 def _heads(statement: Statement) -> list[Token]:
-    """The robots of a statement, the name that it defines, or that of its scene, except reserved words."""
+    """Return the robots of a statement, the name that it defines, or that of its scene, except reserved words."""
     if not statement.sign or (statement.sign.type == "EQUAL" and not statement.defines):
         return []
     return [head for head in statement.heads if head.text and head.text not in WORDS]
 
 
 def _parameters(statement: Statement) -> list[Token]:
-    """The parameters of a phrase, in its head and in its body."""
+    """Return the parameters of a phrase, in its head and in its body."""
     own = {each.name for each in statement.parameters}
     if not own:
         return []
@@ -183,7 +183,7 @@ def _parameters(statement: Statement) -> list[Token]:
 
 
 def _movement(statement: Statement) -> list[Token]:
-    """The tokens after the sign."""
+    """Return the tokens after the sign."""
     begin = statement.sign.end if statement.sign and statement.sign.type != "BEAT" else 0
     tokens = (token for token in statement.tokens if token.start >= begin)
     return classified(list(tokens), {each.name for each in statement.parameters if each.is_number})

@@ -1,4 +1,4 @@
-"""What plays if only some scenes are to play, from where robots are when the first of them begins."""
+"""Select some scenes to play alone, with robots at their places when the first of them begins."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from improv_core.score.score import Score
 from improv_core.score.suppositions import as_passed
 from improv_core.slices import checkpoint
 
-SENSED = "where senses decide, robots begin where they would be if nothing were sensed and nobody had to wait"
+SENSED = "senses decide where robots are then: they begin as if no sense were ever true and no robot had to wait"
 UNKNOWN = "robots begin at their starts, since {}"
 
 
 def scenes_named(analysis: Analysis, first: str | int | None, last: str | int | None) -> Scenes:
-    """The scenes from one to another, by their names or their numbers, counted from 1. None stands for the first or the
-    last one. Raises UnplayableError."""
+    """Return the scenes from one to another, by their names or their numbers, counted from 1. None stands for the first
+    or the last one. Raises UnplayableError."""
     begin = 0 if first is None else _scene(analysis, first)
     end = analysis.scene_count - 1 if last is None else _scene(analysis, last)
     if end < begin:
@@ -36,8 +36,8 @@ def scenes_named(analysis: Analysis, first: str | int | None, last: str | int | 
 
 
 def rehearse(analysis: Analysis, scenes: Scenes) -> Selection:
-    """The lines of these scenes, with robots at their places when the first of them begins in the whole program, as
-    dice and senses decide it there (`as_passed`). Raises UnplayableError."""
+    """Return the lines of these scenes, with robots at their places when the first of them begins in the whole program,
+    as dice and senses decide it there (`as_passed`). Raises UnplayableError."""
     whole = replace(analysis.cast_with(analysis.cast), selected=None)
     lines = {index: line for index, line in whole.played.items() if scenes.first <= line.scene <= scenes.last}
     name = _called(whole, scenes)
@@ -51,7 +51,7 @@ def rehearse(analysis: Analysis, scenes: Scenes) -> Selection:
 
 
 def _scene(analysis: Analysis, wanted: str | int) -> int:
-    """The number of a scene, from 0."""
+    """Return the number of a scene, from 0."""
     names = list(analysis.scene_names)
     if isinstance(wanted, int):
         if not 1 <= wanted <= analysis.scene_count:
@@ -81,7 +81,7 @@ def _called(analysis: Analysis, scenes: Scenes) -> str:
 
 
 def _in_song(cast: Robots, begin: Exact, tempo: Fraction) -> Robots:
-    """The robots with a song that begins where this beat is in it."""
+    """Name these scenes: `scene bow`, `from scene bow on`, `scenes walk to bow`."""
     if not cast.music:
         return cast
     first_beat = cast.music.first_beat + float(begin * 60 / tempo)
@@ -89,8 +89,7 @@ def _in_song(cast: Robots, begin: Exact, tempo: Fraction) -> Robots:
 
 
 def _places(analysis: Analysis, scene: int) -> tuple[Mapping[str, Pose], Exact, str]:
-    """Where all robots are when a scene begins, the beat at which it does, and what people should know about that, in
-    one line."""
+    """Return the poses of all robots when a scene begins, its first beat, and one line about both for people."""
     above = [index for index, line in analysis.played.items() if line.scene < scene]
     try:
         require_no_errors(analysis, above)
@@ -112,7 +111,7 @@ def _places(analysis: Analysis, scene: int) -> tuple[Mapping[str, Pose], Exact, 
 
 
 def _passed(score: Score) -> Score:
-    """The score with what is assumed of senses, so that its scenes begin at known beats."""
+    """Return the score with assumed senses, so that its scenes begin at known beats."""
     parts = {
         robot: replace(part, scenes=tuple(as_passed(each) for each in part.scenes), scene_begins=())
         for robot, part in score.parts.items()

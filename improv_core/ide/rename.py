@@ -1,4 +1,4 @@
-"""Renames a name, a parameter, a robot, or a scene. A rename that would change what the program means is refused."""
+"""Rename a name, a parameter, a robot, or a scene. Refuse a rename that would change the meaning of the program."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ _ROBOT = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 
 
 class RefusalError(Exception):
-    """Something can't be renamed. The message is one line that says why."""
+    """Something can't be renamed. The message is one line that gives the reason."""
 
 
 def renamable(analysis: Analysis, offset: int) -> Symbol:
-    """The symbol at the cursor that can be renamed. Raises RefusalError if there is none."""
+    """Return the symbol at the cursor that can be renamed. Raises RefusalError if there is none."""
     symbol = symbol_at(analysis, offset)
     if symbol is None:
         raise RefusalError("only names, parameters, robots, and scenes can be renamed: put the cursor on one")
     if not symbol.is_robot and not symbol.is_scene and symbol.definer is None and symbol.text in analysis.predefined:
-        where = "a word of the language" if symbol.text == TO else "a body part: rename it in improv.toml"
-        raise RefusalError(f"`{symbol.text}` is {where}")
+        what = "a word of the language" if symbol.text == TO else "a body part: rename it in improv.toml"
+        raise RefusalError(f"`{symbol.text}` is {what}")
     if not symbol.is_robot and not symbol.is_scene and symbol.definer is None:
         raise RefusalError(f"`{symbol.text}` is not defined above this line: define it first")
     return symbol
 
 
 def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
-    """The edits of a program that give a symbol a new name. Raises RefusalError."""
+    """Return the edits of a program that give a symbol a new name. Raises RefusalError."""
     if symbol.is_robot:
         return rename_robot(analysis, symbol.text, new)
     if not is_name(new):
@@ -52,7 +52,7 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
 
 
 def rename_robot(analysis: Analysis, old: str, new: str) -> list[Edit]:
-    """The edits of a program that rename a robot. Raises RefusalError."""
+    """Return the edits of a program that rename a robot. Raises RefusalError."""
     if not _ROBOT.fullmatch(new):
         raise RefusalError(f"`{new}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter")
     _refuse_words(new)
@@ -65,7 +65,7 @@ def rename_robot(analysis: Analysis, old: str, new: str) -> list[Edit]:
 
 
 def rename_section(robots: Robots, old: str, new: str) -> list[Edit]:
-    """The edits of `improv.toml`; none if the robot has no section. Raises RefusalError."""
+    """Return the edits of `improv.toml`; none if the robot has no section. Raises RefusalError."""
     toml = read_toml(robots.text)
     if toml.diagnostics:
         raise RefusalError("improv.toml can't be read and may have a section for this robot: fix it first")
@@ -80,7 +80,7 @@ def _refuse_words(new: str) -> None:
 
 
 def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
-    """The new name must not be redefined between our definition and its uses, nor ours come between another's."""
+    """Refuse a name that is redefined between our definition and its uses, or whose own uses ours would capture."""
     assert symbol.definer is not None
     uses = analysis.bindings.users(symbol.text, symbol.definer)
     last = max(uses, default=0)
@@ -106,7 +106,7 @@ def _refuse_other_scene(analysis: Analysis, new: str) -> None:
 
 
 def _refuse_other_parameter(analysis: Analysis, symbol: Symbol, new: str) -> None:
-    """The new name of a parameter must be free in its phrase."""
+    """Refuse a name that is taken in the phrase of a parameter."""
     assert symbol.definer is not None
     statement = analysis.statements[symbol.definer]
     if any(each.name == new for each in statement.parameters):

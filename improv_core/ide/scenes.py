@@ -1,4 +1,4 @@
-"""Scenes as people choose them: which ones, and what they are called."""
+"""Scenes as people choose and name them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,6 @@ class Scenes:
 
 
 def scene_called(analysis: Analysis, scene: int) -> str:
-    """What a scene, counted from 0, is called: `scene 2`, or `scene bow` if that is its name."""
+    """Return a name for a scene, counted from 0: `scene 2`, or `scene bow` if that is its name."""
     names = analysis.scene_names
     return f"scene {(names[scene] if scene < len(names) else '') or scene + 1}"

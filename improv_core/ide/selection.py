@@ -1,4 +1,4 @@
-"""What plays if only a selection, a line, or a name is to play, and why it can't."""
+"""Select a part of a program to play alone: lines, a movement, or a name; or say why it can't be played."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from improv_core.syntax.nodes import Node
 from improv_core.text import Span
 
 GHOST = "ghost"
-"""The robot that dances what no robot plays."""
+"""The robot that dances movements that no robot plays."""
 MOST_DANCED = 100
 """The most definitions of a selection in which no line has robots."""
 _NOWHERE = -1  # the ID of no statement
@@ -33,15 +33,15 @@ _PLAYS_NOTHING = "choose a line with a robot, a name, or a movement"
 
 
 class UnplayableError(Exception):
-    """A selection can't be played. The message is one line that says why."""
+    """A selection can't be played. The message is one line that gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Some of a program: its name for people, and an analysis by which nothing else plays.
+    """A part of a program: its name for people, and an analysis in which nothing else plays.
 
-    With a `ghost`, a robot dances that nobody named: all of it may be played in the simulator only. `note` is what
-    people should know about it, in one line. If robots are `moved`, they don't begin where the program places them.
+    If it has a `ghost`, a robot that nobody named, it may be played in the simulator only. `note` is information about
+    it for people, in one line. If robots are `moved`, they don't begin where the program places them.
     """
 
     name: str
@@ -52,10 +52,10 @@ class Selection:
 
 
 def select(analysis: Analysis, wanted: Span | str) -> Selection:
-    """What plays if only what a span touches is to play (of an empty one: its line), or a name. Raises UnplayableError.
+    """Select the statements that a span touches (an empty one: its line), or a name. Raises UnplayableError.
 
     Lines with robots play as in the whole program: in their scenes, and with their throws of the dice. If there are
-    none, definitions and movements are danced by the robots of the nearest line that plays them, or else by a ghost.
+    none, the robots of the nearest line that plays the definitions and movements dance them, or else a ghost.
     """
     chosen, part = _named(analysis, wanted) if isinstance(wanted, str) else _touched(analysis, wanted)
     lines = [each for each in chosen if _sign(each) == "DOLLAR"]
@@ -79,7 +79,8 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
 
 
 def uses(analysis: Analysis, index: int) -> Sequence[int] | None:
-    """The statements that give a phrase its arguments: its nearest use, the nearest use of that if it is a phrase, …
+    """Return the statements that give a phrase its arguments: its nearest use, the nearest use of that if it is a
+    phrase, …
 
     None if nothing uses one of them correctly. A statement that takes no arguments needs none.
     """
@@ -95,7 +96,7 @@ def uses(analysis: Analysis, index: int) -> Sequence[int] | None:
 
 
 def _named(analysis: Analysis, name: str) -> tuple[Sequence[Placed], None]:
-    """The last definition of a name."""
+    """Return the last definition of a name."""
     if definers := analysis.bindings.defined.get(name):
         return [analysis.placed(definers[-1])], None
     near = analysis.bindings.nearest(name)
@@ -104,7 +105,7 @@ def _named(analysis: Analysis, name: str) -> tuple[Sequence[Placed], None]:
 
 
 def _touched(analysis: Analysis, span: Span) -> tuple[Sequence[Placed], Span | None]:
-    """The statements of a selection, and its span if it is only a part of the movement of one."""
+    """Return the statements of a selection, and its span if it is only a part of the movement of one."""
     text, lines = analysis.text[slice(*span)], analysis.lines
     if not text.strip():
         first, last = (lines.position(offset).line for offset in span)
@@ -125,14 +126,15 @@ def _touched(analysis: Analysis, span: Span) -> tuple[Sequence[Placed], Span | N
 
 
 def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -> Line:
-    """A definition, or a part of a statement, danced by the robots of the nearest line that plays it, or by a ghost."""
+    """Have the robots of the nearest line that plays a definition or a part of a statement dance it, or else a
+    ghost."""
     playing = next(lines_playing(analysis, placed.index), None)
     robots = (ghost,) if playing is None else analysis.meanings[playing].robots
     own_id = analysis.statement_ids[placed.index]
     if is_broken(placed) and (part or not _sign(placed)):
         written = _written(analysis, placed, part or placed.span)
         body = placed.meaning.body
-        if not _sign(placed) and not part and body:  # as it stands there, so that its words light up
+        if not _sign(placed) and not part and body:  # the movement there itself, so that its words light up
             return Line([(ghost, analysis.reader(placed.index).movement_made(body))], own_id)
         return _able(analysis, placed, Line([(robot, written) for robot in robots], _NOWHERE), playing)
     fragment = fragment_at(analysis, part) if part else None
@@ -149,7 +151,7 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
 
 
 def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | None, robot: int) -> Movement:
-    """A statement or a fragment of it, with the arguments and the throws of the dice that it has in the whole program.
+    """Return the movement of a statement or a fragment of it, with its arguments and throws in the whole program.
 
     `using` has the statement, then those that give it its arguments.
     """
@@ -171,17 +173,17 @@ def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | Non
 
 
 def _read(reader: Reader, node: Node | None) -> Movement:
-    """The movement of a node that a reader has read, or reads now."""
+    """Return the movement of a node that a reader has read, or read it now."""
     if node is None:
         return series(())
     try:
         return reader.movement_made(node)
-    except KeyError:  # it gave up before it came here
+    except KeyError:  # the reader stopped before this node
         return reader.movement(node)
 
 
 def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[Reader, Node | None]:
-    """The reader and the body of the first use of a phrase, found by its body, within what has been read."""
+    """Return the reader and the body of the first use of a phrase, found by its body, among the nodes read so far."""
     for node in nodes.nodes(body) if body else ():
         expansion = reader.expansion(node) if isinstance(node, nodes.Call) else None
         if expansion and expansion.body is phrase:
@@ -190,8 +192,8 @@ def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[R
 
 
 def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:
-    """What is written at a span, if that alone is a correct movement; the statement around it is not."""
-    free = analysis.with_robots(replace(analysis.cast, robots={}))  # that the ghost is not among them is no error
+    """Return the movement at a span, if that alone is a correct one; the statement around it is not."""
+    free = analysis.with_robots(replace(analysis.cast, robots={}))  # no robots are listed, so the ghost is no error
     text = f"{GHOST} $ ({analysis.text[slice(*span)]}\n)"
     alone = free.edited(placed.start, placed.span.end, text)
     require_no_errors(alone, [placed.index])
@@ -199,7 +201,7 @@ def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:
 
 
 def _able(analysis: Analysis, placed: Placed, line: Line, playing: int | None) -> Line:
-    """The line, if its robots, those of the line `playing`, can do that."""
+    """Return the line, if its robots, those of the line `playing`, can do that."""
     if playing is None:
         return line
     statement, meaning = analysis.statements[playing], analysis.meanings[playing]
@@ -228,7 +230,7 @@ def require_no_errors(analysis: Analysis, indices: Sequence[int], fragment: Frag
 
 
 def _needed(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None) -> set[int]:
-    """These statements, the definitions that they use, the tempo, and the opening."""
+    """Return these statements, the definitions that they use, the tempo, and the opening."""
     reached = {*indices, *analysis.tempos[:1], *analysis.openings}
     waiting = list(reached)
     while waiting:
@@ -244,7 +246,7 @@ def _needed(analysis: Analysis, indices: Sequence[int], fragment: Fragment | Non
 
 
 def _unused_name(analysis: Analysis) -> str:
-    """A name for the ghost that no robot has."""
+    """Return a name for the ghost that no robot has."""
     taken = {robot for meaning in analysis.meanings for robot in meaning.robots}.union(analysis.cast.robots)
     taken |= analysis.opening.places.keys()
     names = chain([GHOST], (f"{GHOST}{number}" for number in count(2)))
@@ -252,7 +254,7 @@ def _unused_name(analysis: Analysis) -> str:
 
 
 def _with_ghost(cast: Robots, ghost: str, movements: Sequence[Movement]) -> Robots:
-    """The robots, and a ghost that is like the first of them that can do these movements."""
+    """Return the robots, and a ghost that is like the first of them that can do these movements."""
     able = (
         robot
         for robot in cast.robots.values()

@@ -1,4 +1,4 @@
-"""Selection ranges, which a selection grows to step by step: word, term, series, bracket, statement, document."""
+"""Selection ranges, to which a selection grows step by step: word, term, series, bracket, statement, document."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WORD = re.compile(r"\w+")
 
 
 def selections(analysis: Analysis, offset: int) -> list[Span]:
-    """The spans around the cursor, from the innermost to the whole document, each larger than the previous one."""
+    """Return the spans around the cursor, from the innermost to the whole document, each larger than the one before."""
     found = [Span(0, len(analysis.text))]
     for span in [*_around(analysis, offset), *_in_comment(analysis, offset)]:
         last = found[-1]
@@ -49,7 +49,7 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
 
 
 def _token(placed: Placed, place: int) -> Token | None:
-    """The token that the cursor touches. Between two, prefer a word to a sign, then the one after the cursor."""
+    """Return the token that the cursor touches. Between two, prefer a word to a sign, then the one after the cursor."""
     touching = [token for token in placed.statement.tokens if token.span.holds(place)]
     words = [token for token in touching if _WORD.match(token.text)]
     return next(iter((words or touching)[::-1]), None)

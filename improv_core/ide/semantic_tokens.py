@@ -1,4 +1,4 @@
-"""Semantic tokens: colors words by what they mean, whereas a grammar only sees their form."""
+"""Semantic tokens: color words by their meaning, whereas a grammar only sees their form."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ senses, which get no color; and the names that are words of robots' bodies."""
 
 
 def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Fragment]:
-    """The fragments of a program that touch the text between two offsets, in order."""
+    """Yield the fragments of a program that touch the text between two offsets, in order."""
     text, place = analysis.text, 0
     stop = len(text) if last is None else last
     suspects = analysis.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
@@ -53,7 +53,7 @@ def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> It
 def colored(
     text: str, unknown: tuple[str, ...], strange: tuple[str, ...], body_words: tuple[str, ...]
 ) -> list[Colored]:
-    """The colored words of a fragment, in order. They depend only on the arguments, so they can be cached.
+    """Return the colored words of a fragment, in order. They depend only on the arguments, so they can be cached.
 
     Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
     """
@@ -104,8 +104,8 @@ def colored(
 
 
 def _opening(statement: Statement, strange: Container[str]) -> Iterator[tuple[int, tuple[int, tuple[int, int] | None]]]:
-    """Where the words of a line of the opening start that are names elsewhere, where each ends, and its kind, if it
-    has a color."""
+    """Yield the start of each word of the opening that is a name elsewhere, its end, and its kind, if it has a
+    color."""
     for word in statement.words:
         yield word.start, (word.end, _OPENING_WORD)
     if isinstance(statement.opening, OfKind):
@@ -117,7 +117,7 @@ def _opening(statement: Statement, strange: Container[str]) -> Iterator[tuple[in
 
 
 def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The undefined names, and the unknown robots and senses of a statement."""
+    """Return the undefined names, and the unknown robots and senses of a statement."""
     statement, scope = analysis.statements[index], analysis.meanings[index].scope
     names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
     said = [each.span for each in analysis.infeasible.get(index, ()) if each.code in _UNKNOWN]
@@ -125,7 +125,7 @@ def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str
 
 
 def _body_words(analysis: Analysis, index: int) -> tuple[str, ...]:
-    """The words for body parts, and `to`, that a statement uses."""
+    """Return the words for body parts, and `to`, that a statement uses."""
     uses = analysis.statements[index].uses
     if analysis.predefined.keys().isdisjoint(uses):
         return ()

@@ -1,4 +1,4 @@
-"""Senses for people: what each means, and where it comes from."""
+"""Describe senses: their meanings and their sources."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ _ABOUT: Mapping[str, str] = {
 }
 _SOURCES: Mapping[str, str] = {
     BUMP: "in the simulator: its collisions; in ROS 2: declare it in improv.toml",
-    NEAR: "in the simulator: what stands in the way; in ROS 2: declare it in improv.toml",
+    NEAR: "in the simulator: things in the way; in ROS 2: declare it in improv.toml",
     CUE: "key c, the button on the page, or a command of the editor",
 }
 
 
 def about(name: str) -> str:
-    """What it means that a sense is true."""
+    """Describe the meaning of a true sense."""
     return _ABOUT.get(name, "A sense that improv.toml declares.")
 
 
 def source(robots: Robots, name: str) -> str:
-    """Where a sense comes from: `topic scan (sensor_msgs/LaserScan) below 0.5, -30° to 30°`."""
+    """Describe the source of a sense: `topic scan (sensor_msgs/LaserScan) below 0.5, -30° to 30°`."""
     declared = robots.senses.get(name)
     if isinstance(declared, Key):
         return f"key {declared.key}, while it is held on the page"

@@ -1,4 +1,4 @@
-"""Signature help: the parameters of the transformer or phrase at the cursor, and which one is being typed."""
+"""Signature help: the parameters of the transformer or phrase at the cursor, and the one being typed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """How a word is used, what it does, its parameters as spans of the label, and the index of the one being typed."""
+    """The usage of a word, its effect, its parameters as spans of the label, and the index of the one being typed."""
 
     label: str
     about: str
@@ -26,7 +26,7 @@ class Signature:
 
 @dataclass(slots=True)
 class _Use:
-    """A transformer or phrase, and how many of its arguments have been read."""
+    """A transformer or phrase, and the number of its arguments that have been read."""
 
     token: Token
     label: str
@@ -43,7 +43,7 @@ _ABOUT = {
 
 
 def signature(analysis: Analysis, offset: int) -> Signature | None:
-    """The innermost transformer or phrase whose argument is being typed at the cursor."""
+    """Return the innermost transformer or phrase whose argument is being typed at the cursor."""
     found = before(analysis, offset)
     if not found or not found.sign:
         return None
@@ -58,7 +58,7 @@ def signature(analysis: Analysis, offset: int) -> Signature | None:
 
 
 def _open(analysis: Analysis, found: BeforeCursor) -> _Use | None:
-    """The innermost use that lacks an argument at the cursor."""
+    """Return the innermost use that lacks an argument at the cursor."""
     levels: list[list[_Use]] = [[]]  # one for each open bracket: the uses that wait for arguments, outermost first
     last: Token | None = None
     for token in found.tokens:
@@ -108,7 +108,7 @@ def _take_movement(waiting: list[_Use]) -> None:
 
 
 def _use(analysis: Analysis, found: BeforeCursor, token: Token) -> _Use | None:
-    """The use that starts with a token, if it takes arguments."""
+    """Return the use that starts with a token, if it takes arguments."""
     word = WORDS.get(token.text)
     if word and word.make:
         text, spans = word.text, []

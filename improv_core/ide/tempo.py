@@ -1,4 +1,4 @@
-"""The tempo of a program, written into its line with `beat`: people tap it on the page."""
+"""Write the tempo of a program, which people tap on the page, into its line with `beat`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from improv_core.text import Span
 
 
 def in_tempo(analysis: Analysis, tempo: float) -> tuple[Edit, ...]:
-    """The edits that give a program this tempo, in beats per minute. A new line is above all others."""
+    """Return the edits that give a program this tempo, in beats per minute. A new line is above all others."""
     written = f"{tempo:.10g}"
     statements = [analysis.placed(index) for index in range(len(analysis.statements))]
     for line in statements:

@@ -1,4 +1,4 @@
-"""Programs with a cursor in them, written `|>`, and what keys make of them."""
+"""Programs with a cursor in them, written `|>`, and the effect of keys on them."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ CURSOR = "|>"
 
 
 def at_cursor(program: str) -> tuple[Analysis, int]:
-    """The analysis of the program without its cursor, and the cursor's offset."""
+    """Return the analysis of the program without its cursor, and the cursor's offset."""
     program = dedent(program).strip("\n")
     offset = program.index(CURSOR)
     return analyze(program.replace(CURSOR, "")), offset
 
 
 def applied(text: str, edits: Sequence[Edit]) -> str:
-    """The text after edits that don't overlap."""
+    """Return the text after edits that don't overlap."""
     for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
         text = text[: edit.span.start] + edit.text + text[edit.span.end :]
     return text
 
 
 def preferred(analysis: Analysis) -> list[Sequence[Edit]]:
-    """What pressing the key for the preferred fix may do, at any place."""
+    """Return all edits that the key for the preferred fix may make, at any place."""
     every = (action for each in analysis.diagnostics for action in fixes(analysis.diagnostics, each.span))
     return list(dict.fromkeys(action.edits for action in every if action.preferred))

@@ -30,7 +30,7 @@ def test_poses_are_offered_after_to_unless_it_is_hidden() -> None:
     assert "high" not in labels(f"{PUPPET}to (m) = m\nada $ to |>")
 
 
-def test_hovers_say_which_joints_move_how_far_and_how_long() -> None:
+def test_hovers_describe_the_motion_of_joints() -> None:
     check_hover(
         f"{PUPPET}ada $ he|>ad (left left right)",
         "head (left left right)",
@@ -55,7 +55,7 @@ def test_words_that_no_program_defines_can_not_be_renamed_there(marked: str, why
         renamable(analysis, offset)
 
 
-def test_signatures_say_what_follows() -> None:
+def test_signatures_show_the_operand() -> None:
     found = signature(*at_cursor(f"{PUPPET}ada $ head |>"))
     assert found
     assert found.label == "head movement"

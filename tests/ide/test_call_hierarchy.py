@@ -1,4 +1,4 @@
-"""Call hierarchy: from the name or robot at the cursor to what uses it, and to what it uses."""
+"""Call hierarchy: from the name or robot at the cursor to its users, and to the names that it uses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from tests.ide.cursor import at_cursor
 
 
 def check(program: str, item: str, callers: list[str], callees: list[str]) -> None:
-    """At the cursor is this item, with these callers and callees: what each is, and the lines and texts of the uses."""
+    """Check the item at the cursor, with its callers and callees: the kind of each, and the texts of the uses by
+    line."""
     analysis, offset = at_cursor(program)
     entry = prepare(analysis, offset)
     assert entry
@@ -19,7 +20,7 @@ def check(program: str, item: str, callers: list[str], callees: list[str]) -> No
 
 
 def shown(analysis: Analysis, call: HierarchyCall) -> str:
-    """`name x at 2: y y`."""
+    """Return `name x at 2: y y`."""
     words = " ".join(analysis.text[slice(*span)] for span in call.spans)
     line = analysis.lines.position(call.spans[0].start).line + 1
     return f"{call.entry.kind} {call.entry.name} at {line}: {words}"
@@ -36,7 +37,7 @@ bo $ step
 
 
 def at(use: str, place: int = 0) -> str:
-    """The program with the cursor in a use of a word."""
+    """Return the program with the cursor in a use of a word."""
     before = PROGRAM.split(use)
     return use.join(before[: place + 1]) + use[:1] + "|>" + use[1:] + use.join(before[place + 1 :])
 
@@ -54,7 +55,7 @@ def test_from_a_definition_or_any_use() -> None:
     )
 
 
-def test_a_name_that_is_defined_again_is_another_one() -> None:
+def test_a_name_that_is_defined_again_is_another_symbol() -> None:
     check(at("step", 4), "name step", ["robot bo at 6: step"], [])
 
 

@@ -1,4 +1,4 @@
-"""What can be played, silenced, and stopped at the cursor, `|`."""
+"""Actions that play, mute, solo, and stop, at the cursor, `|`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ALL = ["Play the program", "Stop all robots"]
 
 
 def check(program: str, *expected: str, muted: str = "", soloed: str = "") -> None:
-    """The titles; what only plays some of the program says which, `title → text`."""
+    """Check the titles; an action that plays only a part of the program shows it: `title → text`."""
     cursor, text = program.index("|"), program.replace("|", "", 1)
     found = deeds(analyze(text), cursor, muted.split(), soloed.split())
     assert [_shown(deed, text) for deed in found] == list(expected)
@@ -31,7 +31,7 @@ def test_a_line_plays_alone_if_there_are_others() -> None:
     check("|")
 
 
-def test_a_name_can_be_tried_where_it_is_defined_and_where_it_is_used() -> None:
+def test_a_name_can_be_tried_at_its_definition_and_its_uses() -> None:
     check("x = repeat 2 |up", "Try x (2 beats, 2.0 s) → x =")
     check("x = up\ny = |x left\n", "Try x (1 beat, 1.0 s) → x =")
     check("x = up\nx = left\nr $ x| up\n", "Try x (1 beat, 1.0 s) → x =", *ALL)
@@ -60,7 +60,7 @@ def test_a_scene_plays_alone() -> None:
     check(program + "|", second, *ALL)
 
 
-def test_where_several_play_each_can_be_muted_and_soloed() -> None:
+def test_each_of_several_robots_can_be_muted_and_soloed() -> None:
     this = "Play only this line (1 beat, 1.0 s) → "
     program = "r $ up\ns t $ |up"
     check(program, f"{this}s t $", *ALL, "Mute s", "Solo s", "Mute t", "Solo t")

@@ -1,4 +1,4 @@
-"""Refactorings: the program before and after, where `<…>` is selected; and what it plays stays the same."""
+"""Refactorings: the program before and after, with the selection in `<…>`; the dance stays the same."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def offered(program: str) -> tuple[Analysis, list[Action]]:
 
 
 def check(title: str, before: str, after: str) -> None:
-    """The one action whose title begins so makes this of the program, and it plays the same."""
+    """Check that the only action with this title turns one program into the other and keeps the dance."""
     analysis, actions = offered(before)
     (action,) = [each for each in actions if each.title.startswith(title)]
     assert applied(analysis.text, action.edits) == after
@@ -115,7 +115,7 @@ def test_a_repeat_is_unrolled() -> None:
         check_not("Unroll", program)
 
 
-def test_the_same_again_is_folded() -> None:
+def test_repeated_items_are_folded() -> None:
     check("Fold into repeat 3", "r $ up forward for|>ward forward left", "r $ up repeat 3 forward left")
     check("Fold into repeat 2", "r $ <forward left forward left> up", "r $ repeat 2 (forward left) up")
     check("Fold into repeat 2", "r $ <forward left  forward left>", "r $ repeat 2 (forward left)")
@@ -125,7 +125,7 @@ def test_the_same_again_is_folded() -> None:
     check_not("Fold", "r $ (up # one\nu|>p)")
 
 
-def test_wrapping_says_what_it_does() -> None:
+def test_titles_of_wrapping_describe_its_effect() -> None:
     check("Wrap in ( )", "r $ up <left down>", "r $ up (left down)")
     check("Wrap in ( )", "r $ repeat 2 |>left", "r $ repeat 2 (left)")
     check("Wrap in [ ]", "r $ up <left down>", "r $ up [left down]")
@@ -271,7 +271,7 @@ def test_refactorings_do_not_change_the_dance(program: str, data: st.DataObject)
     assert after.ok == analysis.ok, action
 
 
-def test_any_broken_text_is_taken() -> None:
+def test_no_broken_text_raises() -> None:
     analysis = analyze("x = ((left\nr $ x ] ||| repeat 2 = $ 🐢 up")
     for start, end in combinations_with_replacement(range(len(analysis.text)), 2):
         refactorings(analysis, Span(start, end))

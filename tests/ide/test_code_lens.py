@@ -1,4 +1,4 @@
-"""What stands above a program and above its scenes. No line moves while one types."""
+"""The lenses above a program and above its scenes. No line moves while somebody types."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ SCENES = "beat 30\nr $ up\n---\nr $ repeat 4 up\ns $ left\n---\n\n"
 
 
 def check(program: str, *expected: str) -> None:
-    """The lenses, `line: text → what plays`."""
+    """Check the lenses: `line: text → the scenes that it plays`."""
     analysis = analyze(program)
     found = [
         f"{lens.line}: {lens.text} → {f'{lens.only.first} to {lens.only.last}' if lens.only else 'all'}"
@@ -18,7 +18,7 @@ def check(program: str, *expected: str) -> None:
     assert found == list(expected)
 
 
-def test_a_program_has_one_lens_that_says_how_long_it_takes() -> None:
+def test_a_program_has_one_lens_with_its_length() -> None:
     check("beat 30\nx = up\nr $ repeat 4 up left # 🐢\ns $ up\n", "0: ▶ play · 5 beats, 10.0 s → all")
     check("r $ repeat up", "0: ▶ play · ∞ → all")
     check("r $ pause near", "0: ▶ play → all")
@@ -26,7 +26,7 @@ def test_a_program_has_one_lens_that_says_how_long_it_takes() -> None:
         check(nothing, "0: ▶ play → all")
 
 
-def test_each_further_scene_has_one_too() -> None:
+def test_each_further_scene_has_a_lens() -> None:
     check(
         SCENES,
         "0: ▶ play · 5 beats, 10.0 s → all",
@@ -36,7 +36,7 @@ def test_each_further_scene_has_one_too() -> None:
     )
 
 
-def test_no_line_gets_a_lens_while_one_types() -> None:
+def test_no_line_gets_a_lens_while_somebody_types() -> None:
     now = analyze("")
     scenes = scene_ids(now)
     for place, key in enumerate(SCENES):

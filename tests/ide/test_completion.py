@@ -1,4 +1,4 @@
-"""Completion: what is offered where the cursor stands."""
+"""Completion: the words that are offered at the cursor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def offered(program: str, robots: str = "") -> Completion:
 
 
 def check(program: str, *labels: str) -> None:
-    """At the cursor exactly these are offered, and they replace the word that has been begun."""
+    """Check that exactly these are offered at the cursor, and that they replace the word that has been begun."""
     assert [item.label for item in offered(program).items] == list(labels)
 
 
@@ -61,12 +61,12 @@ def test_a_movement_is_a_word_or_a_name_defined_above() -> None:
     assert offered("x = left up\nr $ |>").items[0] == Item("x", "name", "2 beats")
 
 
-def test_an_open_bracket_goes_on_over_lines() -> None:
+def test_an_open_bracket_continues_over_lines() -> None:
     check("x = (left\n  |>", *MOVING)
     check("x = (left)\n|>", "beat", "room", "bar")
 
 
-def test_planes_and_numbers_where_they_must_stand() -> None:
+def test_planes_and_numbers_are_offered_in_their_places() -> None:
     check("r $ reflect |>", *PLANES)
     check("r $ reflect s|>", *PLANES)
     check("r $ fast |>", "2", "3", "3/2")
@@ -116,7 +116,7 @@ def test_works_in_the_middle_of_broken_text() -> None:
     check("x = left\n= $ $\nr $ ? |>", "x", *MOVING)
 
 
-def test_snippets_leave_room_for_what_they_apply_to() -> None:
+def test_snippets_leave_room_for_their_operands() -> None:
     check_snippet("r $ re|>", "repeat", "repeat ${1:4} ($0)")
     check_snippet("r $ (re|>) left", "reflect", "reflect ${1|YZ,XZ,XY|} ($0)")
     check_snippet("r $ re|> (forward left)", "repeat", "repeat ${1:4}")
@@ -169,7 +169,7 @@ osc = "kick"
 """
 
 
-def test_conditions_offer_senses_and_where_they_come_from() -> None:
+def test_conditions_offer_senses_and_their_sources() -> None:
     check("r $ until |>", "bump", "near", "cue", "not")
     check("r $ repeat pause ne|> left", "bump", "near", "cue", "not")
     check("x = if not |>", "bump", "near", "cue")
@@ -199,13 +199,13 @@ ROBOTS = (
 
 
 def check_last(program: str, *last: str, robots: str = ROBOTS) -> None:
-    """These come last, each with the reason why a robot can't perform it."""
+    """Check that these come last, each with the reason why a robot can't perform it."""
     items = [item for item in offered(program, robots).items if item.kind != "number"]
     assert [f"{item.label}: {item.detail}" for item in items if " can't " in item.detail] == list(last)
     assert not last or [f"{item.label}: {item.detail}" for item in items[-len(last) :]] == list(last)
 
 
-def test_what_a_robot_cannot_do_comes_last_and_says_so() -> None:
+def test_words_that_a_robot_cannot_perform_come_last() -> None:
     sideways = [f"{word}: anna can't move sideways" for word in ("strafeleft", "straferight")]
     upward = ["up: {} can't move up or down", "down: {} can't move up or down"]
     check_last("anna $ |>", *sideways, *(each.format("anna") for each in upward))
@@ -216,7 +216,7 @@ def test_what_a_robot_cannot_do_comes_last_and_says_so() -> None:
     check_last("bo $ reflect |>")
 
 
-def test_names_are_sorted_by_whether_the_robot_can_play_them() -> None:
+def test_names_that_the_robot_cannot_play_come_last() -> None:
     hover, still = "hop = up left down\n", "still = strafeleft || straferight\n"
     assert [item.label for item in offered(f"{hover}{still}fly $ |>", ROBOTS).items][:2] == ["still", "hop"]
     assert offered(f"{hover}{still}bo $ |>", ROBOTS).items[0].label == "still"

@@ -1,4 +1,4 @@
-"""The outline, a line for each entry: name, kind, how long, and what is marked when it is chosen."""
+"""The outline, a line for each entry: its name, its kind, its length, and the text that is marked when it is chosen."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def drawn(entry: OutlineEntry, indent: str) -> list[str]:
     return [line, *(each for part in entry.parts for each in drawn(part, indent + "  "))]
 
 
-def test_what_statements_are_about() -> None:
+def test_statements_have_entries() -> None:
     check(
         "# a dance\nbeat 30\nsquare = repeat 4 (forward left)\nr s $ square\nr $ repeat square",
         "beat 30: tempo",
@@ -33,7 +33,7 @@ def test_what_statements_are_about() -> None:
     )
 
 
-def test_scenes_hold_what_is_in_them() -> None:
+def test_scenes_contain_their_entries() -> None:
     check(
         "f n = repeat n up\nr s $ up\n---\n# only a comment\n----\nr $ left\n\n",
         "scene 1: scene",
@@ -68,7 +68,7 @@ def test_names_are_marked_in_the_outline() -> None:
     assert [text[slice(*part.name_span)] for part in entry.parts] == ["r", "s"]
 
 
-def test_names_of_a_program_that_is_only_looked_through() -> None:
+def test_names_of_a_program_that_is_only_searched() -> None:
     found = names_in("beat 30\nx = (\nr s $ x\nr $ up")
     assert [(entry.name, entry.kind) for entry in found] == [
         ("x", "name"),

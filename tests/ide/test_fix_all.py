@@ -1,4 +1,4 @@
-"""Which fixes can be applied with every save, and what they make of a program together."""
+"""The fixes that can be applied with every save, and their effect on a program."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.ide.cursor import applied
 
 
 def fixed(program: str) -> str:
-    """The program after all safe fixes."""
+    """Return the program after all safe fixes."""
     return applied(program, [edit for action in fix_all(analyze(program)) for edit in action.edits])
 
 
@@ -46,9 +46,9 @@ def test_words_without_effect_are_removed_and_nothing_else_changes(before: str, 
     [
         "r $ shuffle left chance 1/2 up\n",  # without the throw of `shuffle`, the other one falls differently
         "r $ (up || seed 2 left) chance 1/2 up\n",  # without `seed`, the `||` takes no throw
-        "x = fast 1 (left up)\nr $ seed 3 choose x\n",  # without `fast 1`, `choose` sees two items
+        "x = fast 1 (left up)\nr $ seed 3 choose x\n",  # somebody is about to use the name
         "r $ left up || forward\nx = left\n",  # somebody is about to use it
-        "beat 60\nr $ left\nbeat 90\n",  # which one is meant?
+        "beat 60\nr $ left\nbeat 90\n",  # the other one may be meant
         "r $ slow 1,5 left\n",  # a decimal point, or two numbers?
         "r $ fowrard (left\n",
         "r $ left\n",

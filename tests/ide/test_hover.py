@@ -1,4 +1,4 @@
-"""Hover: what is marked, and what is said about it."""
+"""Hovers: the marked text, and the description."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.ide.cursor import at_cursor
 
 
 def check(program: str, marked: str, *said: str, robots: str = "") -> None:
-    """Hovering at the cursor marks a text and says each of these."""
+    """Check that hovering at the cursor marks a text and shows each of these."""
     analysis, offset = at_cursor(program)
     analysis = analysis.with_robots(read_robots(robots))
     found = hover(analysis, offset)
@@ -27,13 +27,13 @@ def check_nothing(program: str) -> None:
     assert hover(*at_cursor(program)) is None
 
 
-def test_hover_tells_what_words_do_how_long_and_how_far() -> None:
+def test_hovers_describe_words() -> None:
     check("r $ for|>ward", "forward", "**forward**: One step forward.", "1 beat, 1.0 s at beat 60 · 2.0 m, no turn")
     check("beat 30\nr $ |>halfright", "halfright", "1 beat, 2.0 s at beat 30 · 0.0 m, turns 45° right")
     check("b|>eat 92.5", "beat", "**beat 92.5**")
 
 
-def test_hovering_a_transformer_describes_the_term_it_applies_to() -> None:
+def test_the_hover_of_a_transformer_describes_its_term() -> None:
     check("r $ re|>peat 4 (forward left)", "repeat 4 (forward left)", "**repeat 4**", "8 beats", "turns 360° left")
     check("r $ fast |>3/2 left right", "fast 3/2 left", "2/3 beats, 0.67 s")
     check("r $ reflect Y|>Z left", "reflect YZ left", "Swaps left and right", "turns 90° right")
@@ -41,7 +41,7 @@ def test_hovering_a_transformer_describes_the_term_it_applies_to() -> None:
     check("r $ rep|>eat left", "repeat left", "∞, endless at beat 60 · continues forever")
 
 
-def test_brackets_say_what_they_make_of_their_items() -> None:
+def test_hovers_describe_brackets() -> None:
     check("r $ [|>forward left]", "forward", "1 beat")
     check("r $ |>[forward left] right", "[forward left]", "squeezed: 2 items, 2 times as fast", "1 beat, 1.0 s")
     check(
@@ -52,44 +52,44 @@ def test_brackets_say_what_they_make_of_their_items() -> None:
     check("r $ |>(forward left)", "(forward left)", "2 beats")
 
 
-def test_names_are_shown_as_they_were_defined_above() -> None:
+def test_hovers_of_names_show_their_definitions() -> None:
     program = "x = forward\nx = x left\nr $ |>x"
     check(program, "x", "(name, line 2)", "x = x left", "2 beats")
     check("x = forward\nx = |>x left", "x", "(name, line 1)", "1 beat")
     check("|>x = forward", "x", "**x** (name)", "1 beat")
 
 
-def test_hovering_a_robot_or_sign_describes_everything_played() -> None:
+def test_hovers_of_robots_and_signs_describe_everything_played() -> None:
     check("|>r $ forward\nr $ left", "r", "robot, profile turtlesim", "2 beats")
     check("r1 r2 |>$ forward", "$", "r1, r2 play what follows", "1 beat")
     check("x |>= forward", "=", "`x` is the name for what follows")
     check("r $ forward |>|| left", "forward || left", "play at the same time", "2.0 m, turns 90° left")
 
 
-def test_broken_statements_still_tell_what_they_hold() -> None:
+def test_broken_statements_have_hovers() -> None:
     check("r $ (for|>ward left\nx = ", "forward", "1 beat")
     check("r $ re|>peat", "repeat", "**repeat**")
 
 
-def test_nothing_to_say() -> None:
+def test_nothing_to_show() -> None:
     check_nothing("r $ left # |> comment")
     check_nothing("r $ |>nobody")
     check_nothing("r $ left\n\n|>")
 
 
-def test_huge_durations_are_told_at_once() -> None:
+def test_huge_durations_are_shown_at_once() -> None:
     huge = "repeat 1000000000 (repeat 1000000000 (forward left))"
     check(f"r $ |>{huge}", huge, "2000000000000000000 beats", "2,000,000,000,000,000,000.0 m")
 
 
-def test_where_a_movement_leads() -> None:
+def test_hovers_describe_the_end_of_a_movement() -> None:
     check("r $ |>(forward left forward)", "(forward left forward)", "4.0 m", "ends 2.0 m ahead, 2.0 m left, facing 90°")
     check("r $ |>(backward right)", "(backward right)", "ends 2.0 m behind, facing 90° right")
     check("r $ |>repeat 4 (forward left)", "repeat 4 (forward left)", "ends where it began")
     check("r $ |>(up left left)", "(up left left)", "ends 2.0 m up, facing 180°")
 
 
-def test_hover_tells_how_brackets_change_the_speed() -> None:
+def test_hovers_show_the_rate_in_brackets() -> None:
     check("x = forward\nr $ [|>x left]", "x", "1 beat", "twice as fast in this bracket: 0.5 beats, 0.50 s")
     check("r $ [forward [left ri|>ght] left]", "right", "6 times as fast here: 1/6 beats, 0.17 s")
     check("r $ [forward left || le|>ft]", "left", "1 beat")
@@ -172,7 +172,7 @@ def test_a_phrase_shows_its_head_its_comment_and_this_use() -> None:
     assert said(POLY.replace("poly n", "|>poly n")) == "poly n (phrase)"
 
 
-def test_parameters_and_what_depends_on_them() -> None:
+def test_parameters_and_nodes_that_depend_on_them() -> None:
     check(POLY.replace("repeat n", "repeat |>n"), "n", "**n** (parameter of `poly n`): a number")
     check(POLY.replace("poly n", "poly |>n"), "n", "**n** (parameter of `poly n`): a number")
     check(ANSWER.replace("= m", "= |>m"), "m", "**m** (parameter of `answer (m)`): a movement")
@@ -181,11 +181,11 @@ def test_parameters_and_what_depends_on_them() -> None:
     check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
 
 
-def test_a_scene_within_a_line_says_nothing() -> None:
+def test_a_scene_within_a_line_has_no_hover() -> None:
     assert hover(*at_cursor("r $ left --|>- up")) is None
 
 
-def test_a_scene_says_when_it_begins() -> None:
+def test_the_hover_of_a_scene_has_its_first_beat() -> None:
     check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
     check("|>---", "---", "never begins")
@@ -197,7 +197,7 @@ def test_new_words() -> None:
     check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")
 
 
-def test_hover_tells_how_long_words_of_senses_may_take() -> None:
+def test_hovers_show_the_lengths_of_words_of_senses() -> None:
     check(
         "r $ un|>til near (forward forward)",
         "until near (forward forward)",
@@ -232,7 +232,7 @@ def test_durations_add_up_over_scenes() -> None:
     check_nothing("r $ left -|>--")
 
 
-def test_senses_say_what_they_mean_and_where_they_come_from() -> None:
+def test_hovers_describe_senses_and_their_sources() -> None:
     check("r $ until ne|>ar left", "near", "**near** (sense): Something is ahead of the robot", "in the simulator")
     check("r $ if not c|>ue left else right", "cue", "**cue** (sense): Somebody gives the cue")
     check("f near = until ne|>ar repeat scale near left", "near", "(sense)")

@@ -1,4 +1,4 @@
-"""Inlay hints, drawn into the program as `⟨…⟩` where an editor shows them."""
+"""Inlay hints, drawn into the program as `⟨…⟩` at the places where an editor shows them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from improv_core.text import Span
 
 
 def check(program: str, shown: str) -> None:
-    """What the whole program looks like with its hints."""
+    """Check the whole program with its hints."""
     assert drawn(program, Span(0, len(program))) == shown
 
 
@@ -19,7 +19,7 @@ def drawn(program: str, seen: Span) -> str:
     return text
 
 
-def test_each_statement_says_how_long_it_takes() -> None:
+def test_each_statement_shows_its_length() -> None:
     check(
         "beat 30\nsquare = repeat 4 (forward left)  # 🐢\r\nr $ square || repeat up\ns $ slow 1/3 up",
         "beat 30\nsquare = repeat 4 (forward left)⟨8 beats⟩  # 🐢\r\n"
@@ -29,7 +29,7 @@ def test_each_statement_says_how_long_it_takes() -> None:
     check("r $ (up\n  left\n)", "r $ (up\n  left\n)⟨2 beats⟩")
 
 
-def test_brackets_in_brackets_say_how_fast_they_are() -> None:
+def test_nested_brackets_show_their_rates() -> None:
     check("r $ [up [left right] up]", "r $ [up [⟨×6⟩left right] up]⟨1 beat⟩")
     check("r $ [up slow 2 [left right || down]]", "r $ [up slow 2 [⟨×2⟩left right || down]]⟨1.5 beats⟩")
     check("r $ [[up [left left]]]", "r $ [[⟨×2⟩up [⟨×4⟩left left]]]⟨1 beat⟩")
@@ -50,7 +50,7 @@ def test_only_what_is_in_sight() -> None:
     assert (hint.text, hint.about) == ("2 beats", "4.0 s at beat 30")
 
 
-def test_arguments_say_which_they_are() -> None:
+def test_arguments_show_their_parameters() -> None:
     phrases = "f n (m) = repeat n m\ng (m) (k) = m k\n"
     check(
         f"{phrases}r $ f 2 (up) g f 4/2 up left",

@@ -1,4 +1,4 @@
-"""Which beat of which line plays, as it is shown at the end of the line, also after it has been edited."""
+"""The beat that each line has reached, at the end of the line, even after an edit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from improv_core.score.replay import Replay
 
 
 def shown(played: Analysis, beat: float, now: Analysis | None = None, replay: Replay | None = None) -> str:
-    """The program with the hints in it: `r $ left up <beat 1/2>`."""
+    """Return the program with the hints in it: `r $ left up <beat 1/2>`."""
     now = now or played
     text = now.text
     for hint in reversed(playing_hints(replay or Replay(score_of(played)), now, beat)):
@@ -22,7 +22,7 @@ def shown(played: Analysis, beat: float, now: Analysis | None = None, replay: Re
 
 
 def check(beat: float, expected: str) -> None:
-    """The hints at a beat of the program without them."""
+    """Check the hints at a beat of the program without them."""
     expected = dedent(expected).strip("\n")
     program = "\n".join(line.partition(" <")[0] for line in expected.split("\n"))
     assert shown(analyze(program), beat) == expected

@@ -1,4 +1,4 @@
-"""Which words play, drawn under the program, also after it has been edited."""
+"""The words that play, drawn under the program, even after an edit."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def lit(
 
 
 def words(played: Analysis, beat: float, now: Analysis | None = None, silent: Collection[str] = ()) -> list[str]:
-    """The words that play at a beat, as they stand in the later version."""
+    """Return the words that play at a beat, as they stand in the later version."""
     spans = lit(Replay(score_of(played)), beat, played, now, silent).spans
     return [(now or played).text[span.start : span.end] for span in spans]
 
@@ -60,7 +60,7 @@ def test_a_sense_decides_which_words_of_a_body_part_are_lit() -> None:
     ]
 
 
-def test_words_are_found_where_they_are_after_edits() -> None:
+def test_words_are_found_after_edits() -> None:
     played = analyze("step = forward [left right]\nr $ repeat step\n")
     later = played.edited(0, 0, "# ❤️ a step\r\n\r\n")
     assert words(played, 1.75, later) == ["right", "step"]
@@ -92,7 +92,7 @@ def test_a_word_that_is_edited_is_dark(at: str, deleted: int, inserted: str, lit
     assert words(played, 2, later) == lit
 
 
-def test_what_is_lit_changes_at_the_next_beat_of_any_robot() -> None:
+def test_lit_words_change_at_the_next_beat_of_any_robot() -> None:
     played = analyze("r $ forward slow 3 left\ns $ slow 1.5 left\n")
     replay = Replay(score_of(played))
     changes = []
@@ -109,7 +109,7 @@ def test_the_words_of_names_within_names_are_limited() -> None:
     assert len(words(played, 0)) == MOST_WORDS
 
 
-def test_what_is_lit_follows_what_senses_decided() -> None:
+def test_lit_words_follow_senses() -> None:
     played = analyze("r $ repeat (until near (repeat forward) left)\n")
     replay = Replay(score_of(played))
     edges: dict[Exact, bool | None] = {0: False, Fraction(5, 2): True, Fraction(11, 4): False, Fraction(9, 2): None}

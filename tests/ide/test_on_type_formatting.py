@@ -1,4 +1,4 @@
-"""Lines that go on inside brackets: the program after a key, and what becomes of the blanks before the cursor."""
+"""Lines that continue inside brackets: the program after a key, and the new spaces before the cursor."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_a_line_inside_brackets_is_indented_by_those_that_are_open(end: str) -> 
     check(f"r $ (up){end}s $ (up{end}|>{end}", f"r $ (up){end}s $ (up{end}  {end}")
 
 
-def test_a_bracket_that_is_closed_first_in_its_line_stands_below_what_opened_it() -> None:
+def test_a_closing_bracket_that_begins_a_line_is_indented_like_its_opening_line() -> None:
     check("r $ (\n  up\n  )|>", "r $ (\n  up\n)")
     check("r $ ([\n    up\n    ]|>", "r $ ([\n    up\n  ]")
     check("r $ ([\n    up\n  ] )|>", "r $ ([\n    up\n] )")
@@ -34,7 +34,7 @@ def test_a_bracket_that_is_closed_first_in_its_line_stands_below_what_opened_it(
     check_stays("r $ (\n      up\n      left)|>")
 
 
-def test_the_line_behind_a_broken_bracket_begins_where_the_statement_does() -> None:
+def test_the_line_after_a_broken_bracket_is_indented_like_the_statement() -> None:
     check("r $ (\n  up)\n  |>", "r $ (\n  up)\n")
     check(" r $ (\n   up)\n   |>\ns $ up", " r $ (\n   up)\n \ns $ up")
 

@@ -1,4 +1,4 @@
-"""What editors show of the opening: completion, hovers, references, renames, outlines, colors, folds, selections."""
+"""Editor features in the opening: completion, hovers, references, renames, outlines, colors, folds, selections."""
 
 from __future__ import annotations
 
@@ -71,11 +71,11 @@ ada cy $ left
         ("--- |>", []),
     ],
 )
-def test_what_may_come_is_offered(program: str, labels: list[str]) -> None:
+def test_possible_words_are_offered(program: str, labels: list[str]) -> None:
     check_completion(program, *labels)
 
 
-def test_profiles_say_what_they_are() -> None:
+def test_profiles_are_described() -> None:
     items = offered("ada is |>", "[profiles.nao-v6]\nstep = 0.4\nmotions = ['forward']\n").items
     about = {item.label: item.detail for item in items}
     assert about["turtlebot4"] == "step 0.2 m, radius 0.171 m, up to 0.306 m/s; forward, turn"
@@ -119,7 +119,7 @@ def test_of_a_thousand_robots_the_first_places_are_listed() -> None:
 
 
 @pytest.mark.parametrize("program", ["ada at |>1", "room |>6", "ada at 1|>001 0", "bar |>0", "ada is |>nobody"])
-def test_nothing_is_said_about_what_is_wrong(program: str) -> None:
+def test_lines_with_errors_have_no_hover(program: str) -> None:
     assert hover(*at_cursor(program)) is None
 
 
@@ -210,7 +210,7 @@ def test_colors() -> None:
     check_colors(analyze("ada is nao-v6 # a", robots), "ada:class", "is:keyword", "nao-v6:enumMember", "# a:comment")
 
 
-def test_what_has_no_movement_has_no_hint_and_no_signature() -> None:
+def test_lines_of_the_opening_have_no_hint_and_no_signature() -> None:
     analysis = analyze(DANCE)
     assert [hint.text for hint in hints(analysis, Span(0, len(DANCE)))] == ["1 beat", "1 beat"]
     assert all(signature(analysis, offset) is None for offset in range(DANCE.index("---")))

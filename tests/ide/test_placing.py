@@ -1,4 +1,4 @@
-"""Starts that are changed on the page become lines of the program, and nobody else begins elsewhere."""
+"""Starts that are changed on the page become lines of the program, and the other robots keep their starts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LISTED = "[robots.ada]\nstart = { x = 5 }\n[robots.bo]\n"
 
 
 def starts_of(program: str, robots: str = "") -> dict[str, Start]:
-    """Where all robots begin, to the millimeter."""
+    """Return the starts of all robots, to the millimeter."""
     poses = {name: part.start for name, part in score_of(analyze(program, read_robots(robots))).parts.items()}
     return {
         name: (round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.heading), 3)) for name, pose in poses.items()
@@ -27,7 +27,7 @@ def starts_of(program: str, robots: str = "") -> dict[str, Start]:
 
 
 def check(before: str, starts: Mapping[str, Start], after: str, robots: str = "") -> None:
-    """Placing robots turns one program into the other, and the others begin where they did."""
+    """Check that placing robots turns one program into the other, and that the others keep their starts."""
     edits = placed(analyze(before, read_robots(robots)), starts)
     assert edits is not None
     assert applied(before, edits) == after
@@ -155,7 +155,7 @@ starts = some.tuples(thousandths, thousandths, some.integers(-179, 180))
     robots=some.integers(1, 9),
     moved=some.dictionaries(some.integers(0, 9), starts, min_size=1, max_size=4),
 )
-def test_whoever_is_moved_the_others_begin_where_they_did(
+def test_robots_that_are_not_moved_keep_their_starts(
     shape: str, size: int, around: tuple[float, float], robots: int, moved: Mapping[int, Start]
 ) -> None:
     names = [f"r{number}" for number in range(10)]  # r9 and others have no line yet

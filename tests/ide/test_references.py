@@ -1,4 +1,4 @@
-"""Definition and references: all that is meant is marked, `{so}` where it is defined and `<so>` where it is used."""
+"""Definition and references: all names of the symbol are marked, `{so}` at its definition and `<so>` at its uses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.ide.cursor import at_cursor
 
 
 def check(program: str, marked: str) -> None:
-    """What is at the cursor stands in exactly these places."""
+    """Check that the symbol at the cursor stands in exactly these places."""
     analysis, offset = at_cursor(program)
     symbol = symbol_at(analysis, offset)
     text = analysis.text
@@ -22,7 +22,7 @@ def check(program: str, marked: str) -> None:
 
 
 def check_definition(program: str, expected: str | None) -> None:
-    """The definition is where `{` and `}` stand in the second program; None if there is none."""
+    """Check that the definition is between `{` and `}` in the second program; None if there is none."""
     analysis, offset = at_cursor(program)
     symbol = symbol_at(analysis, offset)
     span = definition(analysis, symbol) if symbol else None
@@ -38,7 +38,7 @@ def test_a_name_and_its_uses() -> None:
     check("x = left # x\nr $ |>x [x up]\ns $ right\nx2 = x", marked)
 
 
-def test_a_name_that_is_defined_again_is_another_one() -> None:
+def test_a_name_that_is_defined_again_is_another_symbol() -> None:
     check("x = left\nx = |>x x\nr $ x", "{x} = left\nx = <x> <x>\nr $ x")
     check("x = left\nx = x x\nr $ |>x", "x = left\n{x} = x x\nr $ <x>")
     check("x = left\n|>x = x x\nr $ x", "x = left\n{x} = x x\nr $ <x>")
@@ -69,7 +69,7 @@ def test_also_in_broken_statements() -> None:
     check("x y = left\nr $ |>x y", "{x} y = left\nr $ <x> y")
 
 
-def test_words_numbers_signs_and_comments_mean_nothing_else() -> None:
+def test_words_numbers_signs_and_comments_are_no_symbols() -> None:
     for program in ("r $ le|>ft", "r $ repeat |>2 left", "r |>  $ left", "left |>= up", "x = up # |>x", "\n|>\n"):
         check(program, program.replace("|>", "").strip("\n"))
 

@@ -1,4 +1,4 @@
-"""What plays if only some scenes are to play, and where robots begin → what they dance from where, or why not."""
+"""Some scenes played alone: the starts of robots and their movements, or the reason for a refusal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ anna $ forward
 
 
 def check(program: str, first: str | int | None, last: str | int | None, *expected: str, note: str = "") -> None:
-    """How many beats each robot moves in which scene, from where: `anna (2.0 0.0 90) 2:1`."""
+    """Check the beats that each robot moves in each scene, and its start: `anna (2.0 0.0 90) 2:1`."""
     analysis = analyze(program)
     found = rehearse(analysis, scenes_named(analysis, first, last))
     score = score_of(found.analysis)
@@ -111,7 +111,7 @@ def test_places_that_senses_decide_are_as_pictured() -> None:
     check("anna at 0 0\nanna $ forward\n--- on\nanna $ until near up", "on", None, "anna (2.0 0.0 0) 2:1")
 
 
-def test_where_nobody_knows_robots_begin_at_their_starts() -> None:
+def test_robots_with_unknown_places_begin_at_their_starts() -> None:
     program = "anna at 0 0\nanna $ repeat forward\n--- on\nanna $ up"
     check(program, "on", None, "anna (0.0 0.0 0) 2:1", note="robots begin at their starts, since scene 1 never ends")
     program = "anna at 0 0\nanna $ forward lft\n--- on\nanna $ up"
@@ -119,7 +119,7 @@ def test_where_nobody_knows_robots_begin_at_their_starts() -> None:
     check(program, "on", None, "anna (0.0 0.0 0) 2:1", note=f"robots begin at their starts, since {why}")
 
 
-def test_what_was_rehearsed_can_be_rehearsed_otherwise() -> None:
+def test_other_scenes_of_a_rehearsal_can_be_rehearsed() -> None:
     analysis = analyze(THREE)
     home = rehearse(analysis, scenes_named(analysis, "home", None))
     bow = rehearse(home.analysis, scenes_named(home.analysis, "bow", "bow"))
@@ -141,7 +141,7 @@ def test_what_was_rehearsed_can_be_rehearsed_otherwise() -> None:
         (3, None, "scene home"),
     ],
 )
-def test_people_read_which_scenes_play(first: str | int | None, last: str | int | None, name: str) -> None:
+def test_a_rehearsal_names_its_scenes(first: str | int | None, last: str | int | None, name: str) -> None:
     analysis = analyze(THREE)
     assert rehearse(analysis, scenes_named(analysis, first, last)).name == name
 

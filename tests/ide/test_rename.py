@@ -1,4 +1,4 @@
-"""Rename: the program before and after, or the line that says why not; and what it means stays the same."""
+"""Rename: the program before and after, or the line that gives the reason for a refusal; the meaning stays the same."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ PROGRAMS = st.lists(STATEMENTS, min_size=1, max_size=8).map("\n".join)
 
 
 def meaning(analysis: Analysis, robots: dict[str, str]) -> tuple[Any, list[int | None]]:
-    """What a program compiles to, with other names for its robots, and which statement defines each name used in it."""
+    """Return the compiled program with other names for its robots, and the definition of each name used in it."""
     found = dict(compiled(analysis))
     found["robots"] = {robots.get(name, name): part for name, part in found["robots"].items()}
     uses = [

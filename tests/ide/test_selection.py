@@ -1,4 +1,4 @@
-"""What plays if only a selection `«…»`, a line, marked `«`, or a name is to play → who dances what, or why not."""
+"""A selection `«…»`, a line, marked `«`, or a name played alone: the robots and their movements, or why not."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ profile = "turtlesim"
 
 
 def marked(program: str) -> tuple[str, Span]:
-    """The program without its marks, and the selection, which is empty where there is only the first mark."""
+    """Return the program without its marks, and the selection, which is empty if there is only the first mark."""
     start = program.index("«")
     end = program.find("»") - 1
     return program.replace("«", "").replace("»", ""), Span(start, end if end > 0 else start)
@@ -41,7 +41,7 @@ def selected(program: str, name: str = "", robots: str = "") -> Selection:
 
 
 def danced(analysis: Analysis) -> str:
-    """`anna: forward left · bert: right`: the words that each robot performs, as they are written."""
+    """Return the words that each robot performs, as they are written: `anna: forward left · bert: right`."""
     texts = {id_: analysis.text[offset:] for id_, offset in zip(analysis.statement_ids, analysis.offsets, strict=True)}
 
     def word(moment: Moment) -> str:
@@ -100,7 +100,7 @@ def test_a_ghost_dances_definitions_that_no_robot_plays() -> None:
     check("answer (m) = m reflect sagittal m\nanswer «left\nanna $ right", "ghost: left left")
     check("x« = left\nghost $ right\nghost2 $ right", "ghost3: left")
     assert "ghost" not in selected("ghost $ up\nx« = left").analysis.robots
-    # It is like the first robot that can do it.
+    # The ghost is like the first robot that can do it.
     assert profile("x« = forward") == "turtlebot3_burger"
     assert profile("x« = strafeleft") == "turtlesim"
 
@@ -188,13 +188,13 @@ dances = st.recursive(st.sampled_from([*THROWS, "x", "y"]), movements, max_leave
 
 
 def once(movement: str, letter: str, word: str) -> str:
-    """The movement with a word in place of a letter where that stands first."""
+    """Return the movement with a word in place of a letter's first occurrence."""
     return movement.replace(letter, word, 1).replace(letter, "right")
 
 
 @given(dances, dances, st.data())
 def test_the_dice_fall_as_in_the_whole_program(x: str, played: str, data: st.DataObject) -> None:
-    """Where a part is performed more than once, it throws as it does first."""
+    """Check that a part that is performed more than once throws as it does the first time."""
     played = once(once(played, "y", f"many 2 {THROWS[0]}"), "x", "(X)")
     x = x.replace("x", "up").replace("y", "left")
     text = f"many n (m) = repeat n m {THROWS[1]}\nX = {x}\nanna $ {THROWS[0]} {played}\n"
@@ -202,7 +202,7 @@ def test_the_dice_fall_as_in_the_whole_program(x: str, played: str, data: st.Dat
     placed = analysis.placed(data.draw(st.integers(0, 2)))
     body = tree(placed)
     assert body
-    terms = [node for node in nodes.nodes(body) if isinstance(node, nodes.Apply)]  # not only all items of a `choose`
+    terms = [node for node in nodes.nodes(body) if isinstance(node, nodes.Apply)]  # never all items of a `choose`
     if not terms:
         return
     span = data.draw(st.sampled_from(terms)).span
@@ -212,11 +212,11 @@ def test_the_dice_fall_as_in_the_whole_program(x: str, played: str, data: st.Dat
         alone = performed(select(analysis, span.shifted(placed.start)).analysis, id_, span)
     except UnplayableError:
         return  # a phrase that nothing uses
-    assert whole[: len(alone)] == alone or not whole  # where the dice choose something else
+    assert whole[: len(alone)] == alone or not whole  # the dice may choose something else
 
 
 def performed(analysis: Analysis, statement: int, span: Span) -> list[Span]:
-    """The words of a part of a statement that a robot performs, in this order."""
+    """Return the words of a part of a statement that a robot performs, in this order."""
     (part,) = score_of(analysis).parts.values()
     found = []
     for moment in walk(part.movement):

@@ -1,4 +1,4 @@
-"""Selection: what it grows to, step by step."""
+"""Selection ranges, from the cursor to the whole program, step by step."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from tests.ide.cursor import at_cursor
 
 
 def check(program: str, *texts: str) -> None:
-    """From the cursor a selection grows to these texts, and then to the whole program."""
+    """Check that a selection grows from the cursor to these texts, and then to the whole program."""
     analysis, offset = at_cursor(program)
     spans = selections(analysis, offset)
     assert [analysis.text[slice(*span)] for span in spans] == [*texts, analysis.text]

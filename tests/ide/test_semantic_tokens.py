@@ -15,7 +15,7 @@ from improv_core.syntax.lexer import lex
 
 
 def check(program: str | Analysis, *words: str) -> None:
-    """These words have a color, said as `word:type` or `word:type.modifier`."""
+    """Check that these words have a color, written as `word:type` or `word:type.modifier`."""
     analysis = analyze(program) if isinstance(program, str) else program
     found = []
     for start, text, unknown, strange, body_words in fragments(analysis):

@@ -1,4 +1,4 @@
-"""Signature help: how the transformer at the cursor is written, with what is being written there in brackets."""
+"""Signature help: the usage of the transformer at the cursor, with the argument being typed in brackets."""
 
 from __future__ import annotations
 

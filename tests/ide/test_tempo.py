@@ -1,4 +1,4 @@
-"""The tempo that somebody taps, written into a program."""
+"""A tapped tempo, written into a program."""
 
 from __future__ import annotations
 

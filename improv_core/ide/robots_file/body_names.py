@@ -1,4 +1,4 @@
-"""Renames body parts and poses: in `improv.toml`, and in the programs of its robots."""
+"""Rename body parts and poses: in `improv.toml`, and in the programs of its robots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from improv_core.text import Span
 
 
 def rename_in_file(text: str, symbol: FileSymbol, new: str) -> tuple[list[Edit], frozenset[str]]:
-    """The edits of `improv.toml`, and the profiles that have the old word before them and lack it after them.
+    """Return the edits of `improv.toml`, and the profiles that have the old word before them and lack it after them.
 
     Raises RefusalError.
     """
@@ -40,8 +40,8 @@ def rename_in_file(text: str, symbol: FileSymbol, new: str) -> tuple[list[Edit],
 
 
 def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed: Collection[str]) -> list[Edit]:
-    """The edits of a program whose robots have these renamed profiles. Raises RefusalError if robots of another profile
-    perform the old word too, or if the program has the new one."""
+    """Return the edits of a program whose robots have these renamed profiles. Raises RefusalError if robots of another
+    profile perform the old word too, or if the program has the new one."""
     if new == symbol.name:
         return []
     edits = []
@@ -62,7 +62,7 @@ def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed:
 
 
 def used_in(analysis: Analysis, symbol: FileSymbol) -> Iterator[tuple[int, Span]]:
-    """Where a program uses a body part or a pose of the file: the index of the statement, and the span."""
+    """Yield the uses of a body part or a pose of the file in a program: the index of the statement, and the span."""
     for index, statement in enumerate(analysis.statements):
         start, poses = analysis.offsets[index], poses_at(analysis.placed(index))
         if symbol.section == "poses":

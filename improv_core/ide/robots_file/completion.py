@@ -1,4 +1,4 @@
-"""Completion in `improv.toml`: sections, keys, and values, without those that are there already."""
+"""Completion in `improv.toml`: sections, keys, and values, without those that the file already has."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from improv_core.text import Span
 
 
 def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion | None:
-    """What may come at the cursor; None in comments. `cast` are the robots that programs play."""
+    """Return the words that may come at the cursor; None in comments. `cast` are the robots that programs play."""
     found = beginning(text, offset)
     if not found:
         return None
     before, begun = found
-    # What is at the cursor is not there already: it is being written.
+    # The entry at the cursor is being written, so it is not a duplicate.
     whole = read_toml(text).positions
     others = {keys: entry for keys, entry in whole.entries.items() if not entry.key.holds(offset)}
     rest = text[offset:].partition("\n")[0]
@@ -39,7 +39,7 @@ def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion |
 
 
 def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], cast: Collection[str], closed: bool) -> Iterator[Item]:
-    """What may come in a header, after the names in it so far. `closed` if its bracket is there."""
+    """Yield the names that may come in a header, after those in it so far. `closed` if its bracket is there."""
     key = find(table)
     end = "" if closed else "]"
     for name, inner in (key.keys if key and not table else {}).items():
@@ -94,7 +94,7 @@ def _detail(key: Key) -> str:
 
 
 def _placeholder(key: Key) -> str:
-    """Where the value of a key goes, in a snippet: with its choices, an example, or its default."""
+    """Return the place of a key's value in a snippet: with its choices, an example, or its default."""
     if key.choices:
         return "${1|" + ",".join(f'"{choice}"' for choice in key.choices) + "|}"
     value = key.example or (key.default if re.fullmatch(r"-?[\d.]+", key.default) else "")

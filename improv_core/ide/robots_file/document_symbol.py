@@ -1,4 +1,4 @@
-"""The outline of an `improv.toml`: its sections, and what each of them sets."""
+"""The outline of an `improv.toml`: its sections and their keys."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _KINDS = {"robots": "robot", "profiles": "profile"}
 
 
 def outline(text: str) -> list[OutlineEntry]:
-    """The outline entries of a file, in the order of the text. Keys above all sections come alone."""
+    """Return the outline entries of a file, in the order of the text. Keys above all sections come alone."""
     found: list[OutlineEntry] = []
     for section in sections(text):
         keys = tuple(_key(text, value) for value in section.values)
@@ -28,7 +28,7 @@ def outline(text: str) -> list[OutlineEntry]:
 
 
 def flattened(entries: Iterable[OutlineEntry]) -> Iterator[OutlineEntry]:
-    """The sections, each followed by what it sets, for editors that show no tree."""
+    """Yield the sections, each followed by its keys, for editors that show no tree."""
     for entry in entries:
         yield entry
         yield from entry.parts

@@ -11,7 +11,7 @@ from improv_core.text import LineIndex
 
 
 def folds(lines: LineIndex) -> list[Fold]:
-    """All folds, at most one starting at each line, in the order of the text."""
+    """Return all folds, at most one starting at each line, in the order of the text."""
     strings = [
         (lines.position(span.start).line, lines.position(span.end).line) for span in multi_line_strings(lines.text)
     ]
@@ -24,7 +24,7 @@ def folds(lines: LineIndex) -> list[Fold]:
 
 
 def _code(lines: LineIndex) -> Iterator[Fold]:
-    """Sections and values. A line that starts with the closing bracket of a value stays visible."""
+    """Fold sections and values. A line that starts with the closing bracket of a value stays visible."""
     for section in sections(lines.text):
         if section.header.start < section.header.end:
             yield Fold(lines.position(section.header.start).line, lines.position(section.span.end).line)

@@ -1,4 +1,4 @@
-"""Formats an `improv.toml`: only spaces and empty lines change, and none inside strings, so it means the same."""
+"""Format an `improv.toml`: only spaces and empty lines change, and none inside strings, so it means the same."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _EQUALS = re.compile(r"[ \t]*=[ \t]*")
 
 
 def format_file(text: str) -> list[Edit]:
-    """The edits for the whole file, in the order of the text; none if it isn't valid TOML.
+    """Return the edits for the whole file, in the order of the text; none if it isn't valid TOML.
 
     One space stands on each side of `=`, one empty line above each section and the comment that belongs to it, at most
     one empty line elsewhere, and no space at the end of a line.
@@ -26,7 +26,7 @@ def format_file(text: str) -> list[Edit]:
 
 
 def format_span(text: str, span: Span) -> list[Edit]:
-    """Those edits that touch the lines of a selection."""
+    """Return those edits that touch the lines of a selection."""
     lines = LineIndex(text)
     first, last = lines.start(lines.position(span.start).line), lines.end(lines.position(span.end).line)
     return [edit for edit in format_file(text) if first <= edit.span.start and edit.span.end <= last]
@@ -46,7 +46,7 @@ def _lines(toml: TomlText) -> Iterator[Edit]:
     inside = _inside(lines)
     headers = {lines.position(span.start).line for span, _ in toml.positions.headers}
     above = {_first_comment(lines, header, inside) for header in headers}
-    begun = False  # whether anything stands above
+    begun = False  # true once a line has text
     empty: list[int] = []  # the empty lines right above
     for number in range(len(lines.starts)):
         line, start, end = lines.line(number), lines.start(number), lines.end(number)
@@ -69,7 +69,7 @@ def _lines(toml: TomlText) -> Iterator[Edit]:
 
 
 def _inside(lines: LineIndex) -> set[int]:
-    """The lines that begin inside a string."""
+    """Return the lines that begin inside a string."""
     spans = multi_line_strings(lines.text)
     return {
         number
@@ -79,7 +79,7 @@ def _inside(lines: LineIndex) -> set[int]:
 
 
 def _first_comment(lines: LineIndex, header: int, inside: set[int]) -> int:
-    """The first line of the comment right above a header, or the header's own."""
+    """Return the first line of the comment right above a header, or the header's own."""
     while header and lines.line(header - 1).lstrip(" \t").startswith("#") and header - 1 not in inside:
         header -= 1
     return header

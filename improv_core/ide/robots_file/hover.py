@@ -1,4 +1,4 @@
-"""Hovers in `improv.toml`: what a key sets, in which unit and range, and what a profile is and where that is from."""
+"""Hovers in `improv.toml`: a key's meaning, unit, and range, and a profile's summary and source."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from improv_core.text import Span
 
 
 def hover(text: str, offset: int) -> Hover | None:
-    """The hover for the name, key, or value at an offset; None if nothing is known about it."""
+    """Return the hover for the name, key, or value at an offset; None if nothing is known about it."""
     toml = read_toml(text)
     named = [(span, keys, True) for keys, spans in toml.positions.named.items() for span in spans]
     values = [(entry.value, keys, False) for keys, entry in toml.positions.entries.items() if find(keys)]
@@ -41,7 +41,7 @@ def hover(text: str, offset: int) -> Hover | None:
 
 
 def _written(keys: Keys) -> str:
-    """The last name that leads to a value."""
+    """Return the last name that leads to a value."""
     return str(next(name for name in reversed(keys) if isinstance(name, str)))
 
 
@@ -55,7 +55,7 @@ def _facts(key: Key) -> Iterator[str]:
 
 
 def _inherited(robots: Robots, keys: Keys) -> Iterator[str]:
-    """The value of a profile's key without this line, if the profile has a base, and the source of that value."""
+    """Yield the value of a profile's key without this line, if the profile has a base, and the source of that value."""
     data = read_toml(robots.text).data.get("profiles", {})
     table = data.get(keys[1]) if len(keys) == 3 and keys[0] == "profiles" and isinstance(data, dict) else None
     base = table.get("base") if isinstance(table, dict) else None
@@ -79,7 +79,7 @@ def _robot(robots: Robots, name: str, span: Span) -> Hover:
 
 
 def _summary(profile: Profile) -> str:
-    """What matters about a profile, in one line."""
+    """Summarize a profile in one line."""
     speeds = ((profile.max_linear, "m/s"), (profile.max_angular, "rad/s"))
     limits = " and ".join(f"{limit:g} {unit}" for limit, unit in speeds if limit is not None)
     moves = ", ".join(profile.motions)
@@ -87,7 +87,7 @@ def _summary(profile: Profile) -> str:
 
 
 def _source(robots: Robots, name: str) -> Iterator[str]:
-    """Where the numbers of a profile come from, or of the built-in one that it is based on."""
+    """Yield the source of a profile's numbers, or of those of the built-in one that it is based on."""
     data = read_toml(robots.text).data.get("profiles", {})
     seen: list[str] = []
     while name not in SOURCES and name not in seen and isinstance(data, dict):

@@ -1,5 +1,4 @@
-"""Finds what is named at the cursor in `improv.toml`, a robot, a profile, a body part, or a pose, and all names of the
-same in the file."""
+"""Find the robot, profile, body part, or pose at the cursor in `improv.toml`, and all its names in the file."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class FileSymbol:
-    """What a name stands for, and its span. `section` is "robots", "profiles", "body", or "poses".
+    """A named thing, and the span of the name. `section` is "robots", "profiles", "body", or "poses".
 
     Body parts and poses of all profiles that have one name are the same, as in programs.
     """
@@ -29,7 +28,7 @@ class FileSymbol:
 
 
 def symbol_at(text: str, offset: int) -> FileSymbol | None:
-    """What the cursor touches, including at its end."""
+    """Return the symbol that the cursor touches, including at its end."""
     positions = read_toml(text).positions
     for keys, spans in positions.named.items():
         if section := _section(keys):
@@ -40,7 +39,7 @@ def symbol_at(text: str, offset: int) -> FileSymbol | None:
 
 
 def declarations(text: str, symbol: FileSymbol) -> list[Span]:
-    """The spans that name the section of a robot or a profile, or the table of a body part or a pose."""
+    """Return the spans that name the section of a robot or a profile, or the table of a body part or a pose."""
     named = read_toml(text).positions.named
     if symbol.section in ("robots", "profiles"):
         return list(named.get((symbol.section, symbol.name), ()))
@@ -49,12 +48,12 @@ def declarations(text: str, symbol: FileSymbol) -> list[Span]:
 
 
 def uses(text: str, symbol: FileSymbol) -> list[Span]:
-    """The values in the file that name a profile or a body part, without their quotes."""
+    """Return the values in the file that name a profile or a body part, without their quotes."""
     return [each.span for each in _uses(text) if (each.section, each.name) == (symbol.section, symbol.name)]
 
 
 def rename_profile(text: str, symbol: FileSymbol, new: str) -> list[Edit]:
-    """The edits that give a profile a new name. Raises RefusalError."""
+    """Return the edits that give a profile a new name. Raises RefusalError."""
     toml = read_toml(text)
     if toml.diagnostics:
         raise RefusalError("improv.toml can't be read: fix it first")
@@ -69,7 +68,7 @@ def rename_profile(text: str, symbol: FileSymbol, new: str) -> list[Edit]:
 
 
 def _section(keys: Keys) -> str:
-    """What the last of these keys names; empty if it is a word of ours."""
+    """Return the kind of thing that the last of these keys names; empty if it is a word of ours."""
     if len(keys) == 2 and keys[0] in ("robots", "profiles"):
         return str(keys[0])
     inside = keys[0] == "profiles" and len(keys) in (4, 6) and keys[2] == "body" and str(keys[len(keys) - 2])
@@ -77,7 +76,7 @@ def _section(keys: Keys) -> str:
 
 
 def _uses(text: str) -> Iterator[FileSymbol]:
-    """Every value that names a profile or a body part."""
+    """Yield every value that names a profile or a body part."""
     for keys, entry in read_toml(text).positions.entries.items():
         written = text[slice(*entry.value)]
         if len(written) < 3 or written[0] not in "\"'":

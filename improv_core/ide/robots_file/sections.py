@@ -1,4 +1,4 @@
-"""The sections of an `improv.toml`, and what each of them sets, also while half of it is still to be typed."""
+"""The sections of an `improv.toml` and their values, even in a file that is half typed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from improv_core.robots.toml_text import read_toml
 from improv_core.text import Span
 
 Value = tuple[str, KeyAndValue]
-"""A name as it is written below its header, and where it and its value are."""
+"""A name as it is written below its header, and the spans of it and its value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +23,12 @@ class Section:
 
     @property
     def span(self) -> Span:
-        """From the header to the last value."""
+        """The span from the header to the last value."""
         return Span(self.header.start, self.values[-1][1].value.end if self.values else self.header.end)
 
 
 def sections(text: str) -> list[Section]:
-    """All sections, in the order of the text. Values inside of other values are not among theirs."""
+    """Return all sections, in the order of the text. Values inside of other values are not among theirs."""
     positions = read_toml(text).positions
     written = sorted(
         ((keys, entry) for keys, entry in positions.entries.items() if entry.value.start > entry.key.start),
@@ -55,7 +55,7 @@ def _values(written: Sequence[tuple[Keys, KeyAndValue]], table: Keys, within: Sp
 
 
 def _line_end(text: str, start: int) -> int:
-    """Where a line ends, without its comment and the space before it."""
+    """Return the end of a line, without its comment and the space before it."""
     line = text[start:].partition("\n")[0]
     comment = next((span.start for span in comments(line)), len(line))
     return start + len(line[:comment].rstrip())

@@ -13,7 +13,7 @@ _WORD = re.compile(r"[\w-]+")
 
 
 def selections(text: str, offset: int) -> list[Span]:
-    """The spans around the cursor, from the innermost to the whole file, each larger than the previous one."""
+    """Return the spans around the cursor, from the innermost to the whole file, each larger than the previous one."""
     around = [*comments(text), *(Span(*word.span()) for word in _WORD.finditer(text))]
     for section in sections(text):
         around += [section.span, section.header]

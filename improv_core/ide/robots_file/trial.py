@@ -1,4 +1,4 @@
-"""A robot of `improv.toml` takes a step, so that people see whether it moves."""
+"""Have a robot of `improv.toml` take a step, so that people see whether it moves."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from improv_core.robots.toml_text import read_toml
 from improv_core.text import Span
 
 STEP = "forward"
-"""What a robot does when it is tried: the first word of most programs."""
+"""The movement of a robot that is tried: the first word of most programs."""
 
 
 def trials(text: str, span: Span) -> Iterator[Deed]:
-    """What can be done with a robot whose section's name is at the cursor, if it can move forward."""
+    """Yield the actions for a robot whose section's name is at the cursor, if it can move forward."""
     robots = read_robots(text).robots
     for keys, (name, *_) in read_toml(text).positions.named.items():
         robot = str(keys[-1])
@@ -27,5 +27,5 @@ def trials(text: str, span: Span) -> Iterator[Deed]:
 
 
 def trial(text: str, path: Path | None, robot: str) -> Analysis:
-    """The program in which a robot takes a step."""
+    """Return the program in which a robot takes a step."""
     return analyze(f"{robot} $ {STEP}", read_robots(text, path))

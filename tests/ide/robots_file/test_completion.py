@@ -1,4 +1,4 @@
-"""What is offered at the `|` in an improv.toml, best first."""
+"""The items that are offered at the `|` in an improv.toml, best first."""
 
 from __future__ import annotations
 
@@ -97,14 +97,14 @@ def test_the_sections_and_keys_of_a_body() -> None:
     assert "body" not in [item.label for item in found.items]
 
 
-def test_nothing_where_nothing_is_known() -> None:
+def test_nothing_is_offered_for_unknown_keys() -> None:
     check("[robots.anna]\nwings = |")
     check("[rooms]\n|", *SECTIONS)
     assert completed("# |")[1] is None
 
 
 def applied(marked: str, label: str) -> str:
-    """The text after an item was chosen, without a cursor in it."""
+    """Return the text after an item was chosen, without a cursor in it."""
     text, found = completed(marked)
     assert found
     (item,) = [item for item in found.items if item.label == label]

@@ -13,7 +13,7 @@ def check(text: str, *lines: str) -> None:
     assert [line for entry in outline(text) for line in drawn(entry, "")] == list(lines)
 
 
-def test_sections_and_what_they_set() -> None:
+def test_sections_and_their_keys() -> None:
     check(
         "[profiles.rover] # mine\nstep = 0.5\n\n[robots.anna]\nprofile = 'rover'\nstart = { x = 1,\ty = 2 }\n[world]\n",
         "profiles.rover: profile",

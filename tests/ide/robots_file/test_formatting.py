@@ -51,7 +51,7 @@ def test_a_selection() -> None:
     assert applied(text, format_span(text, Span(8, 9))) == "[ros]\nstop = 1\nnode=2\n"
 
 
-# Also what only a multi-line string can hold.
+# Also characters that only a multi-line string can hold.
 MESSY = st.lists(
     documents() | st.sampled_from(["\n\n", " \n", "\t", 'm = """ \n\n\n[x]\n a=1 # b \n"""\n', "\r\n\r\n"])
 )

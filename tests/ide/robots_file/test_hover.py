@@ -1,4 +1,4 @@
-"""What a hover at the `|` in an improv.toml says."""
+"""The text of a hover at the `|` in an improv.toml."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ x = 1
 
 
 def check(word: str, expected: str, nth: int = 0) -> None:
-    """The lines of all names of what the cursor is in; a use is in brackets."""
+    """Check the lines of all names of the symbol at the cursor; a use is in brackets."""
     offset = -1
     for _ in range(nth + 1):
         offset = TEXT.index(word, offset + 1)

@@ -1,4 +1,4 @@
-"""What a selection in an improv.toml grows to, step by step."""
+"""Selection ranges in an improv.toml, step by step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.ide.robots_file.test_completion import TEXTS
 
 
 def check(marked: str, *texts: str) -> None:
-    """From the cursor, `|`, a selection grows to these texts, and then to the whole file."""
+    """Check that a selection grows from the cursor, `|`, to these texts, and then to the whole file."""
     text = marked.replace("|", "")
     assert [text[slice(*span)] for span in selections(text, marked.index("|"))] == [*texts, text]
 

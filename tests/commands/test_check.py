@@ -68,7 +68,7 @@ def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> N
         "         ^^^^^^^",
     ]
     end = "after which everything has ended or repeats"
-    assert done.stderr == f"{program}: whom robots meet is checked to beat 1, {end}\n"
+    assert done.stderr == f"{program}: the robots' meetings are checked to beat 1, {end}\n"
     (annotation,) = run("check", "--format", "github", program).stdout.splitlines()
     assert annotation.startswith("::warning title=meets,file=")
 

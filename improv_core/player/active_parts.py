@@ -1,7 +1,7 @@
-"""Who plays what in the scene that plays, and when each is over. It never reads a clock.
+"""The parts that play in this scene, and the beats at which they are over. It never reads a clock.
 
-What a base plays is performed as it comes if senses decide it. What a body part plays always is: it may depend on where
-the joints stand.
+A base's part is performed step by step if senses decide it. A body part's always is: it may depend on where the joints
+stand.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 
 
-class Cast:
-    """The parts of a scene. `value` is asked what a robot senses now; None if that is not known."""
+class ActiveParts:
+    """The parts of a scene. `value` returns what a robot senses now; None if that is unknown."""
 
     def __init__(self, value: Callable[[RobotSense], bool | None]) -> None:
         self._value = value
-        self._budget = Budget(MOST_SKIPPED)  # for all that begins together
-        self._over: dict[Mover, Duration] = {}  # the beats at which parts are over, if that is known
+        self._budget = Budget(MOST_SKIPPED)  # for all parts that begin together
+        self._over: dict[Mover, Duration] = {}  # the beat at which each part is over; ENDLESS if senses decide it
         self.over: Duration = 0
-        """The last of them."""
+        """The beat at which the last part is over."""
         self.open: dict[Mover, OpenPart] = {}
-        """What is performed as it comes, and is not over."""
+        """The parts that are performed step by step, and are not over."""
         self.asked: tuple[RobotSense, ...] = ()
-        """The senses that these read."""
+        """The senses that these parts read."""
 
     def dismiss(self, robots: Collection[str] | None = None) -> None:
         """Forget the parts of these robots, or all."""
@@ -45,8 +45,7 @@ class Cast:
     def begin(
         self, run: Run, mover: Mover, movement: Movement, beat: Exact, has_poses: bool = False
     ) -> OpenPart | None:
-        """Have a base or a body part perform its movement in this scene from a beat on. Returns it if it is performed
-        as it comes."""
+        """Begin a mover's movement of this scene from a beat on. Return its open part, if it has one."""
         begins = run.score.begins(mover.robot, run.scene)
         self._over[mover] = ENDLESS if movement.open else begins + movement.duration
         if not (movement.open or (mover.part and movement.duration)):
@@ -60,20 +59,20 @@ class Cast:
         return self.open[mover]
 
     def complete(self, run: Run) -> None:
-        """Note that all robots of the scene have begun."""
+        """Note that all parts of the scene have begun."""
         self._budget = Budget(MOST_SKIPPED)
         self._find_end()
         robots = [mover.robot for mover in self.open if not mover.part]
         self.asked = tuple(RobotSense(robot, sense) for robot in robots for sense in run.score.parts[robot].senses)
 
     def open_of(self, robot: str) -> list[Mover]:
-        """What a robot performs as it comes, its base first."""
+        """Return a robot's movers that have an open part, its base first."""
         return sorted(mover for mover in self.open if mover.robot == robot)
 
     def perform(self, mover: Mover, beat: Exact) -> list[Decision]:
-        """Perform an open part up to a beat. It is no longer open if it is over.
+        """Perform an open part up to a beat, and close it if it is over.
 
-        Raises TooManyChangesError if it changes too often, and is over by that.
+        Closes it and raises TooManyChangesError if it changes too often.
         """
         open_part = self.open[mover]
         try:
@@ -94,7 +93,7 @@ class Cast:
 
 
 def closed_part(run: Run, robot: str, beat: Exact) -> Iterator[Setpoint]:
-    """The setpoints of a part that no sense decides, from a beat on. Its robot stands until it begins."""
+    """Return the setpoints of a part that no sense decides, from a beat on. Its robot stands until the part begins."""
     part, begins = run.score.parts[robot], run.score.begins(robot, run.scene)
     movement = part.of_scene(run.scene)
     if beat >= begins:

@@ -1,4 +1,4 @@
-"""What the player can be told to do. Acts decide nothing; `doing.py` does them."""
+"""Acts that a decision can ask for. They decide nothing; `apply.py` does them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Tell:
 
 @dataclass(frozen=True, slots=True)
 class TellFaults:
-    """Report what is new about the faults of robots, in one line for those of which the same is new."""
+    """Report news about faults, in one line for all robots with the same news."""
 
     found: Sequence[RobotNews]
 
@@ -37,7 +37,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class ReportSenses:
-    """Report what robots with senses sense, as of a beat and a performance time."""
+    """Report the senses that open parts read, as of a beat and a performance time."""
 
     beat: Exact
     at: float
@@ -56,8 +56,8 @@ class Still:
 
 
 @dataclass(frozen=True, slots=True)
-class Meet:
-    """Set up the robots of a score before it takes over: at the beat, there is no time for that."""
+class CreatePublishers:
+    """Create publishers for a score's robots before it takes over: at its beat, there is no time for that."""
 
     score: Score
 
@@ -71,14 +71,14 @@ class PrepareAnew:
 
 @dataclass(frozen=True, slots=True)
 class Listen:
-    """Find out who listens, for `Listened`."""
+    """Find the robots that listen, for `Listened`."""
 
     moving: Collection[str] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class StartMeasuring:
-    """Beat 0 is now: what is measured counts from here."""
+    """Measure from here on: beat 0 is now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class Prepare:
 
 @dataclass(frozen=True, slots=True)
 class Dismiss:
-    """Forget what these robots play in this scene, or what all of them play."""
+    """Forget the parts of these robots in this scene, or all parts."""
 
     robots: Collection[str] | None = None
 
@@ -118,8 +118,8 @@ class ForgetEdges:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Move simulated robots to where they ideally are at a beat. Real ones count as being there. These poses follow
-    from the beat; None if they have yet to be found out."""
+    """Move simulated robots to their ideal poses at a beat. Real ones count as being there. `poses` are these poses, or
+    None if they have yet to be computed."""
 
     beat: Exact
     poses: Mapping[str, Pose] | None = field(default=None, compare=False)
@@ -136,34 +136,34 @@ class Begin:
 
 @dataclass(frozen=True, slots=True)
 class Resend:
-    """Send robots what they do now that they have been muted or unmuted."""
+    """Send robots their current velocity again, such as after they are muted or unmuted."""
 
     robots: Collection[str]
 
 
 @dataclass(frozen=True, slots=True)
-class Guide:
-    """Tell a robot to move that drives back to its part."""
+class DriveBack:
+    """Send a velocity to a robot that drives back to its part."""
 
     robot: str
     twist: Twist
 
 
 @dataclass(frozen=True, slots=True)
-class GoOn:
-    """A robot that has driven back goes on with its part."""
+class Rejoin:
+    """Have a robot that has driven back play its part again."""
 
     robot: str
 
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """All robots have been told to stop: measure until they have come to rest."""
+    """Measure until robots that were sent a stop have come to rest."""
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Check robots at once, and report what is found."""
+    """Check robots at once, and report problems."""
 
     robots: Collection[str]
 
@@ -177,23 +177,23 @@ class LookSoon:
 
 @dataclass(frozen=True, slots=True)
 class LookLater:
-    """Look at all robots within a while."""
+    """Check all robots again soon, within one period."""
 
 
 @dataclass(frozen=True, slots=True)
 class Then:
-    """Now that all this is done, something has happened. What may fail is done before the run says that it was."""
+    """Take an event once the acts before it are done. So the run changes only after acts that may fail."""
 
     event: Event
 
 
 @dataclass(frozen=True, slots=True)
-class Welcome:
-    """Robots that stood until the next scene, and listen, play again."""
+class ReadmitRobots:
+    """Let robots play again that stood until this scene, if they listen."""
 
 
 Act = (
-    Tell | TellFaults | Report | ReportSenses | Zero | Still | Meet | PrepareAnew | Listen | StartMeasuring | Drop
-    | SendUntil | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater | Then
-    | Welcome | Guide | GoOn
+    Tell | TellFaults | Report | ReportSenses | Zero | Still | CreatePublishers | PrepareAnew | Listen | StartMeasuring
+    | Drop | SendUntil | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater
+    | Then | ReadmitRobots | DriveBack | Rejoin
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Does what has been decided, act by act. Nothing here decides anything."""
+"""Does the acts that were decided. Nothing here decides anything."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from improv_core.score.seeking import known_poses
 
 
 def do(act: Act, tracks: Tracks, now: float) -> Event | None:
-    """Do one act. Returns the event that follows from it, if there is one."""
-    return _HOW[type(act)](act, tracks, now)
+    """Do one act. Return the event that follows from it, if there is one."""
+    return _FUNCTIONS[type(act)](act, tracks, now)
 
 
 def _tell(act: acts.Tell, tracks: Tracks, now: float) -> None:
@@ -35,7 +35,7 @@ def _tell_faults(act: acts.TellFaults, tracks: Tracks, now: float) -> None:
 
 
 def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
-    for what in tracks.cast.asked:
+    for what in tracks.active_parts.asked:
         tracks.tell_known(what, act.beat, act.at, now)
 
 
@@ -52,7 +52,7 @@ def _still(act: acts.Still, tracks: Tracks, now: float) -> None:
     _send_still(tracks, act.robots, 0.0)
 
 
-def _meet(act: acts.Meet, tracks: Tracks, now: float) -> None:
+def _create_publishers(act: acts.CreatePublishers, tracks: Tracks, now: float) -> None:
     deque(tracks.sink.meet(act.score), maxlen=0)
     tracks.unsettled = True
 
@@ -73,7 +73,7 @@ def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
     tracks.queue.stop_leaving(old, new, 0.0)
     tracks.advanced, tracks.measured = 0.0, -math.inf
     tracks.odometry.begin(new, now)
-    tracks.cast.dismiss()
+    tracks.active_parts.dismiss()
     tracks.sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
     tracks.sensing.forget_announced()
     tracks.sensing.announce(senses or ())
@@ -116,7 +116,7 @@ def _prepare(act: acts.Prepare, tracks: Tracks, now: float) -> None:
 
 
 def _dismiss(act: acts.Dismiss, tracks: Tracks, now: float) -> None:
-    tracks.cast.dismiss(act.robots)
+    tracks.active_parts.dismiss(act.robots)
 
 
 def _forget_edges(act: acts.ForgetEdges, tracks: Tracks, now: float) -> None:
@@ -164,17 +164,17 @@ def _then(act: acts.Then, tracks: Tracks, now: float) -> Event:
     return act.event
 
 
-def _welcome(act: acts.Welcome, tracks: Tracks, now: float) -> None:
-    tracks.listeners.welcome()
+def _readmit_robots(act: acts.ReadmitRobots, tracks: Tracks, now: float) -> None:
+    tracks.listeners.readmit()
 
 
-def _drive(act: acts.Guide, tracks: Tracks, now: float) -> None:
+def _drive_back(act: acts.DriveBack, tracks: Tracks, now: float) -> None:
     tracks.sink.send(act.robot, act.twist, tracks.run.transport.performed(now))
     tracks.watches.tell(act.robot, act.twist, now)
     tracks.guard.tell(tracks.run, act.robot, act.twist, now)
 
 
-def _go_on(act: acts.GoOn, tracks: Tracks, now: float) -> None:
+def _rejoin(act: acts.Rejoin, tracks: Tracks, now: float) -> None:
     tracks.listeners.standing.discard(act.robot)
 
 
@@ -182,14 +182,14 @@ def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> No
     tracks.queue.still(tracks.queue.movers(robots), performed)
 
 
-_HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
+_FUNCTIONS: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.Tell: _tell,
     acts.TellFaults: _tell_faults,
     acts.Report: _report,
     acts.ReportSenses: _report_senses,
     acts.Zero: _zero,
     acts.Still: _still,
-    acts.Meet: _meet,
+    acts.CreatePublishers: _create_publishers,
     acts.PrepareAnew: _prepare_anew,
     acts.Listen: _listen,
     acts.StartMeasuring: _start_measuring,
@@ -206,7 +206,7 @@ _HOW: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.LookSoon: _look_soon,
     acts.LookLater: _look_later,
     acts.Then: _then,
-    acts.Welcome: _welcome,
-    acts.Guide: _drive,
-    acts.GoOn: _go_on,
+    acts.ReadmitRobots: _readmit_robots,
+    acts.DriveBack: _drive_back,
+    acts.Rejoin: _rejoin,
 }

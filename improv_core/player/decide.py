@@ -1,7 +1,7 @@
-"""What follows from what happens: `(run, event, facts) -> (run, acts)`. Nothing here does anything.
+"""Decides what follows from an event: `(run, event, facts) -> (run, acts)`. Nothing here does anything.
 
-If an act fails, the acts after it are left out, and the run is already the one that was decided. So what may fail is
-done first, and an event of its own says that it is done (`Then`).
+If an act fails, the acts after it are left out, and the run is already the one that was decided. So acts that may fail
+come first, and an event of its own reports that they are done (`Then`).
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from typing import Any
 from improv_core.player import events, start_gate, start_rules, stop_rules, tempo_rules
 from improv_core.player.acts import (
     Act,
+    CreatePublishers,
     Dismiss,
+    DriveBack,
     Drop,
     ForgetEdges,
-    GoOn,
-    Guide,
     Look,
     LookSoon,
-    Meet,
     Place,
     Prepare,
     PrepareAnew,
+    ReadmitRobots,
+    Rejoin,
     Report,
     Resend,
     Rest,
     SendUntil,
     Tell,
     Then,
-    Welcome,
 )
 from improv_core.player.agenda import Due, Rank
 from improv_core.player.events import Event, Facts
@@ -49,7 +49,7 @@ from improv_core.score.score import Score
 from improv_core.score.seeking import TooFarError, arrive
 
 SEEN = 0.5
-"""Seconds: whoever unmutes a robot this soon after a fault made it stand can't have known that it stands."""
+"""Seconds after a fault for which unmuting the robot has no effect: nobody can know yet that it stands."""
 LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
@@ -58,7 +58,7 @@ TOO_FAR = "can't jump to beat {beat:,g}: it takes too long to find out what {rob
 
 
 def decide(run: Run, event: Event, facts: Facts) -> Decided:
-    """The performance after an event, and what to do about it, in this order."""
+    """Return the performance after an event, and the acts to do, in this order."""
     then, acts = _RULES[type(event)](run, event, facts)
     if then.misplaced is not None and then.mode != "paused":
         then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
@@ -72,7 +72,7 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
 
 
 def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None:
-    """Why real robots that move have to stop at once: setpoints are this late, in seconds, or this machine is
+    """Return the reason to stop real robots that move: setpoints are `late` by too many seconds, or this machine is
     `overloaded`."""
     if not real or run.mode != "playing":
         return None
@@ -102,7 +102,7 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     swap = Swap(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
     if run.mode == "paused":
         return _take_over(run, swap, facts)
-    return replace(run, next=swap), [Meet(score)]
+    return replace(run, next=swap), [CreatePublishers(score)]
 
 
 def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
@@ -140,7 +140,7 @@ def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
 def _returning(run: Run, event: events.Returning, facts: Facts) -> Decided:
     acts: list[Act] = []
     for robot, twist, line in event.steps:
-        acts += [Guide(robot, twist)] if twist is not None else [GoOn(robot), Resend([robot])]
+        acts += [DriveBack(robot, twist)] if twist is not None else [Rejoin(robot), Resend([robot])]
         acts += [warning_line(line)] if line else []
     return run, acts
 
@@ -174,7 +174,7 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
     # A bump in the last second is reported before the end.
     return run, [
         Rest(),
-        *(Guide(robot, STILL) for robot in returns),
+        *(DriveBack(robot, STILL) for robot in returns),
         *([] if facts.real else [Look(run.score.parts)]),
         Report(),
     ]
@@ -189,13 +189,13 @@ def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
         }
         score = replace(score, parts=parts, scene=scene, since=beat)
     run = replace(run, score=score, scene=scene)
-    back: list[Act] = [Welcome()] if score.safety.rejoin == "scene" else []
-    # It is reported only if its beat was not known in advance.
+    back: list[Act] = [ReadmitRobots()] if score.safety.rejoin == "scene" else []
+    # The scene is reported only if its beat was not known in advance.
     return run, [*back, Dismiss(), *begin_parts(run, score.parts, beat, at, tells=score is not run.begun)]
 
 
 def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
-    """Have a score take over. Parts that stay the same are left alone: what is due in them is sent first."""
+    """Have a score take over. Parts that stay the same play on: what is due in them is sent first."""
     old = run.score
     paused = run.mode == "paused"
     beat = run.transport.origin if paused and not swap.entry else swap.beat(run.transport)
@@ -213,18 +213,18 @@ def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
 
 
 def _same_time(score: Score, old: Score) -> bool:
-    """Whether a score is as fast as another one, by the same clock."""
+    """Return whether two scores have the same tempo and follow the same clock."""
     return score.tempo == old.tempo and score.clock == old.clock
 
 
 def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
     score, begin, old = event.score, event.entering, run.score.parts
-    recast = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
+    on_new_topics = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
     run = replace(run, score=score, begun=score, scene=score.scene, generation=event.generation)
     run = in_time(run, event.entry, facts)
     if event.goes_on and not waits(run, facts):
         acts = begin_parts(run, begin, event.beat, event.at)
-        if others := [robot for robot in recast if robot not in begin]:  # their parts go on with other robots
+        if others := [robot for robot in on_new_topics if robot not in begin]:  # their parts continue on other topics
             acts += [
                 Resend(others),
                 *(warning_line(f"{score.parts[each].topic} has the part of {each} now") for each in others),
@@ -233,7 +233,7 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
         run, acts = coming_in(replace(run.left_at(event.beat), continues=True), facts), [Report()]
     else:
         run, acts = play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
-    return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *recast})]
+    return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *on_new_topics})]
 
 
 _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {

@@ -1,4 +1,4 @@
-"""The one loop of a player: it decides what follows from an event, does that, and sends what is due.
+"""The only loop of a player: it decides what follows from an event, does that, and sends what is due.
 
 It never reads a clock; callers pass the time in. `now` is the clock's time in seconds. `performed` and `at` are
 performance times: seconds since the latest restart, including pauses.
@@ -22,9 +22,9 @@ from improv_core.player.tracks import Tracks
 from improv_core.protocol.output import Sink
 
 LOOK_AGAIN = 0.01
-"""Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
+"""Seconds between two checks for listeners before beat 0, and between two of robots that still move after the end."""
 LOOK_WHILE_ARMED = 0.1
-"""Seconds between two looks at the wall clock while it is waited for a person, or for a time that is not yet near."""
+"""Seconds between two looks at the wall clock while beat 0 waits for a person, or for a time that is not yet near."""
 
 
 class Machine:
@@ -36,7 +36,7 @@ class Machine:
 
     @property
     def run(self) -> Run:
-        """What has been decided so far."""
+        """The latest decision about the performance."""
         return self._tracks.run
 
     def deadline(self, now: float) -> float | None:
@@ -57,7 +57,7 @@ class Machine:
 
     @property
     def is_exact(self) -> bool:
-        """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
+        """True while the next thing due must be sent at its exact time. Repeats may be a little late."""
         return self._tracks.next_due().rank != Rank.REPEATS
 
     def advance(self, now: float) -> None:
@@ -75,8 +75,8 @@ class Machine:
             self.advance(now)
 
     def _take(self, event: Event | None, now: float) -> None:
-        """Decide and do what follows from an event, and then all that is due. This is the only loop: no act and no
-        decision begins another."""
+        """Decide and do what follows from an event, and then everything that is due. This is the only loop: no act and
+        no decision starts another."""
         tracks = self._tracks
         while event or (event := self._send_due(now)):
             tracks.run, todo = decide(tracks.run, event, tracks.facts(now, event))
@@ -88,7 +88,7 @@ class Machine:
             tracks.look([robot for robot in robots if robot in tracks.run.score.parts])
 
     def _send_due(self, now: float) -> Event | None:
-        """Send everything that is due and has been decided. Returns what has to be decided next."""
+        """Send everything that is due and has been decided. Return the next event to decide."""
         tracks, run = self._tracks, self._tracks.run
         if not tracks.unsettled:
             return None
@@ -101,7 +101,7 @@ class Machine:
         tracks.reached = now
         performed = agenda.performed(run, now, due)
         if decision := tracks.send_due(performed):
-            if decision.rank != Rank.TAKEOVER:  # which sends what is left itself
+            if decision.rank != Rank.TAKEOVER:  # a takeover sends the rest itself
                 tracks.send_repeats(decision.last_before(Rank.CHANGES))
             return decision
         tracks.send_repeats(performed)
@@ -116,12 +116,12 @@ class Machine:
 
     @property
     def _returns_due(self) -> float:
-        """When to look at robots that drive back to their parts."""
+        """The time on the clock of the next look at robots that drive back to their parts."""
         return self._tracks.returns.due(self.run, self._tracks.listeners.returning)
 
     def _steps(self, now: float) -> list[HomeStep]:
-        """What robots do now that drive back to their parts."""
-        run, tracks, over = self.run, self._tracks, self._tracks.cast.over
+        """Return the next steps of robots that drive back to their parts."""
+        run, tracks, over = self.run, self._tracks, self._tracks.active_parts.over
         ready = tracks.listeners.returning - tracks.listeners.away
         back = [robot for robot in run.score.parts if robot in ready and not run.is_silent(robot, ())]
         ideal = {robot: each.ideal for robot, each in tracks.odometry.places(now).items()}
@@ -131,7 +131,7 @@ class Machine:
         return tracks.returns.look(run, back, seen)
 
     def _look_around(self, now: float) -> Event | None:
-        """Check a few robots: for faults, and if that is due, whether they listen."""
+        """Check a few robots for faults and, if that is due, for listeners."""
         tracks = self._tracks
         if not (self.run.mode == "playing" or self._looks_while_paused):
             return None
@@ -149,5 +149,5 @@ class Machine:
 
     @property
     def _looks_while_paused(self) -> bool:
-        """Whether robots are paused that may be carried away meanwhile, or lost."""
+        """True while real robots are paused: somebody may carry them away, or they may get lost."""
         return self.run.mode == "paused" and self._sink.real

@@ -1,4 +1,4 @@
-"""What happens to a performance, and what is known at that moment: all that a decision depends on."""
+"""Events of a performance, and the facts at that moment: all that a decision depends on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from improv_core.score.transport import BEATS_PER_BAR
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """A score should play. See `Player.load`."""
+    """A request to play a score. See `Player.load`."""
 
     score: Score
     generation: int
@@ -55,9 +55,9 @@ class Awaited:
 
 @dataclass(frozen=True, slots=True)
 class Listened:
-    """Robots `found` to listen now, and whether beat 0 still waits for others. `moving` are those that must not keep
-    moving meanwhile; None if they have been told already. `deaf` are those that don't listen; `overdue` says that they
-    should by now, once."""
+    """Robots were `found` to listen now. If it `waits`, beat 0 waits for others. `moving` are robots that must not keep
+    moving meanwhile; None if they were already stopped. `deaf` are those that don't listen. `overdue` is true once,
+    when they should by now."""
 
     found: Collection[str]
     waits: bool
@@ -83,20 +83,20 @@ class Replaced:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """All robots should stop, `by` the wish of an automation, or of anything else (None)."""
+    """A request to stop all robots, made `by` an automation, or by anything else (None)."""
 
     by: Automation | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """All robots should stop, and resume from here later."""
+    """A request to stop all robots, and to resume from here later."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """A pause is over, or an armed score should begin, `by` the wish of an automation, or of a person (None). With
-    `anyway`, it doesn't matter where robots stand. Other stages went on `late` seconds ago."""
+    """A request to end a pause, or to begin an armed score, made `by` an automation, or by a person (None). With
+    `anyway`, robots need not be in their places. Other stages continued `late` seconds ago."""
 
     anyway: bool = False
     late: float = 0.0
@@ -105,7 +105,7 @@ class Resume:
 
 @dataclass(frozen=True, slots=True)
 class Seek:
-    """Playback should continue at another beat. Other stages jumped to it `late` seconds ago."""
+    """A request to continue at another beat. Other stages jumped to it `late` seconds ago."""
 
     beat: float
     late: float = 0.0
@@ -113,7 +113,7 @@ class Seek:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Playback should be this many times as fast as the tempo says. Other stages changed `late` seconds ago."""
+    """A request to play this many times as fast as the score's tempo. Other stages changed `late` seconds ago."""
 
     factor: float
     late: float = 0.0
@@ -121,7 +121,7 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Silence:
-    """These robots are muted, and these soloed."""
+    """The robots that are muted now, and those that are soloed."""
 
     muted: Collection[str]
     soloed: Collection[str]
@@ -137,7 +137,7 @@ class EmergencyStop:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """What robots wait for may have changed: a deadman button, or who listens."""
+    """A condition for moving may have changed: a deadman button, or the robots that listen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ class Stood:
 
 @dataclass(frozen=True, slots=True)
 class Stalled:
-    """Real robots should have been sent something this many seconds ago."""
+    """Setpoints for real robots are late by this many seconds."""
 
     seconds: float
 
@@ -159,7 +159,7 @@ class Overloaded:
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """What is new about the faults of real robots."""
+    """News about the faults of real robots."""
 
     found: Sequence[RobotNews]
 
@@ -180,21 +180,21 @@ class TooNear:
 
 @dataclass(frozen=True, slots=True)
 class Returning:
-    """What robots do that drive back to their parts."""
+    """The next steps of robots that drive back to their parts."""
 
     steps: Sequence[HomeStep]
 
 
 @dataclass(frozen=True, slots=True)
 class Anchored:
-    """Something is heard of the clock that is followed. At a rate of 0, it stands."""
+    """News of the clock that the stage follows. At a rate of 0, that clock stands."""
 
     anchor: Anchor
 
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """The stage that leads was at a beat at a time on the clock, and plays at this pace since then."""
+    """The stage that leads was at a beat at a time on the clock, and has played at this pace since then."""
 
     pace: float
     beat: float
@@ -206,20 +206,19 @@ Event = (
     | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Returning
     | Anchored | Bend | Due
 )  # fmt: skip
-"""`Due` is something that the agenda says is due: a scene, a takeover, the end, or a look at a clock."""
+"""`Due` is an event that the agenda names: a scene, a takeover, the end, or a look at a clock."""
 
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is known when something is decided.
+    """Facts that decisions depend on.
 
-    `now` is the time on the clock, and `real` whether real robots move. `over` is the beat at which the last part of
+    `now` is the time on the clock, and `real` is true if real robots move. `over` is the beat at which the last part of
     this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
-    `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved,
-    and `places` where robots should be and stand whose poses are in the world. While a gate holds
-    beat 0 back, `wall` is the wall clock, in Unix time. `unseen` are robots that must be seen and aren't.
-    `unreached` are robots that have moved and are out of reach, as far as is known. `paths` knows where robots ideally
-    are.
+    `held` are the deadman buttons that people hold. `poses` are those of simulated robots that senses have moved.
+    `places` are the ideal and the measured poses of robots whose poses are in the world. While a gate holds beat 0
+    back, `wall` is the wall clock, in Unix time. `unseen` are robots that must be seen and aren't. `unreached` are
+    robots that have moved and are out of reach, as far as is known. `paths` computes ideal poses.
     """
 
     now: float = 0.0

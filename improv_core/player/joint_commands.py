@@ -1,6 +1,6 @@
-"""Tells joints what to do: those of one robot that are told something at the same time, together.
+"""Sends commands to joints. Commands to one robot for the same time are sent together.
 
-A controller that moves several body parts gets one message then, not one for each of them.
+So a controller that moves several body parts gets one message, not one for each of them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class _Command(NamedTuple):
 
 
 class JointCommands:
-    """Sends commands to joints by `send`, which may raise anything."""
+    """Commands to joints, sent by `send`, which may raise any exception."""
 
     def __init__(self, send: Callable[[str, Mapping[str, JointMotion], float], None]) -> None:
         self._send = send
@@ -38,7 +38,7 @@ class JointCommands:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Within this, what is told one after the other to joints of one robot, for the same time, is sent at once."""
+        """Gather commands within this context: those to joints of one robot, for the same time, are sent at once."""
         self._gathers = True
         try:
             yield

@@ -1,4 +1,4 @@
-"""Body parts as they are told to move: where their joints stand, and how fast they move. Standard library only.
+"""Body parts as they are commanded: where their joints stand, and how fast they move. Standard library only.
 
 It never reads a clock. Times are performance times, in seconds.
 """
@@ -24,15 +24,15 @@ MOST_LEARNED = 100_000
 
 
 class LimbTrack:
-    """One body part of one robot. `limb` says where its joints stand at the time at which it was settled last."""
+    """One body part of one robot. `limb` has the positions of its joints when it was settled last."""
 
     def __init__(self, limb: Limb) -> None:
         self.limb = limb
         self._at = 0.0
-        self._told: Mapping[str, float] = {}  # how fast its joints move from then on
+        self._told: Mapping[str, float] = {}  # the speeds of its joints from then on
         self._begins: Exact | None = None  # the beat at which the part that it plays began
         self._entered = limb.positions
-        self._scenes: tuple[Movement, ...] = ()  # that it may perform, and what it performs of them
+        self._scenes: tuple[Movement, ...] = ()  # the scenes that it may perform, and its parts of them
         self._performed: dict[int, Movement] = {}
         self._outcomes = JointOutcomes(limb.part, limb.body)
 
@@ -43,7 +43,7 @@ class LimbTrack:
             self.limb.turn(self._told, seconds)
 
     def speeds(self, velocity: Velocity, tempo: Fraction) -> Mapping[str, float]:
-        """How fast its joints are to move from now on. Those at a limit don't move beyond it."""
+        """Return the speeds of its joints from now on. A joint at a limit doesn't move beyond it."""
         self.limb.tempo = tempo
         return self.limb.possible(self.limb.velocities(velocity))
 
@@ -55,39 +55,39 @@ class LimbTrack:
 
     @property
     def limit_at(self) -> float:
-        """When the first of its joints reaches a limit."""
+        """The performance time at which the first of its joints reaches a limit."""
         return self._at + self.limb.seconds_to_limit(self._told)
 
     def begin(self, begins: Exact) -> None:
-        """It plays a part that began at this beat of the performance. If that is a new part, it begins from here."""
+        """Note that it plays a part that began at this beat of the performance. A new part begins from here."""
         if begins != self._begins:
             self._begins, self._entered = begins, dict(self.limb.positions)
 
     def performs(self, scene: Movement) -> Movement:
-        """Return the part of a scene that it performs. It has to know the scene."""
+        """Return its part of a scene that it was given by `meet`."""
         if id(scene) not in self._performed:
             self._performed[id(scene)] = self.limb.performs(scene)
         return self._performed[id(scene)]
 
     def meet(self, scenes: tuple[Movement, ...]) -> None:
-        """It may perform these scenes from now on, and no others."""
+        """Set the scenes that it may perform from now on."""
         if not all(one is other for one, other in zip_longest(scenes, self._scenes)):
             self._scenes, self._outcomes = scenes, JointOutcomes(self.limb.part, self.limb.body)
             known = set(map(id, scenes))
             self._performed = {key: each for key, each in self._performed.items() if key in known}
 
     def learn(self, budget: Budget) -> None:
-        """Find out where all scenes that it knows lead, so that a jump takes no time. Raises TooLongError."""
+        """Compute where all its scenes lead, so that a jump takes no time. Raises TooLongError."""
         for scene in self._scenes:
             if scene.dice:
-                continue  # each turn may lead elsewhere
+                continue  # each time through may lead elsewhere
             with suppress(DisturbedError):
                 self._outcomes.positions({}, self.performs(scene), scene.duration, budget)
 
     def place(self, part: Part, beat: Exact, budget: Budget) -> None:
         """Stand where a part ideally leads at a beat, as if no sense ever held.
 
-        Raises TooLongError if that takes too long to find out; then it stands where the part has led before.
+        Raises TooLongError if that takes too long to compute; then the joints stand where the scenes before lead.
         """
         self.limb.positions, self._told = dict(self._entered), {}
         begins = (part.begins, *part.scene_begins[1:])
@@ -106,7 +106,7 @@ class LimbTrack:
                 self.limb.move(self.limb.velocities(moment.velocity), min(moment.duration, beats - moment.start))
 
     def renew(self, body: Body) -> None:
-        """Have the joints of a body that was changed. They stay where they are, as far as there are any."""
+        """Take over a changed body. Joints that it still has stay where they are."""
         before, self.limb = self.limb, Limb(body.part[self.limb.part.name], body, self.limb.tempo)
         for name in self.limb.positions.keys() & before.positions.keys():
             self.limb.positions[name] = body.joint[name].within(before.positions[name])
@@ -121,14 +121,14 @@ class Limbs:
         self.track: dict[Mover, LimbTrack] = {}
 
     def restart(self, robots: Collection[str], performed: float) -> None:
-        """Performance time starts over. The joints of these robots are at their starts."""
+        """Start performance time over. The joints of these robots are at their starts."""
         self.track = {mover: track for mover, track in self.track.items() if mover.robot not in robots}
         for track in self.track.values():
             track.settle(performed)
             track._at = 0.0
 
     def learn(self, parts: Iterable[Part], tempo: Fraction) -> None:
-        """Find out where all parts lead the joints, before robots play them."""
+        """Compute where all parts lead the joints, before robots play them."""
         budget = Budget(MOST_LEARNED)
         with suppress(TooLongError):
             for part in parts:
@@ -136,7 +136,7 @@ class Limbs:
                     self.track[mover].learn(budget)
 
     def cast(self, part: Part, tempo: Fraction) -> list[Mover]:
-        """Meet the body parts that a robot's part moves in any scene."""
+        """Return the movers of the body parts that a robot's part moves in any scene. Each gets a track."""
         body = part.profile.body
         if not body:
             return []

@@ -1,4 +1,4 @@
-"""One robot's part of a scene as it is performed, since senses, or where joints stand, decide what it does. It never
+"""A robot's part of a scene, performed step by step, since senses or joint positions decide what it does. It never
 reads a clock."""
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from improv_core.score.performing import Decision
 from improv_core.score.transport import Transport
 
 MOST_CHANGES = 10_000
-"""How often a part may change before time passes: more would make all robots late."""
+"""The most changes of a part before time passes: more would make all robots late."""
 
 
 class TooManyChangesError(Exception):
@@ -23,10 +23,10 @@ class TooManyChangesError(Exception):
 
 
 class OpenPart:
-    """A movement that began at a beat. `sensed` is asked for the present value of a sense; None if it is silent.
+    """A movement that began at a beat. `sensed` returns the present value of a sense; None if it is silent.
 
     If it reads a silent sense, nothing is decided, and the robot stands still while its beats keep counting. If it
-    `has_poses`, where joints stand when a moment of it begins decides what they do.
+    `has_poses`, each moment depends on where joints stand when it begins.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class OpenPart:
         self.due: Duration = begins
         """The beat at which to perform it next."""
         self.has_begun = False
-        """Whether it has been performed at all."""
+        """True once it has been performed."""
 
     @property
     def beat(self) -> Exact:
@@ -51,7 +51,7 @@ class OpenPart:
 
     @property
     def velocity(self) -> Velocity:
-        """What is performed until something changes."""
+        """The velocity until something changes."""
         return self._performer.performed(self._sensed)[0]
 
     def next_after(self, beat: Exact) -> Exact:
@@ -61,15 +61,15 @@ class OpenPart:
         return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
 
     def skip(self, beat: Exact, budget: Budget) -> None:
-        """Be where it is at a beat if no sense was true until then. It begins there if that takes too long to find."""
+        """Move to a beat as if no sense was true until then. If that takes too long to compute, begin there."""
         try:
             self._performer = performer_at(self._movement, self._begins, beat, budget)
         except TooLongError:
             self._performer = Performer(self._movement, beat)
 
     def plan(self, transport: Transport, performed: float, limit_at: float = math.inf) -> float:
-        """Decide when to perform it next, after this performance time: at its next change or when a joint reaches its
-        limit, but not too soon. Gets ready for that, if it can."""
+        """Return when to perform it next, after this performance time: at its next change or when a joint reaches its
+        limit, but not too soon. Prepares for that, if possible."""
         if not self._has_poses:
             self._performer.foresee()
         self.due = self._performer.until
@@ -81,7 +81,7 @@ class OpenPart:
         return due
 
     def perform(self, beat: Exact) -> list[Decision]:
-        """Perform up to a beat by what is sensed. Raises TooManyChangesError."""
+        """Perform up to a beat, by the present senses. Raises TooManyChangesError."""
         decisions: list[Decision] = []
         if self.is_over:  # a jump has led past its end
             return decisions

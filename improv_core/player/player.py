@@ -1,4 +1,4 @@
-"""What a stage can ask of its player, and what it can know about it. The rest is in `machine.py`.
+"""The interface through which a stage uses its player. The rest is in `engine.py`.
 
 It never reads a clock; callers pass the time in. `now` is the clock's time in seconds.
 """
@@ -58,14 +58,14 @@ class Player(Machine):
 
     @property
     def backend(self) -> str:
-        """What everything plays on, in words for people."""
+        """The output that plays everything, in words for people."""
         return self._tracks.backend
 
     @backend.setter
     def backend(self, backend: str) -> None:
         self._tracks.backend = backend
 
-    # What people and the stage that leads ask for
+    # Requests of people and of the stage that leads
 
     def load(
         self,
@@ -87,13 +87,13 @@ class Player(Machine):
         the `end`.
 
         A score that takes over is an edit of the one that plays: the beat keeps counting, parts of the same edition
-        stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playback is
-        paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
-        and nothing else after a restart. A score that moves real robots is refused while an emergency stop is on, or if
-        one was pressed since somebody asked for it, with `stops` presses before. One that an automation asks for, `by`
-        its name, is refused after a stop that wasn't its own.
-        After a restart, a `gate` holds beat 0 back. A score takes over `not_before` this time on the clock. One that
-        comes `late` seconds late still takes over when it did in other stages.
+        play on, and all others begin. `entry` has the time of the takeover if another stage has decided it. If playback
+        is paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense
+        only these after a restart. A score that moves real robots is refused while an emergency stop is on, or if one
+        was pressed after the request, before which there were `stops` presses. One that an automation requests (`by`
+        its name) is refused after a stop that wasn't its own. After a restart, a `gate` holds beat 0 back. A score
+        takes over `not_before` this time on the clock. One that comes `late` seconds late still takes over when it did
+        in other stages.
         """
         bar = max(beats_per_bar, 1)
         load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late, by)
@@ -103,9 +103,9 @@ class Player(Machine):
 
     def stop(self, now: float, by: Automation | None = None) -> None:
         """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
-        Then only a person can have robots move again, or the automation that the stop was `by`.
+        After that, only a person, or the automation that the stop was `by`, can have robots move again.
 
-        Does nothing while it waits for listeners only so that it can stop their robots: none of them would hear it yet.
+        Does nothing while the player waits for listeners only to stop their robots: none of them would hear it yet.
         """
         self._take(events.Stop(by), now)
 
@@ -115,19 +115,19 @@ class Player(Machine):
         self._take(events.Pause(), now)
 
     def resume(self, now: float, *, anyway: bool = False, late: float = 0.0, by: Automation | None = None) -> None:
-        """Begin what is armed, or continue from where it was paused, as soon as nothing is waited for. An automation
-        can't do so after a stop that wasn't its own: `by` is its name.
+        """Begin an armed score, or continue a paused one, as soon as nothing has to be waited for. An automation (`by`
+        its name) can't do so after a stop that wasn't its own.
 
         Robots whose poses are in the world must be in their places, except with `anyway`. If other stages did it `late`
-        seconds ago, this one goes on from where they are now. The same holds for `seek` and `set_speed`.
+        seconds ago, this one continues from where they are now. The same holds for `seek` and `set_speed`.
         """
         self._take(events.Resume(anyway, late, by), now)
 
     def seek(self, beat: float, now: float, late: float = 0.0) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
 
-        What senses have decided is forgotten: up to that beat, it is as if none had been true. Ignored if nothing has
-        been loaded, and before beat 0.
+        Decisions of senses are forgotten: up to that beat, it is as if no sense had been true. Does nothing before beat
+        0, or if nothing has been loaded.
         """
         self._take(events.Seek(beat, late), now)
 
@@ -156,10 +156,10 @@ class Player(Machine):
         self._catch_up(now)
         self._take(events.Silence(muted, soloed), now)
 
-    # What is sensed and measured
+    # Senses and measurements
 
     def sense(self, edge: Edge, now: float) -> None:
-        """Handle a change. An emergency stop stops all robots, releasing the deadman button pauses them, and a sense
+        """Handle an edge. An emergency stop stops all robots, releasing the deadman button pauses them, and a sense
         makes its robot react."""
         if isinstance(edge.what, RobotSense):
             self._catch_up(max(min(edge.at, now), self.reached))
@@ -178,7 +178,7 @@ class Player(Machine):
                 self._tracks.sense(RobotSense(robot, CUE), True, now, now)
 
     def hold_key(self, key: str, held: bool, now: float) -> None:
-        """Somebody holds or releases a key: the senses that are declared with it become true or false."""
+        """Handle a key that somebody holds or releases: the senses that are declared with it become true or false."""
         self._catch_up(now)
         self._tracks.sensing.hold_key(key, held)
         for robot, part in list(self.score.parts.items()):
@@ -187,7 +187,7 @@ class Player(Machine):
                     self._tracks.sense(RobotSense(robot, sense), held, now, now)
 
     def hear_osc(self, name: str, robot: str, value: bool, now: float) -> None:
-        """An OSC message says that the senses of a robot that are declared with this name are true or false."""
+        """Handle an OSC message: the senses of a robot that are declared with this name become true or false."""
         self._catch_up(now)
         part = self.score.parts.get(robot)
         for sense, source in part.senses.items() if part else ():
@@ -195,7 +195,7 @@ class Player(Machine):
                 self._tracks.sense(RobotSense(robot, sense), value, now, now)
 
     def force(self, what: RobotSense, value: bool | None, now: float) -> None:
-        """Make a simulated robot sense something, whatever is around it. None ends that."""
+        """Force the value of a simulated robot's sense. None ends that."""
         if self._sink.real:
             line = f"{what.robot} is a real robot: its senses can't be forced"
             self._tracks.tell({"type": "warning", "message": line})
@@ -206,15 +206,15 @@ class Player(Machine):
             self._tracks.react(what, now, now)
 
     def foresee(self, edge: Foreseen, now: float) -> None:
-        """Take an edge at its beat, as the stage that leads has reported it."""
+        """Take an edge at its beat, as reported by the stage that leads."""
         self._catch_up(now)
         self._tracks.informed = now
         self._tracks.sensing.announce([edge])
         self._catch_up(now)
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
-        """Take measured poses, and report where robots were and where they ideally would have been. Real robots that
-        are too near to each other pause everything."""
+        """Take measured poses, and report where robots were and where they ideally would have been. If real robots are
+        too near to each other, everything pauses."""
         self._tracks.measure(poses, now)
         if self.run.misplaced is not None:
             self._take(events.Stood(), now)

@@ -1,6 +1,6 @@
-"""When robots that hold a velocity are sent it again. It never reads a clock; times are performance times, in seconds.
+"""Repeats the velocities that robots hold. It never reads a clock; times are performance times, in seconds.
 
-A base stops by itself if it hears nothing for a while, so every velocity is repeated at the command rate. Repeats are
+A base stops by itself if no command comes for a while, so every velocity is repeated at the command rate. Repeats are
 less urgent than changes of velocity, so they are spread over the period in slots: a change never has to wait for more
 than one slot's repeats.
 """
@@ -13,58 +13,59 @@ import sys
 from improv_core.score.performance import Mover
 
 SLOTS = 10
-"""How many slots a period has. A hundred robots are ten sends in a slot, which takes a fraction of a millisecond."""
+"""Slots in a period. With a hundred robots, a slot has ten sends, which take a fraction of a millisecond."""
 SHORTEST_SLOT = 0.002
 """Seconds. A slot for each of 1,000 robots would mean 20,000 wake-ups a second, which no machine keeps up with."""
 SLOWEST = 4.0
-"""How many times longer than the profile's a period may become if the machine is too slow.
+"""The most that a period may be stretched, as a factor, if the machine is too slow.
 
 At the default rate, 20 Hz, that is 0.2 s: a base that stops after 0.5 s (diff_drive_controller, Create 3) still gets
 two commands in that time, so one may be late. A base with a shorter limit needs a profile with a higher rate, and keeps
-the same margin."""
+the same margin.
+"""
 RESERVE = 1.1
-"""How much slower than measured to repeat, so that the rate can be kept."""
+"""The factor by which repeats become slower than measured, so that the rate can be kept."""
 WINDOW = 1.0
-"""Seconds over which the rate is measured. It is lowered only after two windows in a row, since one may be a hiccup."""
+"""Seconds over which the rate is measured. Only two bad windows in a row lower it, since one may be a hiccup."""
 MANY = 2_000
-"""Repeats a second that cost this machine something: a twentieth of a processor or more. If there are fewer and some
-are lost, others keep the processor busy, and to send fewer still would help nobody."""
+"""Repeats a second that take a noticeable share of this machine: a twentieth of a processor or more. If fewer are due
+and some are lost, other programs keep the processor busy, and a lower rate would help nobody."""
 SURE = 3
 """Windows in a row after which a lowered rate counts as reached."""
 KEPT = 0.9
 """The share of repeats that must be sent. A burst of changes may take the place of a few."""
 HOPELESS = 0.4
-"""The share of repeats at the lowest rate below which robots hear nothing for 0.5 s, so bases stop and go."""
+"""The share of repeats at the lowest rate below which robots get no command for 0.5 s, so bases stop and go."""
 
 
 class Repeats:
-    """The robots that hold a velocity, and how often this machine can repeat it.
+    """The robots that hold a velocity, and the rate at which this machine can repeat it.
 
-    A robot's slot depends only on the robots that were met before it, so what others play doesn't shift its repeats.
+    A robot's slot depends only on the robots that came before it, so other parts don't shift its repeats.
     """
 
     def __init__(self) -> None:
         self._wheels: dict[float, _Wheel] = {}  # by rate
         self._held: dict[Mover, _Wheel] = {}
-        self._stretch = 1.0  # how many times longer than usual periods are
-        self._lowered_for = 0  # how many robots were held when that was last raised
+        self._stretch = 1.0  # periods are this many times longer than usual
+        self._lowered_for = 0  # the number of robots held when that was last raised
         self._window = math.inf  # when the current window ends
         self._served = self._skipped = 0  # slots in this window
-        self._behind = 0  # how many windows in a row lost repeats
-        self._kept = 0  # how many did not
+        self._behind = 0  # windows in a row that lost repeats
+        self._kept = 0  # windows in a row that didn't
         self._untold = False
         self.hopeless = False
-        """Whether even at the lowest rate, robots hear too little to keep moving."""
+        """True if even at the lowest rate, robots get too few commands to keep moving."""
 
     def restart(self) -> None:
-        """Performance time starts over, and nobody moves. A machine that was too slow for as many robots still is."""
+        """Start performance time over, with no robot moving. A machine that was too slow for them still is."""
         for mover in list(self._held):
             self.release(mover)
         self._window, self._served, self._skipped, self._behind = math.inf, 0, 0, 0
         self.hopeless = False
 
     def hold(self, mover: Mover, rate: float, at: float) -> None:
-        """A robot was sent a velocity at this time, to be repeated at `rate` Hz until it is sent another."""
+        """Repeat a velocity that a robot was sent at this time, at `rate` Hz, until the robot is sent another."""
         wheel = self._wheels.get(rate) or self._wheels.setdefault(rate, _Wheel(rate, self._stretch))
         if self._held.get(mover) is not wheel:
             self.release(mover)
@@ -74,17 +75,17 @@ class Repeats:
             self._window = at + WINDOW
 
     def release(self, mover: Mover) -> None:
-        """A robot's velocity is no longer repeated."""
+        """Stop repeating a robot's velocity."""
         if wheel := self._held.pop(mover, None):
             wheel.release(mover)
 
     @property
     def due(self) -> float:
-        """When `take` is due."""
+        """The time at which `take` is due."""
         return min((wheel.due for wheel in self._wheels.values()), default=math.inf)
 
     def take(self, performed: float) -> list[Mover]:
-        """The robots of the slot that is due. If more than a period is overdue, only the latest repeats are left."""
+        """Return the robots of the slot that is due: if more than a period is overdue, only the latest repeats."""
         wheel = min(self._wheels.values(), key=lambda wheel: wheel.due)
         self._skipped += wheel.catch_up(performed)
         self._served += 1
@@ -95,7 +96,7 @@ class Repeats:
         return robots
 
     def news(self) -> str | None:
-        """A line for people if the rate was lowered and is kept now; once."""
+        """Return a line for people, once, if the rate was lowered and is kept now."""
         if not self._untold or self._kept < SURE:
             return None
         self._untold = False
@@ -133,11 +134,11 @@ class _Wheel:
     def __init__(self, rate: float, stretch: float) -> None:
         self.rate = rate
         self.count = 0
-        """How many robots it has."""
+        """The number of its robots."""
         self.due = math.inf
-        """When the next slot that has robots is due."""
+        """The time at which the next slot that has robots is due."""
         self._slots: list[dict[Mover, float]] = [{} for _ in range(max(1, min(SLOTS, int(1 / rate / SHORTEST_SLOT))))]
-        self._places: dict[Mover, int] = {}  # the slot of every robot met so far
+        self._places: dict[Mover, int] = {}  # the slot of each robot
         self._seconds = stretch / rate / len(self._slots)  # of a slot
         self._next = _NEVER  # the number of the next turn that has robots
         self._taken = -1  # the number of the latest turn
@@ -159,20 +160,20 @@ class _Wheel:
         self._go_to(self._next)
 
     def catch_up(self, performed: float) -> int:
-        """Skip whole rounds that are overdue; returns how many slots with robots they had."""
+        """Skip whole rounds that are overdue. Return the number of slots with robots in them."""
         rounds = math.floor((performed - self.due) / (self._seconds * len(self._slots)))
         self._go_to(self._next + rounds * len(self._slots))
         return rounds * sum(map(bool, self._slots))
 
     def take(self) -> list[Mover]:
-        """The robots of the slot that is due, except those that were sent another velocity less than a slot ago."""
+        """Return the robots of the slot that is due, unless they got another velocity less than a slot ago."""
         slot, before = self._slots[self._next % len(self._slots)], self.due - self._seconds * _ALMOST
         self._taken = self._next
         self._go_to(self._next + 1)
         return [mover for mover, at in slot.items() if at <= before]
 
     def turn_at(self, stretch: float) -> None:
-        """Make periods longer than the rate's, or as long again."""
+        """Set the length of periods, as a multiple of the rate's."""
         now, self._seconds = self.due, stretch / self.rate / len(self._slots)
         if self.count:
             self._taken = math.floor(now / self._seconds)

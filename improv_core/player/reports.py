@@ -1,4 +1,4 @@
-"""What a stage reports about a performance, from what is decided, what is known, and the clock. Pure functions."""
+"""Messages in which a stage reports about a performance, made of the run, the facts, and the clock. Pure functions."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ Told = (
     | StageWarning
     | ErrorLine
 )
-"""What a player reports."""
+"""A message of a player."""
 
 
 def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float) -> Told:
-    """The playback position at a time on the clock, which is `wall` in Unix time."""
+    """Report the playback position at a time on the clock, which is `wall` in Unix time."""
     beats = run.beats(over)
     deserting: Deserting = {}  # only the stage's loop knows of its parent
     waiting: Waiting = {"waits_for": waits} if waits else {}
@@ -111,20 +111,20 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
 
 
 def sensed(run: Run, what: RobotSense, value: bool | None, beat: Exact, performed: float, wall: float) -> Told:
-    """What a robot senses from a beat on."""
+    """Report the value of a robot's sense from a beat on."""
     robot, sense = what
     return {"type": "sensed", "sense": sense, "value": value, **_moment(run, robot, beat, performed, wall)}
 
 
 def decided(run: Run, robot: str, decision: Decision, performed: float, wall: float) -> Told:
-    """What a word of senses has decided."""
+    """Report the decision of a word that reads senses."""
     sources = [[source.statement, *source.span] for source in decision.sources]
     moment = _moment(run, robot, decision.beat, performed, wall)
     return {"type": "decided", "sources": sources, "held": decision.held, **moment}
 
 
 def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> MeasuredRobot:
-    """Where a robot was, and where it ideally would have been."""
+    """Return a robot's measured pose, and its ideal pose at that time."""
     raw, pose, ideal, aligned, follows, *_ = comparison
     return {
         "source": raw.source,
@@ -141,14 +141,14 @@ def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> M
 
 
 def joints(run: Run, over: Duration, measured: RawJoints, body: Body, wall: float) -> JointPositions:
-    """Where joints of a robot's body were; what else moves isn't its own."""
+    """Report the positions of a robot's joints. Joints that aren't its own are left out."""
     positions = {name: at + body.joint[name].offset for name, at in measured.positions.items() if name in body.joint}
     moment = _moment(run, measured.robot, run.beat(measured.at, over), run.transport.performed(measured.at), wall)
     return {"type": "joints", "positions": positions, **moment}
 
 
 def faults(run: Run, over: Duration, news: Sequence[RobotNews], now: float, wall: float) -> Iterator[FaultMessage]:
-    """What is new about the faults of robots: a message about each, and lines for people."""
+    """Report news about the faults of robots: a message about each, and lines for people."""
     found = [
         SeenNews(run.score.parts[robot], each, robot in run.stood, run.stood.get(robot) == now) for robot, each in news
     ]
@@ -175,7 +175,7 @@ def vitals(
     standing: Collection[str],
     returning: Collection[str],
 ) -> Told:
-    """How the real robots of a score are. `standing` are those that were away, of which some are `returning`."""
+    """Report the condition of real robots. `standing` are those that were away; some are `returning`."""
     robots: dict[str, VitalsRobot] = {
         robot: {
             "odom": bool(part.odom),
@@ -189,7 +189,7 @@ def vitals(
 
 
 def beat_in_words(run: Run, beat: Exact) -> str:
-    """`beat 12`, or `bar 3, beat 4` if the program says how long bars are. They count from 1."""
+    """Return `beat 12`, or `bar 3, beat 4` if the program sets the length of bars. They count from 1."""
     passed = math.floor(beat)
     if not run.score.bar:
         return f"beat {passed + 1}"
@@ -198,7 +198,7 @@ def beat_in_words(run: Run, beat: Exact) -> str:
 
 
 def worst_json(worst: Worst) -> WorstJson:
-    """How bad a fault is, as far as it has such a number."""
+    """Return the size of a fault, as far as it has such a number."""
     found: WorstJson = {}
     if worst.distance or worst.turn:
         found["distance"], found["turn"] = worst.distance, worst.turn
@@ -208,12 +208,12 @@ def worst_json(worst: Worst) -> WorstJson:
 
 
 def as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
-    """Poses by robot."""
+    """Return poses by robot."""
     return {robot: to_pose_json(pose) for robot, pose in poses.items()}
 
 
 def _moment(run: Run, robot: str, beat: Exact, performed: float, wall: float) -> RobotInstant:
-    """The fields that all edges and decisions have."""
+    """Return the fields that all edges and decisions have."""
     return {
         "generation": run.generation,
         "robot": robot,

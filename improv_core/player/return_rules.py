@@ -1,7 +1,7 @@
-"""Real robots that were away drive back to where their parts have them, and go on there. It never reads a clock.
+"""Rules by which real robots that were away drive back to their parts. It never reads a clock.
 
-They are slow, and stand while anybody is near or isn't seen. Since parts move on meanwhile, each robot drives to a
-place that its part comes to later, and waits there. Lengths are in meters, angles in radians, times in seconds on the
+They are slow, and stand while another robot is near or isn't seen. Since parts move on meanwhile, each robot drives to
+a place that its part reaches later, and waits there. Lengths are in meters, angles in radians, times in seconds on the
 clock. Standard library only.
 """
 
@@ -19,25 +19,26 @@ from improv_core.score.obstacles import Obstacle
 from improv_core.score.profiles import Profile, slow_speeds
 
 HORIZON = 120.0
-"""Seconds: where a part is later than that is not looked for."""
+"""Seconds ahead within which to look for places on a part."""
 MOST_CHANGES = 500
-"""How many changes of velocity are looked at: all that takes a few milliseconds, and no command may wait longer."""
+"""The most changes of velocity that are looked at: that takes a few milliseconds, and no command may wait longer."""
 SAMPLE = 1.0
 """Seconds between two places on a long movement."""
 RESERVE, SLACK = 2.0, 1.3
-"""A robot gets so many seconds more than its way takes, and so many times as much: it has to speed up and to wait."""
+"""Seconds and a factor by which a robot gets more time than its path needs: it has to speed up and to wait."""
 GAIN = 1.0
-"""How fast a robot turns or drives toward a place, for each radian or meter: it slows down before it is there."""
+"""The speed of a robot toward a place, for each radian or meter: it slows down before it is there."""
 REACHED, AIMED, TURNED = 0.03, math.radians(20), math.radians(2)
-"""How near is near enough, how far off its direction a robot may be and drive, and how far off its heading it stays."""
+"""The distance that is near enough, the error of direction allowed while driving, and that of the heading at the
+end."""
 AHEAD = 1.0
-"""Seconds: where a robot would be then must not be too near to anybody."""
+"""Seconds after which a robot must not be too near to another one."""
 ROOM = 0.2
-"""Meters that it keeps from others beyond what robots have to keep: they are faster."""
+"""Meters that it keeps from other robots beyond the usual distance: they are faster."""
 
 
 class Rendezvous(NamedTuple):
-    """Where a part has its robot from one time to another, without moving it in between."""
+    """A pose at which a part has its robot from one time to another, without moving it in between."""
 
     pose: Pose
     begins: float
@@ -46,7 +47,7 @@ class Rendezvous(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Clearance:
-    """What a robot must not come near to: where `others` are, with their radii, and `things` in the world. It keeps
+    """Obstacles that a robot avoids: the poses of `others`, with their radii, and `things` in the world. It keeps
     `room` from robots and `margin` from things."""
 
     others: Mapping[str, tuple[Pose, float]]
@@ -56,7 +57,7 @@ class Clearance:
 
 
 def places(ideal: Pose, part: Iterable[Setpoint], now: float, end: float) -> Iterator[Rendezvous]:
-    """Where a part that is at its `ideal` pose now has its robot later, until its scene ends. Its setpoints count from
+    """Yield the later poses of a part that is at its `ideal` pose now, until its scene ends. Its setpoints count from
     now."""
     pose, end = ideal, min(end, now + HORIZON)
     changes = [(now + each.at, each.velocity) for each in islice(part, MOST_CHANGES)]
@@ -75,7 +76,7 @@ def places(ideal: Pose, part: Iterable[Setpoint], now: float, end: float) -> Ite
 
 
 def goal(found: Iterable[Rendezvous], pose: Pose, profile: Profile, around: Clearance, now: float) -> Rendezvous | None:
-    """The first place to which a robot can get in time on a straight way with nothing in it."""
+    """Return the first place that a robot can reach in time on a straight path with nothing in it."""
     for place in found:
         needed = SLACK * _seconds(pose, place.pose, profile) + RESERVE
         if now + needed <= place.ends and not _is_blocked(pose, place.pose, profile.radius, around):
@@ -84,8 +85,8 @@ def goal(found: Iterable[Rendezvous], pose: Pose, profile: Profile, around: Clea
 
 
 def toward(pose: Pose, place: Pose, profile: Profile, around: Clearance) -> Twist:
-    """How a robot moves now to get to a place: it turns toward it, drives there, and turns to the heading. It stands
-    while somebody is in its way."""
+    """Return the velocity of a robot on its way to a place: it turns toward it, drives there, and turns to the heading.
+    It stands while another robot is in its way."""
     linear, angular = slow_speeds(profile)
     off = pose.inverse().then(place)
     far, aim = math.hypot(off.x, off.y), math.atan2(off.y, off.x)
@@ -100,7 +101,7 @@ def toward(pose: Pose, place: Pose, profile: Profile, around: Clearance) -> Twis
 
 
 def _seconds(pose: Pose, place: Pose, profile: Profile) -> float:
-    """How long a robot needs to a place."""
+    """Return the seconds that a robot needs to reach a place."""
     linear, angular = slow_speeds(profile)
     x, y = place.x - pose.x, place.y - pose.y
     far = math.hypot(x, y)
@@ -110,7 +111,7 @@ def _seconds(pose: Pose, place: Pose, profile: Profile) -> float:
 
 
 def _is_blocked(pose: Pose, place: Pose, radius: float, around: Clearance) -> bool:
-    """Whether something in the world is in a robot's straight way. It may begin too near to it and drive away."""
+    """Return whether something in the world blocks a straight path. A robot too near to it may drive away."""
     count = max(math.ceil(math.dist((pose.x, pose.y), (place.x, place.y)) / max(radius, REACHED)), 1)
     way = [(number / count, 1 - number / count) for number in range(count + 1)]
     points = [(pose.x * rest + place.x * share, pose.y * rest + place.y * share) for share, rest in way]

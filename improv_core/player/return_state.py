@@ -1,4 +1,4 @@
-"""The robots that drive back to their parts, and what each is told now. It never reads a clock."""
+"""The robots that drive back to their parts, and the velocity that each has now. It never reads a clock."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from improv_core.score.obstacles import obstacles
 PERIOD = 0.05
 """Seconds between two commands to a robot that drives back."""
 SLIP = 0.25
-"""Seconds by which beats may come earlier or later than they should have, before goals are looked for again."""
+"""Seconds by which beats may come earlier or later than expected before robots get new goals."""
 AGAIN = 1.0
-"""Seconds until a robot that has no way looks for one again."""
+"""Seconds until a robot without a path looks for one again."""
 
 
 class HomeStep(NamedTuple):
-    """What a robot that drives back does now: it is told a velocity, or its part goes on with it (None). People are
-    told a line, if it isn't empty."""
+    """The next step of a robot that drives back: a velocity, or None if it plays its part again. `line` is for people,
+    unless it is empty."""
 
     robot: str
     twist: Twist | None
@@ -34,8 +34,8 @@ class HomeStep(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sightings:
-    """What is known at a time: where all robots are that are seen, where parts ideally have theirs, the robots whose
-    poses have jumped lately, the beat, and when this scene is over, on the clock."""
+    """Facts at a time on the clock: the beat, the poses of all robots that are seen, the ideal poses of parts, the
+    robots whose poses have jumped lately, and the end of this scene."""
 
     now: float
     beat: Exact
@@ -46,32 +46,32 @@ class Sightings:
 
 
 class Returns:
-    """Where each robot that drives back will go on, and what it was told last."""
+    """The places at which robots that drive back join their parts again, and their last velocities."""
 
     def __init__(self) -> None:
         self._goals: dict[str, Rendezvous] = {}
         self._told: dict[str, Twist] = {}
-        self._waiting: set[str] = set()  # robots of which people know that they wait until all are seen
-        self._driving: set[str] = set()  # robots of which people know that they drive back
-        self._stuck: dict[str, float] = {}  # when robots that have no way look for one again
-        self._playing: tuple[object, ...] = ()  # what goals and ways are for, and since when
+        self._waiting: set[str] = set()  # robots that people know to wait until all are seen
+        self._driving: set[str] = set()  # robots that people know to drive back
+        self._stuck: dict[str, float] = {}  # when robots without a path look for one again
+        self._playing: tuple[object, ...] = ()  # the score and scene of these goals
         self._began = -math.inf
         self._looked = -math.inf
 
     @property
     def driving(self) -> Collection[str]:
-        """The robots that are on their way."""
+        """The robots on their way back."""
         return self._goals.keys()
 
     def due(self, run: Run, returning: Collection[str]) -> float:
-        """The time on the clock at which to look; infinite if nobody is `returning`."""
+        """Return the time on the clock at which to look; infinite if no robot is `returning`."""
         if run.mode != "playing" or not (returning or self._told):
             return math.inf
         soonest = min((place.begins for place in self._goals.values() if place.begins > self._looked), default=math.inf)
         return min(self._looked + PERIOD, soonest)
 
     def look(self, run: Run, back: Collection[str], seen: Sightings) -> list[HomeStep]:
-        """What all robots do now that are `back` and may move."""
+        """Return the next steps of all robots that are `back` and may move."""
         began = seen.now - float(seen.beat * 60 / run.tempo)  # when beat 0 would have been
         if (run.score, run.scene) != self._playing or abs(began - self._began) > SLIP:  # parts will be elsewhere
             self._playing, self._began, self._goals, self._stuck = (run.score, run.scene), began, {}, {}
@@ -111,17 +111,17 @@ class Returns:
             self._goals.pop(robot, None)
             self._waiting.discard(robot)
             self._driving.discard(robot)
-            yield HomeStep(robot, None, f"{robot} is back in its place and goes on")
+            yield HomeStep(robot, None, f"{robot} is back in its place and continues")
             return
         if not place or seen.now > place.ends:
             place = self._find(run, robot, pose, around, seen)
         if not place:
-            line = "" if robot in self._stuck else f"{robot} finds no way to where it should be: carry it there"
+            line = "" if robot in self._stuck else f"{robot} finds no path to where it should be: carry it there"
             self._stuck[robot] = seen.now + AGAIN
             yield from self._stands(robot, told, line)
             return
         self._goals[robot] = place
-        line = "" if robot in self._driving else f"{robot} drives slowly to where it should be, and goes on there"
+        line = "" if robot in self._driving else f"{robot} drives slowly to where it should be, and continues there"
         self._driving.add(robot)
         twist = toward(pose, place.pose, part.profile, around)
         if twist != STILL or told != STILL or line:

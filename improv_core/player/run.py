@@ -1,4 +1,4 @@
-"""Everything that is decided about a performance, as one value: what plays, from where, how fast, who is silent."""
+"""Everything decided about a performance, as one value: its score, beat, and speed, and the robots that stand."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Mode = State
 ONE = Fraction(1)
 """The pace without a clock from outside."""
 EMPTY = Score(Fraction(60), {})
-"""What plays before anything has been loaded."""
+"""The score that plays before anything has been loaded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,20 +43,19 @@ class Run:
     scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
     number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
     `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
-    by itself once nothing is waited for; the latest one because a robot wasn't seen began at `blind`. One because
-    robots are `too_near` ends when a person says so. Unless `misplaced` is None, playing waits until these robots are
-    in their places, and a person plays again; with `anyway`, it doesn't matter where they stand. While beat 0 waits, a
-    `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and is as soon as
-    this is decided again.
+    by itself once nothing has to be waited for; the latest pause for an unseen robot began at `blind`. A pause for
+    robots that are `too_near` ends when a person resumes it. Unless `misplaced` is None, playing waits until these
+    robots are in their places, and a person plays again; with `anyway`, robots need not be in their places. While beat
+    0 waits, a `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and comes
+    with the next decision.
 
-    `startable_by` says what may have robots begin or go on without a person. Once anything has stopped everything, that
-    is nothing but what stopped it itself, until a person plays again.
+    `startable_by` are the automations that may have robots begin or continue without a person. After a stop, only the
+    automation that caused it may, until a person plays again.
 
-    A `clock` from outside is followed by this stage. `pace` is how many times as fast as the score's tempo and the
-    speed say a clock has it play, followed by this stage or by the one that leads. It plays so many seconds `behind`
-    that one.
+    This stage follows a `clock` from outside. `pace` is the factor on the score's tempo and the speed with which it
+    follows a clock, or with which the stage that leads does. It plays so many seconds `behind` that stage.
 
-    Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
+    Some methods need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
 
     mode: Mode = "stopped"
@@ -85,7 +84,7 @@ class Run:
 
     @property
     def beat_period(self) -> float:
-        """How many seconds a beat takes."""
+        """The seconds that a beat takes."""
         return float(60 / self.tempo)
 
     @property
@@ -96,29 +95,29 @@ class Run:
 
     @property
     def bar(self) -> int:
-        """How many beats a bar has."""
+        """The number of beats in a bar."""
         return self.score.bar or BEATS_PER_BAR
 
     @property
     def slope(self) -> Fraction:
-        """How many beats pass for each unit of the clock that is followed: its beats, or a simulation's seconds."""
+        """Beats that pass for each unit of the clock that is followed: its beats, or a simulation's seconds."""
         return self.speed if self.clock and self.clock.is_music else self.speed * self.score.tempo / 60
 
     def pace_at(self, rate: float) -> Fraction:
-        """The pace that makes this many units of the clock a second."""
+        """Return the pace at which this many units of the clock pass in a second."""
         return within_reach(rate * 60 / float(self.score.tempo) if self.clock and self.clock.is_music else rate)
 
     @property
     def simulated_pace(self) -> float:
-        """How much of a simulation's time passes in a second, by which its robots understand velocities."""
+        """The simulated seconds that pass in a second, by which a simulation's robots understand velocities."""
         return float(self.pace) if self.clock and not self.clock.is_music else 1.0
 
     def later(self, beat: Exact, seconds: float) -> Exact:
-        """The beat that comes so many seconds after another one, at the tempo of the run, even past the end."""
+        """Return the beat that comes so many seconds after another one, at the tempo of the run, even past the end."""
         return near(max(float(beat) + seconds / self.beat_period, 0.0)) if seconds else beat
 
     def aligned(self, beat: Exact, now: float) -> Run:
-        """Going on from a beat, at a time on our clock, by the clock that is followed."""
+        """Return this run with its clock aligned, as it continues from a beat at a time on our clock."""
         if not self.clock or not self.clock.rate:
             return self
         clock = self.clock.aligned(self.slope, float(beat), now)
@@ -126,7 +125,7 @@ class Run:
 
     @property
     def moves(self) -> bool:
-        """Whether the score has anything to play. A score without only stops its robots."""
+        """True if the score has anything to play. A score without only stops its robots."""
         return bool(self.score.beats or self.score.open)
 
     @property
@@ -134,28 +133,28 @@ class Run:
         return self.scene + 1 < self.score.scenes
 
     def ends(self, over: Duration) -> Duration:
-        """The beat at which the next scene begins, or all ends."""
+        """Return the beat at which the next scene begins, or the score ends."""
         return over if isinstance(over, float) or not self.has_next_scene else math.ceil(over)
 
     def is_over(self, beat: Exact, over: Duration) -> bool:
-        """Whether the whole score is over at a beat."""
+        """Return whether the whole score is over at a beat."""
         return not self.has_next_scene and not isinstance(over, float) and beat >= near(float(over))
 
     def beats(self, over: Duration) -> Duration:
-        """How long the score lasts, as far as that is known."""
+        """Return the length of the score in beats, as far as that is known."""
         if not self.score.open:
             return self.score.beats
         return ENDLESS if self.has_next_scene else over
 
     def beat(self, now: float, over: Duration) -> Exact:
-        """The beat at a time on the clock."""
+        """Return the beat at a time on the clock."""
         playing = self.mode == "playing"
         return self.transport.beat(now, self.beats(over)) if playing else self.transport.origin
 
     def switch_time(self, when: Switch, performed: float, beats_per_bar: int, over: Duration) -> float:
-        """When another score takes over. One that waits for the end of an open score waits until that is known.
+        """Return when another score takes over. One that waits for the end of an open score waits until that is known.
 
-        The bars are those of the score that plays, if it says how long they are.
+        The bars are those of the score that plays, if it sets their length.
         """
         beats = self.beats(over)
         if when == "end" and beats == ENDLESS and not never_ends(self.score):
@@ -163,22 +162,22 @@ class Run:
         return self.transport.switch_time(when, performed, beats, self.score.bar or beats_per_bar)
 
     def is_silent(self, robot: str, standing: Collection[str]) -> bool:
-        """Whether a robot stands although its part moves it; `standing` are those that wait for the next play."""
+        """True if a robot stands although its part moves it; `standing` are those that wait for the next play."""
         return robot in standing or robot in self.stood or is_silent(robot, self.silenced.muted, self.silenced.soloed)
 
     def may_start(self, by: Automation | None) -> bool:
-        """Whether whoever asks for it may have robots begin or go on: a person (None) always may."""
+        """Return whether an automation may have robots begin or continue. A person (None) always may."""
         return by is None or by in self.startable_by
 
     def started(self, by: Automation | None) -> Run:
-        """As whoever may do so asks for it. What a person plays, automations may play again."""
+        """Return the run after an allowed request to play. If a person made it, automations may play again."""
         return self if by else replace(self, startable_by=AUTOMATIONS)
 
     def at_scene_of(self, score: Score, beat: Exact) -> Run:
-        """With this score, at the scene that plays at a beat if no sense ever holds."""
+        """Return the run with this score, at the scene that plays at a beat if no sense ever holds."""
         index, _ = score.scene_at(beat)
         return replace(self, score=score, begun=score, scene=index)
 
     def left_at(self, beat: Exact) -> Run:
-        """With this as the beat at which playing stopped."""
+        """Return the run with this as the beat at which playing stopped."""
         return replace(self, transport=replace(self.transport, origin=beat))

@@ -1,4 +1,4 @@
-"""What robots sense, from the latest edges, the keys that are held, the cue, and what people force."""
+"""The senses of robots, from the latest edges, the keys that people hold, the cue, and values that people force."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ def foreseen(sensed: Sensed) -> Foreseen:
 
 
 class Sensing:
-    """The state of all senses and of deadman buttons, and the edges that were announced."""
+    """The state of all senses and of deadman buttons, and the announced edges."""
 
     def __init__(self) -> None:
         self._latest: dict[RobotSense, bool | None] = {}
         self._forced: dict[RobotSense, bool] = {}
-        self._keys: set[str] = set()  # that are held
-        self._announced: deque[Foreseen] = deque()  # in their order
+        self._keys: set[str] = set()  # keys that people hold
+        self._announced: deque[Foreseen] = deque()  # in order
         self.held: frozenset[str] = frozenset()
         """The deadman buttons that are held."""
         self.cued = False
-        """Whether the cue is being given."""
+        """True while the cue is given."""
         self.follows = False
-        """Whether only announced edges count."""
+        """True if only announced edges count."""
         self.replays = False
-        """Whether they are from a recording, and not from the stage that leads."""
+        """True if they are from a recording, and not from the stage that leads."""
 
     def restart(self, *, follows: bool, replays: bool) -> None:
-        """The performance starts over. A stage that follows forgets what robots sensed."""
+        """Start the performance over. A stage that follows forgets the values of senses."""
         self.follows, self.replays = follows, replays
         if follows:
             self._latest = {}
 
     def value(self, what: RobotSense, senses: Senses) -> bool | None:
-        """What a robot that has these senses senses now; None if that is not known."""
+        """Return the value of a sense for a robot that has these senses; None if it is unknown."""
         if what in self._forced:
             return self._forced[what]
         source = senses.get(what.sense)
@@ -65,21 +65,21 @@ class Sensing:
         self._latest[what] = value
 
     def hold(self, button: str, held: bool | None) -> None:
-        """Somebody holds or releases a deadman button; silence counts as released."""
+        """Handle a deadman button that somebody holds or releases; silence counts as released."""
         self.held = self.held | {button} if held else self.held - {button}
 
     def hold_key(self, key: str, held: bool) -> None:
-        """Somebody holds or releases a key."""
+        """Handle a key that somebody holds or releases."""
         (self._keys.add if held else self._keys.discard)(key)
 
     def force(self, what: RobotSense, value: bool | None) -> None:
-        """Make a robot sense something, whatever is around it. None ends that."""
+        """Force the value of a robot's sense. None ends that."""
         self._forced.pop(what, None)
         if value is not None:
             self._forced[what] = value
 
     def is_forced(self, what: RobotSense) -> bool:
-        """Whether edges of a sense change nothing."""
+        """Return whether a sense has a forced value, so that its edges change nothing."""
         return what in self._forced
 
     def announce(self, edges: Iterable[Foreseen]) -> None:
@@ -88,11 +88,11 @@ class Sensing:
 
     @property
     def announced(self) -> Exact | None:
-        """The beat of the next edges that were announced."""
+        """The beat of the next announced edges."""
         return self._announced[0].beat if self._announced else None
 
     def take_announced(self) -> list[Foreseen]:
-        """Take the edges that were announced for the next such beat."""
+        """Take the announced edges of the next beat that has any."""
         beat, taken = self.announced, list[Foreseen]()
         while self._announced and self._announced[0].beat == beat:
             edge = self._announced.popleft()
@@ -101,5 +101,5 @@ class Sensing:
         return taken
 
     def forget_announced(self) -> None:
-        """Playback jumps: edges that were announced no longer come."""
+        """Forget the announced edges, because playback jumps."""
         self._announced.clear()

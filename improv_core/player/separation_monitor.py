@@ -1,4 +1,4 @@
-"""Watches whether real robots keep apart while they play, and whether they are seen at all, by their measured poses.
+"""Watches the measured poses of real robots while they play: they must keep apart, and some must be seen at all.
 
 It decides nothing, and never reads a clock. Standard library only.
 """
@@ -25,26 +25,26 @@ from improv_core.score.score import Part, Score
 FROM_ELSEWHERE = "another stage"
 """The source of poses of robots that stages elsewhere move."""
 QUIET = 10.0
-"""Seconds for which poses of a robot elsewhere must have come in time until people are told again that they don't: on
-a bad link, that changes all the time."""
+"""Seconds for which a robot's poses from elsewhere must come in time before people read again that they don't: on a bad
+link, that changes all the time."""
 
 
 class Guard:
-    """The latest poses of robots, and what people know about those that aren't guarded. Only real ones are."""
+    """The latest poses of robots, and the unguarded robots that people know about. Only real robots are guarded."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._proximity = Proximity()
         self._looked = -math.inf
         self.due = math.inf
-        """When to look again on the clock if no pose comes."""
+        """The time on the clock of the next look if no pose comes."""
         self._told: set[str] = set()  # robots that people know are not guarded
-        self._lost: dict[str, float] = {}  # those of which no poses come now, and when that was so last
-        self._delayed: set[str] = set()  # those whose poses come too late
-        self._misdated: set[str] = set()  # those whose poses have stamps of another time
+        self._lost: dict[str, float] = {}  # robots without poses now, and the time when that was so last
+        self._delayed: set[str] = set()  # robots whose poses come too late
+        self._misdated: set[str] = set()  # robots whose poses have stamps of another time
 
     def forget(self) -> None:
-        """Name all robots again that aren't guarded, since somebody has restarted everything."""
+        """Report all unguarded robots again, since somebody has restarted everything."""
         self._told, self._lost, self._delayed, self._misdated = set(), {}, set(), set()
 
     def hear(self, run: Run, poses: Iterable[RawPose]) -> None:
@@ -52,7 +52,7 @@ class Guard:
         self._proximity = self._proximity.heard(poses, _guarded(run))
 
     def tell(self, run: Run, robot: str, twist: Twist, at: float) -> None:
-        """Take what a robot is told to do from a time on the clock on."""
+        """Take the velocity that a robot has from a time on the clock on."""
         part = run.score.parts.get(robot)
         if not part or not self._sink.real or run.score.world.keep_apart is None:
             return
@@ -62,7 +62,7 @@ class Guard:
             self.due = min(self.due, max(at, self._looked + LOOK_PERIOD))
 
     def shared(self, run: Run, poses: Iterable[RawPose]) -> RobotsSeen | None:
-        """What stages elsewhere have to know of these poses, which were measured here, so that robots keep apart."""
+        """Return the message about these poses, measured here, by which stages elsewhere keep robots apart."""
         parts = run.score.parts
         if not self._sink.real or run.score.world.keep_apart is None or run.mode in ("stopped", "ended"):
             return None
@@ -80,17 +80,17 @@ class Guard:
         return seen
 
     def unseen(self, run: Run, now: float) -> list[str]:
-        """The robots that must be seen and aren't at a time on the clock."""
+        """Return the robots that must be seen and aren't at a time on the clock."""
         watched = _ours(run) if self._sink.real and run.score.safety.sight else ()
         return [robot for robot in watched if now >= self._proximity.seen_until([robot])]
 
     def poses(self, run: Run, now: float) -> dict[str, Pose]:
-        """Where the robots are that are guarded and seen at a time on the clock."""
+        """Return the poses of robots that are guarded and seen at a time on the clock."""
         proximity = self._proximity
         return {robot: proximity.pose(robot) for robot in _guarded(run) if proximity.is_fresh(robot, now)}
 
     def look(self, run: Run, now: float) -> TooNear | None:
-        """The robots that are too near to each other at a time on the clock, if there are any."""
+        """Return the robots that are too near to each other at a time on the clock, if there are any."""
         if not self._sink.real or (keep_apart := run.score.world.keep_apart) is None:
             self.due = math.inf
             return None
@@ -101,18 +101,18 @@ class Guard:
         return TooNear(found) if found else None
 
     def deadline(self, run: Run) -> float:
-        """The time on the clock at which a robot that must be seen isn't; infinite if none must be."""
+        """Return the time on the clock at which a robot that must be seen isn't; infinite if none must be."""
         must_be_seen = self._sink.real and run.mode == "playing" and run.score.safety.sight
         return self._proximity.seen_until(_ours(run)) if must_be_seen else math.inf
 
     def lines(self, run: Run, odometry: Odometry, now: float) -> Iterator[str]:
-        """What people should know about poses and what depends on them, each once."""
+        """Yield lines about poses and the checks that need them, each once."""
         yield from self.news(run, now)
         yield from self.clocks(run, odometry.clocks())
         yield from self.delays(run, odometry.ages())
 
     def news(self, run: Run, now: float) -> Iterator[str]:
-        """Lines about robots that aren't guarded, each once."""
+        """Yield lines about robots that aren't guarded, each once."""
         if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing" or not _ours(run):
             return
         parts, guarded = run.score.parts, _guarded(run)
@@ -128,8 +128,8 @@ class Guard:
         self._lost = {robot: at for robot, at in far.items() if now < at + QUIET} | dict.fromkeys(lost, now)
 
     def clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
-        """Lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. They are so
-        many seconds `ahead`."""
+        """Yield lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. Their
+        stamps are so many seconds `ahead`."""
         if not self._sink.real or run.mode != "playing":
             return
         parts = run.score.parts
@@ -145,7 +145,7 @@ class Guard:
             )
 
     def delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
-        """Lines about robots whose poses come too late to be of use. `ages` are how old they were at least when they
+        """Yield lines about robots whose poses come too late to be of use. `ages` are the lowest ages at which they
         came, in seconds."""
         if not self._sink.real or run.mode != "playing":
             return
@@ -163,8 +163,8 @@ class Guard:
 
 
 def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
-    """Where robots are that other stages move, and what they are told, as these say. None was measured later than
-    now."""
+    """Return the poses and velocities of robots that other stages move, as these report them. None was measured later
+    than now."""
     return [
         RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now), told=told)
         for robot, each in seen["robots"].items()
@@ -174,19 +174,19 @@ def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
 
 
 def _ours(run: Run) -> list[str]:
-    """The robots that this stage moves."""
+    """Return the robots that this stage moves."""
     return [robot for robot, part in run.score.parts.items() if not part.elsewhere]
 
 
 def _dependent(run: Run) -> list[str]:
-    """The robots for which it matters how old their poses are."""
+    """Return the robots for which the age of poses matters."""
     keeps = run.score.world.keep_apart is not None or run.score.safety.sight
     guarded = _guarded(run) if keeps else {}
     return [robot for robot, part in run.score.parts.items() if part.follow or robot in guarded]
 
 
 def _guarded(run: Run) -> Mapping[str, Base]:
-    """The robots whose poses are in the world that all share."""
+    """Return the robots whose poses are in the world that all share."""
     return {
         robot: _base(part)
         for robot, part in run.score.parts.items()

@@ -21,7 +21,7 @@ from improv_core.score.score import Part
 class SetpointQueue:
     """The next setpoint of each mover, which is a robot's base or one of its body parts, and the velocities they hold.
 
-    `send` sends a mover a velocity at a performance time. `is_silent` is asked whether a robot must stand now although
+    `send` sends a mover a velocity at a performance time. `is_silent` returns whether a robot must stand now although
     its part moves it; then `withhold` gets the velocity instead.
     """
 
@@ -35,15 +35,15 @@ class SetpointQueue:
         self._is_silent = is_silent
         self._withhold = withhold
         self._queue: list[_Due] = []
-        self._wanted: dict[Mover, Velocity] = {}  # each velocity, or what it would be if the robot were not silent
-        self._zeros_left: dict[Mover, int] = {}  # for those of silent robots
+        self._wanted: dict[Mover, Velocity] = {}  # the velocity of each, as if its robot were not silent
+        self._zeros_left: dict[Mover, int] = {}  # zeros that a silent robot's mover has yet to get
         self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
         self.repeats = Repeats()
         """The movers that hold a velocity."""
 
     @property
     def due(self) -> float:
-        """When the next change is due."""
+        """The time at which the next change is due."""
         return self._queue[0].at if self._queue else math.inf
 
     def movers(self, robots: Iterable[str]) -> list[Mover]:
@@ -51,7 +51,7 @@ class SetpointQueue:
         return [mover for robot in robots for mover in (Mover(robot), *self._limbs.get(robot, ()))]
 
     def restart(self, robots: Collection[str], performed: float) -> None:
-        """Performance time starts over, and these robots begin. Those that left before still get their last zeros."""
+        """Start performance time over, with these robots. Those that left before still get their last zeros."""
         left = [due for due in self._queue if due.mover.robot not in robots]
         self._limbs = {due.mover.robot: self._limbs[due.mover.robot] for due in left if due.mover.part}
         self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
@@ -84,12 +84,12 @@ class SetpointQueue:
             self._push(_Due(at + offset, mover, velocity, held, told, offset))
 
     def begin_open(self, mover: Mover, at: float) -> None:
-        """An open part begins: whatever it does first is sent."""
+        """Begin an open part, and always send its first velocity."""
         self._wanted.pop(mover, None)
         self.add_open(mover, at)
 
     def add_open(self, mover: Mover, at: float) -> None:
-        """A mover's open part is to be performed at this time."""
+        """Perform a mover's open part at this time."""
         self._push(_Due(at, mover, None, True, iter(()), 0.0))
 
     def hold(self, mover: Mover, velocity: Velocity, rate: float, at: float) -> None:
@@ -131,17 +131,17 @@ class SetpointQueue:
                 self._send(mover, self._wanted[mover], performed)
 
     def resend(self, robot: str, at: float) -> None:
-        """Send a robot what it does now that it has become silent, or no longer is."""
+        """Send a robot its current velocity now that it has become silent, or no longer is."""
         self.silence([robot])
         for mover in self.movers([robot]):
             self._send(mover, self._wanted.get(mover, STILL), at)
 
     def silence(self, robots: Collection[str]) -> None:
-        """Send robots that have become silent their last zeros instead of what follows."""
+        """Send robots that have become silent their last zeros instead of their setpoints."""
         self._zeros_left.update(dict.fromkeys(self.movers(robots), LAST_ZEROS))
 
     def stop(self, parts: Mapping[str, Part], performed: float) -> list[Exception]:
-        """Stop robots at once. If one can't be stopped, the others still are; returns the exceptions."""
+        """Stop robots at once. If one can't be stopped, the others still are. Return the exceptions."""
         movers = self.movers(parts)
         self.drop(movers)
         problems = []
@@ -200,8 +200,7 @@ class SetpointQueue:
 class _Due(NamedTuple):
     """A mover's next setpoint at a performance time, and the rest of them, whose times count from `offset`.
 
-    A setpoint without a velocity is that of an open part: what it is depends on where the joints stand and on what is
-    sensed when it is due.
+    A setpoint without a velocity belongs to an open part: it depends on joints and senses at the time when it is due.
     """
 
     at: float

@@ -18,11 +18,11 @@ SHORTEST = Fraction(1, 1000)
 
 
 Velocity = Twist | Mapping[str, float]
-"""How fast a robot's base moves, or the joints of a body part, by name, in rad/s or m/s. A zero twist stops either."""
+"""The velocity of a base, or of the joints of a body part, by name, in rad/s or m/s. A zero twist stops either."""
 
 
 class Setpoint(NamedTuple):
-    """What a base or a body part does from `at` seconds on. If it is `held`, it is repeated until the next one."""
+    """A velocity of a base or a body part from `at` seconds on. If it is `held`, it is repeated until the next one."""
 
     at: float
     velocity: Velocity
@@ -30,7 +30,7 @@ class Setpoint(NamedTuple):
 
 
 def setpoints(profile: Profile, movement: Movement, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:
-    """All setpoints of a movement from its beat `start` on, with times counted from there: each change, then zeros."""
+    """Yield the setpoints of a movement from its beat `start` on, with times from there: each change, then zeros."""
     period = 1 / profile.command_rate
     seconds = 60 / tempo
     shortest = SHORTEST / seconds
@@ -51,5 +51,5 @@ def setpoints(profile: Profile, movement: Movement, tempo: Fraction, start: Exac
 
 
 def zeros(start: float, period: float) -> Iterator[Setpoint]:
-    """The short burst of zeros that stops a robot."""
+    """Return the short burst of zeros that stops a robot."""
     return (Setpoint(start + count * period, STILL, False) for count in range(LAST_ZEROS))

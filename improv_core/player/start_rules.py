@@ -1,4 +1,4 @@
-"""When robots may begin, or go on: listeners, gates, interlocks, and the places where they should stand.
+"""Rules for when robots may begin or continue: listeners, gates, interlocks, and the places where they should stand.
 
 Pure rules of the player: `(run, event, facts) -> (run, acts)`.
 """
@@ -42,12 +42,12 @@ from improv_core.score.score import Score
 from improv_core.score.transport import Transport
 
 OPENS = 0.05
-"""Seconds before the moment at which robots come in by a clock, from which on it is no longer moved."""
+"""Seconds before robots come in with a clock from which on that moment stays as it is."""
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
 QUIET = 10.0
-"""Seconds after a pause because a robot isn't seen in which people aren't told of another one: poses may be late again
-and again."""
+"""Seconds after a pause for an unseen robot in which people get no line about another one: poses may be late again and
+again."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
@@ -109,14 +109,14 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
         ready = start_gate.made_ready(run.gate, facts.now, facts.wall, run.beat_period)
         return replace(run, gate=ready), [*acts, Report()]
     if event.moving is None:
-        # A look at robots that were waited for has taken 0.2 s, while the network found them: beat 0 comes after it.
+        # Checking the robots that beat 0 waited for took 0.2 s, while the network found them: beat 0 comes after it.
         return replace(run, is_due=True), acts
     run, more = _begin(run, facts)
     return run, [*acts, *more]
 
 
 def _begin(run: Run, facts: Facts) -> Decided:
-    """Beat 0 is now."""
+    """Begin: beat 0 is now."""
     late = start_gate.lateness(run.gate, facts.wall)
     run = replace(run, transport=replace(run.transport, zero=start_gate.beat_zero(run.gate, facts.now)))
     run, acts = play_from(run, run.later(0, start_gate.passed(run.gate, facts.now)), 0.0, facts, facts.places)
@@ -151,13 +151,13 @@ def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
 
 
 def comes_in(run: Run) -> bool:
-    """Whether a clock of music runs, so that robots don't go on at any moment, but come in at their beat of a bar."""
+    """Return whether a clock of music runs, so that robots come in at their beat of a bar, and not at any moment."""
     clock = run.clock
     return clock is not None and clock.is_music and clock.rate > 0 and not clock.silent
 
 
 def coming_in(run: Run, facts: Facts) -> Run:
-    """A pause is to end when a clock of music is at the beat of the performance: as a musician comes in again."""
+    """Plan to end a pause when a clock of music is at the beat of the performance, as a musician comes in again."""
     clock, performed = run.clock, run.transport.performed(facts.now)
     assert clock
     if clock.enters is not None and abs(clock.enters - performed) < OPENS:
@@ -168,7 +168,7 @@ def coming_in(run: Run, facts: Facts) -> Run:
 
 
 def stood(run: Run, event: events.Stood, facts: Facts) -> Decided:
-    """Show what still has to be done to robots that are not in their places. They don't begin by themselves."""
+    """Report the robots that are not in their places yet. They don't begin by themselves."""
     found = preflight.misplaced(facts.places, run.score.safety.preflight)
     if run.misplaced is None or preflight.shown(found) == preflight.shown(run.misplaced):
         return run, []
@@ -179,7 +179,7 @@ def stood(run: Run, event: events.Stood, facts: Facts) -> Decided:
 def play_from(
     run: Run, beat: Exact, performed: float, facts: Facts, places: Mapping[str, preflight.Standing] | None = None
 ) -> Decided:
-    """Play the score from a beat on, starting at this performance time, or as soon as nothing is waited for.
+    """Play the score from a beat on, starting at this performance time, or as soon as nothing has to be waited for.
 
     Robots that stood have to be in their `places`.
     """
@@ -194,7 +194,7 @@ def play_from(
 
 
 def go_on(run: Run, beat: Exact, performed: float, facts: Facts) -> Decided:
-    """Go on playing from a beat, at the tempo of the run, starting at this performance time."""
+    """Keep playing from a beat, at the tempo of the run, starting at this performance time."""
     run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if swap := run.next:
         at = run.switch_time(swap.when, performed, swap.beats_per_bar, facts.over)
@@ -209,7 +209,7 @@ def begin_parts(run: Run, robots: Collection[str], beat: Exact, performed: float
 
 
 def waits(run: Run, facts: Facts) -> list[str]:
-    """What has to change before robots may move: what real ones wait for, and a clock that stands."""
+    """Return the conditions that robots wait for before they move: those of real ones, and a clock that stands."""
     clock = [run.clock.name] if run.clock and run.clock.stands else []
     if not facts.real:
         return clock
@@ -217,7 +217,7 @@ def waits(run: Run, facts: Facts) -> list[str]:
 
 
 def may_be_brought(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Collection[str]) -> list[str]:
-    """The real robots whose joints may be brought to their starts before beat 0: those that might move there."""
+    """Return the real robots whose joints may be brought to their starts before beat 0: those that might move there."""
     if run.mode != "waiting" or waits_for_listeners or waits(run, facts):
         return []
     if deaf and not run.score.safety.start_without:
@@ -246,7 +246,7 @@ def _wait(run: Run, facts: Facts) -> Decided:
 
 
 def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
-    """With the clock that its score wants to follow, or with the pace of the stage that leads, and as far behind it."""
+    """Return the run with the clock that its score follows, or with the pace and the delay of the stage that leads."""
     if entry:
         pace = Fraction(str(entry["pace"])) if "pace" in entry else ONE
         return replace(run, clock=None, pace=pace, behind=entry.get("behind", 0.0))
@@ -256,7 +256,7 @@ def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
 
 
 def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
-    """The gate once a person says that it should open: at the next bar of a clock that runs, after a count, or at
+    """Return the gate after a person opens it: it opens at the next bar of a clock that runs, after a count, or at
     once."""
     left = run.clock.until(0, run.slope, run.bar, facts.now) if run.clock else math.inf
     if left < math.inf:
@@ -268,7 +268,7 @@ def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
 
 
 def _displaced(run: Run, places: Mapping[str, preflight.Standing]) -> Mapping[str, preflight.Standing]:
-    """The robots that have to be in their places first, and are not."""
+    """Return the robots that have to be in their places first, and are not."""
     return preflight.misplaced(places, run.score.safety.preflight) if run.moves and not run.anyway else {}
 
 

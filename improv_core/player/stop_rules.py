@@ -1,4 +1,4 @@
-"""What has robots stand: stops, pauses, and faults. Pure rules of the player: `(run, event, facts) -> (run, acts)`."""
+"""Rules that make robots stand: stops, pauses, and faults. Pure functions: `(run, event, facts) -> (run, acts)`."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
 
 
 def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> Decided:
-    """Stop all robots here. After a stop, only a person has them move again, or the automation whose stop it was."""
+    """Stop all robots here. After a stop, only a person, or the automation that caused it, can have them move again."""
     if mode == "stopped":
         run = replace(run, startable_by=run.startable_by & {by})
     run = run.left_at(run.beat(facts.now, facts.over))
@@ -106,7 +106,7 @@ def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> D
 
 
 def _unreached(run: Run, facts: Facts) -> list[Act]:
-    """Name the robots that were told to stop, and may not have heard it."""
+    """Report the robots that were sent a stop and may not have received it."""
     robots = [robot for robot in run.score.parts if robot in facts.unreached]
     if not robots:
         return []

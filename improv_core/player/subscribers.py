@@ -1,4 +1,4 @@
-"""Which robots of a score listen, and what people should know about them. It never reads a clock."""
+"""The robots of a score that listen, and warnings about those that don't. It never reads a clock."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
 quiet machine, and more than 3 s on a busy one."""
 ANSWERS = 10.0
-"""Seconds to wait before beat 0 for robots that are there and have yet to confirm that they hear us: a sink names one
-earlier that doesn't."""
+"""Seconds to wait before beat 0 for robots that are there and have yet to confirm that they hear us. A sink reports a
+robot that doesn't earlier."""
 LOOK_PERIOD = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
 MOST_LINES = 10
 """The most warnings at once. Nobody reads a thousand."""
 LOOK_AT = 20
-"""How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
+"""The number of robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 
 _TOPIC = "\0"  # stands for a robot's topic in a line about several robots
 
 
 class Found(NamedTuple):
-    """The expected robots that listen since the last look, whether beat 0 has to wait for others, which ones don't
+    """The expected robots that listen since the last look, whether beat 0 has to wait for others, the robots that don't
     listen, and whether the limit has just run out."""
 
     listen: set[str]
@@ -36,15 +36,15 @@ class Found(NamedTuple):
 
 
 class Listeners:
-    """Asks the sink about robots, a few at a time, and collects warnings: each once, with one line for all robots that
-    it applies to."""
+    """The listeners of robots. It asks the sink about a few at a time, and collects warnings: each once, with one line
+    for all robots that it applies to."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._met: dict[str, float] = {}  # when each robot first had a part
         self._awaited: set[str] = set()  # robots that beat 0 waits for, because nothing listens for them yet
-        self._expected = 0.0  # since when
-        self._waits = False  # whether any of them may still be found
+        self._expected = 0.0  # the time since when beat 0 waits
+        self._waits = False  # true if any of them may still be found
         self._heard: set[str] = set()  # robots that have listened since the score began
         self.away: set[str] = set()
         """Robots that once listened and no longer do."""
@@ -54,16 +54,16 @@ class Listeners:
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
         self.gone: set[str] = set()
-        """Those of them that have not listened again since, even if their parts have begun anew."""
+        """Robots that went away and haven't listened again since, even if their parts have begun again."""
         self._looked_at = 0
         self._robots: list[str] = []  # of the score
-        self._others: set[str] = set()  # what else lines are about
+        self._others: set[str] = set()  # other names that lines are about
         self._warned: dict[str, str | None] = {}
-        self._news: dict[str, list[str]] = {}  # for each line to tell, without its topic, the topics
+        self._news: dict[str, list[str]] = {}  # for each new line, without its topic, the topics
 
     def begin(self, score: Score, entering: Collection[str], now: float) -> None:
-        """Another score begins, and with it the parts of these robots. The others are looked at in their turn: scores
-        may come faster than all robots can be looked at."""
+        """Begin another score, and with it the parts of these robots. The others are checked in their turn: scores may
+        come faster than all robots can be checked."""
         self._robots = list(score.parts)
         self._heard = self._heard.difference(entering)
         self.away = self.away.difference(entering)
@@ -77,7 +77,7 @@ class Listeners:
         self._awaited, self._expected, self._waits = set(robots), now, True
 
     def find(self, now: float) -> Found:
-        """Look which of the expected robots hear us, and ask the others."""
+        """Find the expected robots that hear us, and ask the others."""
         before, missing = self._awaited, self._sink.missing(self._awaited)
         self._sink.ask(missing)
         self._awaited, waited = set(missing), self._waits
@@ -87,8 +87,8 @@ class Listeners:
         )
         return Found(before - self._awaited, self._waits, frozenset(missing), waited and not self._waits)
 
-    def welcome(self) -> None:
-        """Let robots play again that stood, as far as they listen."""
+    def readmit(self) -> None:
+        """Let robots that stood play again if they listen."""
         self.standing &= self.away
 
     def forget(self) -> None:
@@ -102,10 +102,10 @@ class Listeners:
             self.next_look = now + LOOK_PERIOD
 
     def look_around(self, score: Score, now: float, waits: bool) -> tuple[set[str], bool]:
-        """Check the next few robots. Returns those that stand from now on, and whether all have been checked.
+        """Check the next few robots. Return those that stand from now on, and whether all have been checked.
 
-        Those that have gone away are asked whether they hear us, if they stand, or if playback `waits` until they are
-        back.
+        The sink asks robots that have gone away whether they hear us if they stand, or if playback `waits` until they
+        are back.
         """
         robots = self._robots[self._looked_at : self._looked_at + LOOK_AT]
         standing = self.look(score, robots)
@@ -119,14 +119,14 @@ class Listeners:
         return standing, done
 
     def look(self, score: Score, robots: Collection[str]) -> set[str]:
-        """Check some robots of a score. Returns those that stand from now on."""
+        """Check some robots of a score. Return those that stand from now on."""
         missing = self._sink.missing(robots)
         lines = {**self._sink.warnings(robots), **missing}
         others = {name for name in lines if name not in score.parts}
         must_stand = {robot for robot in robots if self._must_stand(score, robot, missing.get(robot))}
         for name in [*robots, *(others | self._others)]:
             line = lines.get(name)
-            if line == "" or name in self.gone:  # that is a fault
+            if line == "" or name in self.gone:  # a fault reports that
                 continue
             if line and self._warned.get(name) != line:
                 topic = score.parts[name].topic if name in score.parts else line
@@ -137,11 +137,11 @@ class Listeners:
 
     @property
     def returning(self) -> Set[str]:
-        """Those that will drive to where their parts have them, once they listen."""
+        """The robots that will drive to their parts once they listen."""
         return self.standing if self._returns else frozenset()
 
     def news(self) -> Iterator[str]:
-        """The lines that have come up since the last call. Lines that differ only in their topic are one."""
+        """Yield the lines that have come up since the last call. Lines that differ only in their topic are one."""
         lines, self._news = list(self._news.items()), {}
         for line, topics in lines[:MOST_LINES]:
             count = len(set(topics))

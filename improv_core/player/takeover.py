@@ -1,4 +1,4 @@
-"""A save as an edit: how a score takes over from the one that plays, and which parts of it play on."""
+"""A save as an edit: a score takes over from the one that plays, and parts that stay the same play on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from improv_core.score.score import UNNUMBERED, Part, Score
 from improv_core.score.transport import Switch, Transport
 
 SAME_MOMENT = 0.001
-"""Seconds by which two stages may differ in when a beat is."""
+"""Seconds by which the time of a beat may differ between two stages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Swap:
         return near(self.entry["beat"]) if self.entry else transport.beat(transport.clock(self.at), ENDLESS)
 
     def shifts(self, transport: Transport) -> bool:
-        """Whether the leading stage counts its beats from another moment than this transport does."""
+        """Return whether the leading stage counts its beats from another moment than this transport does."""
         if not self.entry:
             return False
         ours = transport.clock(transport.end(near(self.entry["beat"])))
@@ -45,9 +45,9 @@ class Swap:
 
 @dataclass(frozen=True, slots=True)
 class Before:
-    """What plays when a score takes over: another score, at a scene, which is the last one if it `is_over`.
+    """The score that plays when another one takes over, and its scene. If it `is_over`, so is its last scene.
 
-    `poses` are where simulated robots are that senses have moved; None for real robots.
+    `poses` are those of simulated robots that senses have moved; None for real robots.
     """
 
     score: Score
@@ -57,7 +57,7 @@ class Before:
 
 
 def edited(swap: Swap, beat: Exact, before: Before) -> Score:
-    """The score that takes over at a beat, with the beats at which its parts of this scene began."""
+    """Return the score that takes over at a beat, with the beats at which its parts of this scene began."""
     scene, since = _scene_after(swap, beat, before)
     parts = {
         robot: _edited_part(replace(part, begins=_begins(part, swap, scene, beat, before), scene=scene), beat, before)
@@ -67,12 +67,12 @@ def edited(swap: Swap, beat: Exact, before: Before) -> Score:
 
 
 def entering(score: Score, before: Before) -> set[str]:
-    """The robots of an edited score whose parts begin. The others play on as they do."""
+    """Return the robots of an edited score whose parts begin. The others play on as they do."""
     return {robot for robot, part in score.parts.items() if not _plays_on(part, before)}
 
 
 def joined(score: Score, entry: Begins) -> Score:
-    """A score as another stage already plays it."""
+    """Return a score as another stage already plays it."""
     begins = entry.get("begins", {})
     scene, since = _scene_of(entry)
     parts = {name: replace(part, begins=near(begins.get(name, 0))) for name, part in score.parts.items()}
@@ -80,12 +80,12 @@ def joined(score: Score, entry: Begins) -> Score:
 
 
 def never_ends(score: Score) -> bool:
-    """Whether a score never ends, no matter what is sensed."""
+    """Return whether a score never ends, no matter what robots sense."""
     return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
 
 
 def _scene_of(entry: Begins) -> tuple[int, Exact]:
-    """The scene with which a score took over, and the beat at which it began."""
+    """Return the scene with which a score took over, and the beat at which it began."""
     scene = entry.get("scene")
     return (scene["index"], near(scene["begins"])) if scene else (0, 0)
 
@@ -101,14 +101,14 @@ def _scene_after(swap: Swap, beat: Exact, before: Before) -> tuple[int, Exact]:
 
 
 def _begins(part: Part, swap: Swap, scene: int, beat: Exact, before: Before) -> Exact:
-    """The beat at which a part began, in a score that takes over with a scene at a beat."""
+    """Return the beat at which a part began, in a score that takes over with a scene at a beat."""
     if swap.entry:
         return near(swap.entry.get("begins", {}).get(part.robot, 0))
     return before.score.begins(part.robot, scene) if not before.is_over and _is_alike(part, scene, before) else beat
 
 
 def _edited_part(part: Part, beat: Exact, before: Before) -> Part:
-    """A part with the pose at which its robot entered this scene."""
+    """Return a part with the pose at which its robot entered this scene."""
     old = before.score.parts.get(part.robot)
     entered = None
     if old and _plays_on(part, before):
@@ -122,11 +122,11 @@ def _edited_part(part: Part, beat: Exact, before: Before) -> Part:
 
 
 def _plays_on(part: Part, before: Before) -> bool:
-    """Whether a part of an edited score is the one that its robot already plays."""
+    """Return whether a part of an edited score is the one that its robot already plays."""
     return _is_alike(part, part.scene, before) and before.score.begins(part.robot, before.scene) == part.begins
 
 
 def _is_alike(part: Part, scene: int, before: Before) -> bool:
-    """Whether a part moves its robot in a scene in the same way as what it already plays."""
+    """Return whether a part moves its robot in a scene in the same way as the one that it already plays."""
     old = before.score.parts.get(part.robot)
     return old is not None and scene == before.scene and old.edition(scene) == part.edition(scene) != UNNUMBERED

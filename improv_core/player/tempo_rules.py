@@ -1,6 +1,6 @@
-"""How a performance follows another clock: it bends. Pure rules of the player: `(run, event, facts) -> (run, acts)`.
+"""Rules by which a performance follows another clock: it bends. Pure functions: `(run, event, facts) -> (run, acts)`.
 
-A bend changes only how fast the beats pass. So the beat never jumps, and robots get new velocities as they do when a
+A bend changes only the pace of the beats. So the beat never jumps, and robots get new velocities as they do when a
 person sets the speed.
 """
 
@@ -24,15 +24,15 @@ from improv_core.score.outside_clock import Following
 from improv_core.score.peer_clock import bent
 
 LOOK = 0.25
-"""Seconds until the clock is looked at again, although nothing was heard of it: a bend must not last too long."""
+"""Seconds until the next look at the clock if no message comes from it: a bend must not last too long."""
 NOTICED = 0.005
 """The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
 SOON = 0.95
-"""The share of the tempo at which a robot would be too fast, from which on people are told."""
+"""The share of the tempo at which a robot would be too fast, from which on people get a warning."""
 
 
 def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
-    """Something is heard of the clock."""
+    """Handle news of the clock."""
     before = run.clock
     if not before:
         return run, []
@@ -53,13 +53,13 @@ def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
     if before.anchor and before.anchor.jumps != event.anchor.jumps and not clock.is_music:
         beat = float(run.beat(facts.now, facts.over))
         run = replace(run, clock=clock.aligned(clock.slope, beat, facts.now))
-        acts.append(warning_line(f"the time on {clock.name} has jumped: the dance goes on from where it is"))
+        acts.append(warning_line(f"the time on {clock.name} has jumped: the dance continues from where it is"))
     run, more = _bend(run, performed, facts)
     return run, [*acts, *more]
 
 
 def looked(run: Run, due: Due, facts: Facts) -> Decided:
-    """It is time to look at the clock."""
+    """Look at the clock, because that is due."""
     clock, acts = run.clock, list[Act]()
     assert clock
     now = run.transport.clock(due.at)
@@ -78,7 +78,7 @@ def looked(run: Run, due: Due, facts: Facts) -> Decided:
 
 
 def bend(run: Run, event: events.Bend, facts: Facts) -> Decided:
-    """The stage that leads plays at another pace since a time on the clock: play at the same."""
+    """Take over the pace of the stage that leads, which it has had since a time on the clock."""
     run = replace(run, pace=Fraction(str(event.pace)))
     if run.mode != "playing" or waits(run, facts):
         return replace(run, transport=replace(run.transport, tempo=run.tempo)), []
@@ -87,8 +87,8 @@ def bend(run: Run, event: events.Bend, facts: Facts) -> Decided:
 
 
 def _stood_still(run: Run, clock: Following, facts: Facts) -> Decided:
-    """The time of a simulation stands still: pause. What robots have been told since it does, they haven't done, so it
-    is played again, unless senses have decided something meanwhile."""
+    """Pause, because a simulation's time stands still. Robots haven't done what they were sent since then, so it is
+    played again, unless senses have decided something meanwhile."""
     then, acts = changed(run, events.Changed(), facts)
     if then.mode != "paused" or not clock.anchor or run.score.open:
         return then, acts
@@ -116,7 +116,7 @@ def _bend(run: Run, performed: float, facts: Facts) -> Decided:
 
 
 def _warned(run: Run) -> Decided:
-    """Say it before the clock makes a robot too fast, or is too fast or too slow itself."""
+    """Warn before the clock makes a robot too fast, or if it is too fast or too slow itself."""
     clock = run.clock
     assert clock
     if not clock.is_music:
@@ -138,7 +138,7 @@ def _warned(run: Run) -> Decided:
 
 
 def _at_bar(run: Run, clock: Following, facts: Facts) -> Run:
-    """Beat 0 is at the next bar of the clock, if it waits for that."""
+    """Set beat 0 to the next bar of the clock, if it waits for that."""
     gate = run.gate
     if not gate or not gate.at_bar or (gate.ready and abs(gate.begins - facts.wall) < OPENS):
         return run

@@ -1,4 +1,4 @@
-"""What robots are told, and when: fast, mutable, and without decisions. Those are in `decide.py`.
+"""The setpoints and other messages to robots: fast, mutable, and without decisions. Those are in `decide.py`.
 
 It never reads a clock. `performed` and `at` are performance times: seconds since the latest restart, including pauses.
 """
@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from improv_core.player import reports
-from improv_core.player.active_parts import Cast, closed_part
+from improv_core.player.active_parts import ActiveParts, closed_part
 from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edges
 from improv_core.player.events import Event, Facts, Load
 from improv_core.player.joint_commands import JointCommands
@@ -39,9 +39,9 @@ from improv_core.score.score import twist
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 
 VITALS_PERIOD = 1.0
-"""Seconds between two reports of how real robots are."""
+"""Seconds between two reports of the condition of real robots."""
 MOST_PLACED = 3_000
-"""The most parts of movements that a jump visits to find out how all joints stand then. It takes 0.1 s at most."""
+"""The most parts of movements that a jump visits to compute where all joints stand then. It takes 0.1 s at most."""
 MEASURE_PERIOD = 0.05
 """Seconds between two measurements of a simulated robot."""
 
@@ -53,13 +53,13 @@ class Tracks:
         self.sink = sink
         self.tell = tell
         self.run = Run(startable_by=frozenset())  # until a person has played something
-        """What has been decided. Only the player's loop replaces it."""
+        """The latest decision. Only the player's loop replaces it."""
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
         self.joints = JointCommands(self._send_joints)
         self.queue = SetpointQueue(self._send, self._is_silent, self._withhold)
         self.sensing = Sensing()
-        self.cast = Cast(self._value)
+        self.active_parts = ActiveParts(self._value)
         self.limbs = Limbs()
         self.paths = Paths()
         self.listeners = Listeners(sink)
@@ -70,25 +70,25 @@ class Tracks:
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self.informed = -math.inf
-        """The time on the clock at which we last heard of something that was perhaps due before: that is no stall."""
+        """The time on the clock of the latest news about something that was perhaps due before: that is no stall."""
         self.advanced = 0.0
         """The performance time up to which the sink has been advanced."""
         self.measured = -math.inf
-        """The period in which simulated robots were measured last."""
+        """The number of the period in which simulated robots were measured last."""
         self.rested = -math.inf
-        """The time on the clock at which robots that were told to stop have come to rest."""
+        """The time on the clock at which robots that were stopped have come to rest."""
         self.unsettled = False
-        """Whether something may be due that has not been sent."""
+        """True if something may be due that has not been sent."""
         self.unseen: list[str] = []
         """Robots to check once everything that is due has been sent."""
-        self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and what has to be decided next in it
+        self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and the next thing to decide in it
         self.wall = wall
         self._vitals_due = -math.inf
 
-    # What is due
+    # Sending in time
 
     def next_due(self) -> Due:
-        """What comes next."""
+        """Return the next thing that is due."""
         changes, repeats = self.queue.due, self.queue.repeats.due
         due = Due(changes, Rank.CHANGES) if changes <= repeats else Due(repeats, Rank.REPEATS)
         if self.sensing.announced is not None:
@@ -97,31 +97,31 @@ class Tracks:
 
     @property
     def _next_decision(self) -> Due:
-        """What has to be decided next. This is asked at every setpoint, and seldom changes."""
+        """The next thing to decide. It is read at every setpoint, and seldom changes."""
         run, over, due = self._known
-        if run is not self.run or over is not self.cast.over:
-            due = next_decision(self.run, self.cast.over)
-            self._known = self.run, self.cast.over, due
+        if run is not self.run or over is not self.active_parts.over:
+            due = next_decision(self.run, self.active_parts.over)
+            self._known = self.run, self.active_parts.over, due
         return due
 
     def send_due(self, asked: float) -> Due | None:
-        """Send every change until the performance time `asked`, including those that sensing causes, unless something
-        has to be decided first, which it returns."""
+        """Send every change until the performance time `asked`, including those that sensing causes. If something has
+        to be decided first, return that instead."""
         while True:
             decision = self._next_decision
-            # An end that a sense has just brought about may have been before what is due now: zeros come first.
-            ends = self.cast.asked and decision.rank == Rank.END
+            # A sense may just have ended everything before what is due now: zeros come first.
+            ends = self.active_parts.asked and decision.rank == Rank.END
             until = asked if ends else min(asked, decision.last_before(Rank.CHANGES))
             edges_at, changes_at = next_edges(self.run, self.sensing.announced).at, self.queue.due
             first = min(edges_at, changes_at)
-            if self.cast.asked and self._feel(min(first, until)):
+            if self.active_parts.asked and self._feel(min(first, until)):
                 continue
             if first > until:
                 return decision if decision.is_due(asked) else None
             if edges_at <= changes_at:
                 self._take_announced(first)
             else:
-                self._send_changes(first if self.cast.asked else until)
+                self._send_changes(first if self.active_parts.asked else until)
 
     def _send_changes(self, until: float) -> None:
         """Send every change until then, and only then decide what follows."""
@@ -129,7 +129,7 @@ class Tracks:
 
         def perform(mover: Mover, at: float) -> None:
             performed.append((mover, at))
-            beat = self.cast.open[mover].due
+            beat = self.active_parts.open[mover].due
             assert not isinstance(beat, float)
             self._perform(mover, beat, at)
 
@@ -148,7 +148,7 @@ class Tracks:
     def advance_sink(self, performed: float) -> None:
         """Advance the sink, and measure simulated robots if that is due."""
         if self.run.score is EMPTY:
-            return  # nothing has been loaded, so performance time is the clock's
+            return  # before the first score, performance time is the clock's
         self.sink.advance(performed)
         self.advanced = max(self.advanced, performed)
         period = performed // MEASURE_PERIOD
@@ -164,10 +164,10 @@ class Tracks:
             self._begin(Mover(robot), beat, performed)
             for mover in self._begin_limbs(robot, beat, performed):
                 self.queue.add(mover, zeros(0.0, 1 / self.run.score.parts[robot].profile.command_rate), performed)
-        self.cast.complete(self.run)
+        self.active_parts.complete(self.run)
         self.unsettled = True
         self.listeners.wait(now)
-        if not self.cast.asked:  # robots come first; what open parts decide is reported after they begin
+        if not self.active_parts.asked:  # robots come first; what open parts decide is reported after they begin
             self._send_changes(performed)
 
     def _begin(self, mover: Mover, beat: Exact, performed: float) -> None:
@@ -175,23 +175,23 @@ class Tracks:
         movement = whole = part.of_scene(self.run.scene)
         if mover.part:
             movement = self.limbs.track[mover].performs(whole)
-        if open_part := self.cast.begin(self.run, mover, movement, beat, whole.body_words.has_poses):
+        if open_part := self.active_parts.begin(self.run, mover, movement, beat, whole.body_words.has_poses):
             self.queue.begin_open(mover, self.run.transport.end(open_part.due))
         elif not mover.part:
             self.queue.add(mover, closed_part(self.run, mover.robot, beat), performed)
 
     def _begin_limbs(self, robot: str, beat: Exact, performed: float) -> list[Mover]:
-        """Have a robot's body parts play. Returns those that have nothing to do now, but may still move."""
+        """Have a robot's body parts play. Return those that have nothing to do now, but may still move."""
         part, left = self.run.score.parts[robot], self.queue.movers([robot])[1:]
         for mover in self.limbs.cast(part, self.run.tempo):
             track = self.limbs.track[mover]
             track.settle(performed)
             track.begin(part.begins)
             self._begin(mover, beat, performed)
-        return [mover for mover in left if mover not in self.cast.open]
+        return [mover for mover in left if mover not in self.active_parts.open]
 
     def place_limbs(self, beat: Exact) -> None:
-        """Have the joints of simulated robots stand where they ideally are at a beat."""
+        """Move the joints of simulated robots to where they ideally stand at a beat."""
         parts, far = self.run.score.parts, dict[str, None]()
         movers = [mover for part in parts.values() for mover in self.limbs.cast(part, self.run.tempo)]
         for mover in movers:
@@ -202,38 +202,37 @@ class Tracks:
                 far[robot] = None
             self.sink.send_joints(robot, track.tell(STILL, self.advanced), self.advanced)
         if far:
-            line = f"the joints of {', '.join(far)} stand otherwise than at this beat"
-            self.tell({"type": "warning", "message": f"{line}: it takes too long to find out how, so jump less far"})
+            line = f"the joints of {', '.join(far)} don't stand as they do at this beat"
+            self.tell({"type": "warning", "message": f"{line}: it takes too long to compute that, so jump less far"})
 
-    # What is sensed
+    # Senses
 
     def sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
-        """A robot has sensed something since a time on the clock: have it react."""
+        """Take the value of a robot's sense since a time on the clock, and have the robot react."""
         self.sensing.take(what, value)
         if not self.sensing.is_forced(what):
             self.react(what, at, now)
 
     def react(self, what: RobotSense, at: float, now: float) -> None:
-        """Have a robot react to what it has sensed since a time on the clock. What it has performed can't be
-        changed."""
+        """Have a robot react to its sense since a time on the clock. What it has performed can't be changed."""
         run, part = self.run, self.run.score.parts.get(what.robot)
         if self.sensing.follows or not part or what.sense not in part.senses:
             return
         performed = max(min(run.transport.performed(min(at, now)), run.transport.performed(now)), 0.0)
-        beat = run.beat(run.transport.clock(performed), self.cast.over)
-        movers = self.cast.open_of(what.robot) if run.mode == "playing" else []
+        beat = run.beat(run.transport.clock(performed), self.active_parts.over)
+        movers = self.active_parts.open_of(what.robot) if run.mode == "playing" else []
         for mover in movers:
-            beat = self.cast.open[mover].next_after(beat)
+            beat = self.active_parts.open[mover].next_after(beat)
         self.sensing.cued = what.sense == CUE
         self.tell_sensed(what, self._value(what), beat, performed, now)
         self._perform_begun(movers, beat, max(performed, self.advanced))
         self.sensing.cued = False
 
     def _feel(self, performed: float) -> bool:
-        """Advance the sink to the first edges that it finds until then, and take them. Returns whether it found any."""
+        """Advance the sink to the first edges that it finds until then, and take them. Return whether it found any."""
         if self.sensing.follows or self.run.mode != "playing" or performed < self.advanced:
             return False
-        edges = self.sink.sensed(self.cast.asked, performed)
+        edges = self.sink.sensed(self.active_parts.asked, performed)
         for edge in edges:
             assert isinstance(edge.what, RobotSense)
             self.advanced = max(self.advanced, edge.at)
@@ -244,41 +243,41 @@ class Tracks:
         return bool(edges)
 
     def _take_announced(self, at: float) -> None:
-        """Take the edges that were announced and are due."""
+        """Take the announced edges that are due."""
         edges, robots = self.sensing.take_announced(), {}
         for beat, what, value in edges:
             if self.sensing.replays and what.robot in self.run.score.parts:
                 self.tell_sensed(what, value, beat, at, self.run.transport.clock(at))
             robots[what.robot] = what.sense == CUE
         for robot, self.sensing.cued in robots.items():
-            self._perform_begun(self.cast.open_of(robot), edges[0].beat, max(at, self.advanced))
+            self._perform_begun(self.active_parts.open_of(robot), edges[0].beat, max(at, self.advanced))
         self.sensing.cued = False
 
     def _value(self, what: RobotSense) -> bool | None:
-        """What a robot senses now; None if that is not known."""
+        """Return the value of a robot's sense now; None if it is unknown."""
         part = self.run.score.parts.get(what.robot)
         return self.sensing.value(what, part.senses if part else {})
 
     def _perform_begun(self, movers: Iterable[Mover], beat: Exact, at: float) -> None:
         for mover in movers:
-            if self.cast.open[mover].has_begun:
+            if self.active_parts.open[mover].has_begun:
                 self.queue.drop_changes([mover])
                 self._perform(mover, beat, at)
                 self._plan(mover, at)
 
     def _perform(self, mover: Mover, beat: Exact, at: float) -> None:
-        """Perform an open part up to a beat, and tell who performs it what to do from this performance time on."""
+        """Perform an open part up to a beat, and send the result to its mover from this performance time on."""
         part, track = self.run.score.parts[mover.robot], self.limbs.track[mover] if mover.part else None
         if track:
             track.settle(at)
         try:
-            for decision in self.cast.perform(mover, beat):
+            for decision in self.active_parts.perform(mover, beat):
                 if not track:  # body parts decide the same
                     self.tell(reports.decided(self.run, mover.robot, decision, at, self.wall()))
         except TooManyChangesError:
             line = f"{mover} stops: its part changes more often than it can be performed"
             self.tell({"type": "error", "message": line})
-        open_part, rate = self.cast.open.get(mover), part.profile.command_rate
+        open_part, rate = self.active_parts.open.get(mover), part.profile.command_rate
         if not open_part:
             self.queue.drop([mover])
             self.queue.add(mover, zeros(0.0, 1 / rate), at)
@@ -287,12 +286,12 @@ class Tracks:
         self.queue.hold(mover, track.speeds(asked, tempo) if track else twist(asked, part.profile, tempo), rate, at)
 
     def _plan(self, mover: Mover, at: float) -> None:
-        """Decide when an open part is performed next that was performed at this performance time."""
-        if open_part := self.cast.open.get(mover):
+        """Schedule the next performance of an open part, which was performed at this performance time."""
+        if open_part := self.active_parts.open.get(mover):
             limit_at = self.limbs.track[mover].limit_at if mover.part else math.inf
             self.queue.add_open(mover, open_part.plan(self.run.transport, at, limit_at))
 
-    # What is sent
+    # Velocities
 
     def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
         if mover.part:
@@ -322,22 +321,21 @@ class Tracks:
         return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)
 
     def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
-        """A robot stands although its part goes on: where it will go on itself, if it comes back, is where its part
-        has it then."""
+        """Take the velocity that a silent robot isn't sent: if it drives back, it joins its part where this leads."""
         if mover.robot in self.listeners.returning and not mover.part and isinstance(velocity, Twist):
             self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
 
-    # What is known and told
+    # Facts and reports
 
     def facts(self, now: float, event: Event | None = None) -> Facts:
-        """What is known at a time on the clock when an event is decided."""
+        """Return the facts at a time on the clock for the decision of an event."""
         entering = isinstance(event, (Load, Due)) and self.run.score.open and not self.sink.real
         poses = self.sink.poses() if entering else {}
         places = self.odometry.places(now) if self.sink.real else {}
         return Facts(
             now,
             self.sink.real,
-            self.cast.over,
+            self.active_parts.over,
             frozenset(self.listeners.away),
             frozenset(self.listeners.standing),
             self.sensing.held,
@@ -357,16 +355,16 @@ class Tracks:
     def report(self, now: float, at: float) -> None:
         """Report the position and poses at a time on the clock. The sink must have advanced to it."""
         must_wait = waits(self.run, self.facts(now)) if self.run.mode in ("paused", "stopped") else []
-        wall = self.wall() - (now - at)
-        self.tell(reports.transport(self.run, self.cast.over, must_wait, self.backend, self.whereabouts(), at, wall))
+        over, wall = self.active_parts.over, self.wall() - (now - at)
+        self.tell(reports.transport(self.run, over, must_wait, self.backend, self.whereabouts(), at, wall))
 
     def tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:
-        """Report what a robot senses. `now` is the present time on the clock."""
+        """Report the value of a robot's sense. `now` is the present time on the clock."""
         wall = self.wall() - (now - self.run.transport.clock(performed))
         self.tell(reports.sensed(self.run, what, value, beat, performed, wall))
 
     def tell_known(self, what: RobotSense, beat: Exact, performed: float, now: float) -> None:
-        """Report what a robot senses, if that is known and lasts. A stage that follows is itself told."""
+        """Report the value of a robot's sense if it is known and lasts. A stage that follows reports nothing."""
         source = self.run.score.parts[what.robot].senses.get(what.sense)
         is_instant = what.sense == CUE and isinstance(source, BuiltIn)
         if not self.sensing.follows and not is_instant and (value := self._value(what)) is not None:
@@ -384,7 +382,7 @@ class Tracks:
             self.watches.take(comparison)
         if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
             robots = {
-                each.raw.robot: reports.compared(run, self.cast.over, each, self.wall() - (now - each.raw.at))
+                each.raw.robot: reports.compared(run, self.active_parts.over, each, self.wall() - (now - each.raw.at))
                 for each in found
             }
             self.tell({"type": "measured", "generation": run.generation, "robots": robots})
@@ -394,10 +392,10 @@ class Tracks:
         run, part = self.run, self.run.score.parts.get(joints.robot)
         if part and part.profile.body and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
             wall = self.wall() - (now - joints.at)
-            self.tell(reports.joints(run, self.cast.over, joints, part.profile.body, wall))
+            self.tell(reports.joints(run, self.active_parts.over, joints, part.profile.body, wall))
 
     def find_faults(self, now: float) -> list[RobotNews]:
-        """What is new about the faults of real robots. Once a second, it is reported how they are."""
+        """Return news about the faults of real robots. Once a second, report the condition of all of them."""
         if not self.sink.real:
             return []
         noticed = self.sink.noticed()
@@ -409,21 +407,21 @@ class Tracks:
         return list(self.watches.look_around(self.run.score, self.listeners.gone, noticed, now))
 
     def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:
-        """Report what is new about the faults of robots."""
-        for message in reports.faults(self.run, self.cast.over, found, now, self.wall()):
+        """Report news about the faults of robots."""
+        for message in reports.faults(self.run, self.active_parts.over, found, now, self.wall()):
             self.tell(message)
 
     def look(self, robots: Collection[str]) -> None:
-        """Check robots at once, and report what was found."""
+        """Check robots at once, and report problems."""
         self.queue.silence(self.listeners.look(self.run.score, robots))
         self.tell_news()
 
     def tell_news(self) -> None:
-        """Report what has been found about robots."""
+        """Report new problems of robots."""
         for line in self.listeners.news():
             self.tell({"type": "warning", "message": line})
 
     def tell_unguarded(self, now: float) -> None:
-        """Report which real robots aren't guarded, or are seen too late, if people don't know that."""
+        """Report real robots that aren't guarded, or are seen too late, unless people know that."""
         for line in self.guard.lines(self.run, self.odometry, now):
             self.tell({"type": "warning", "message": line})

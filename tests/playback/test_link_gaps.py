@@ -92,7 +92,7 @@ class World:
     def beats(self) -> list[float]:
         """Where each stage is now."""
         players = [machine.loop.player for machine in self.machines.values()]
-        return [float(player.run.beat(self._now, player._tracks.cast.over)) for player in players]
+        return [float(player.run.beat(self._now, player._tracks.active_parts.over)) for player in players]
 
     @property
     def moving(self) -> list[str]:

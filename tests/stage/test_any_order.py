@@ -54,7 +54,7 @@ class Walk:
 
     def change_tempo(self) -> None:
         if self.stopped:
-            return  # it would be refused
+            return  # the stage would refuse it
         if self.alone.player.state == "stopped":
             self.beat = 0.0
         self.tempo = self.dice.choice((40, 60, 97))
@@ -106,7 +106,9 @@ class Walk:
                 assert message["type"] != "error", message
             if stage.player.state in ("paused", "stopped"):
                 assert all(twist == STILL for _, _, twist in stage.sink.sent[sent:])
-        alone, edited = (stage.player.run.beat(stage.now, stage.player._tracks.cast.over) for stage in self.both)
+        alone, edited = (
+            stage.player.run.beat(stage.now, stage.player._tracks.active_parts.over) for stage in self.both
+        )
         assert self.edited.player.state == self.alone.player.state
         assert float(edited) == pytest.approx(float(alone))
         assert alone >= self.beat - 1e-9

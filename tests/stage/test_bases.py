@@ -1,4 +1,4 @@
-"""What the simulator expects of a base, beside a base that is made of two wheels (tests/ros/base.py)."""
+"""The simulator's model of a base, beside a base that is made of two wheels (tests/ros/base.py)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Beside(Simulator):
 def test_a_square(
     wheels: tuple[float, float], noise: float, loss: float, near: float, nearly: float, drifts: bool
 ) -> None:
-    """`near` is in meters, `nearly` in degrees. Its encoders see nothing of its wheels: it believes it is exact."""
+    """`near` is in meters, `nearly` in degrees. Its encoders can't see its wheels: it believes that it is exact."""
     drift = f'dynamics = "motors"\nwheel_error = {[*wheels]}\n'
     robots = read_robots(f'[profiles.base]\nbase = "turtlebot4"\n{drift}[robots.anna]\nprofile = "base"\n')
     assert robots.ok

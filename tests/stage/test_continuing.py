@@ -1,4 +1,4 @@
-"""A save with `continue` edits what plays: what the player sends, on a clock that the tests advance."""
+"""A save with `continue` edits the score that plays: the player's commands, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EDITED = "bert $ repeat right\n"
 
 
 class Topics(Memory):
-    """A memory that also knows on which topic each command was sent."""
+    """A memory that also knows the topic of each command."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -55,7 +55,7 @@ class Continuing(Stage):
             self.editions = self.editions.plays(message["generation"])
 
     def save(self, program: str | Score, when: When = "beat", entry: Takeover | None = None) -> Score:
-        """Load a program as the parent would. The score that was sent."""
+        """Load a program as the parent would. Return the score that was sent."""
         self.generation += 1
         asked = score(program) if isinstance(program, str) else program
         self.editions, sent = self.editions.number(asked, self.generation)
@@ -79,7 +79,7 @@ def played(program: str | Score, seconds: float) -> Continuing:
 
 
 def check_untouched(robot: str, program: str, disturb: Callable[[Continuing], None], seconds: float = 20.0) -> None:
-    """No matter what happens to the others, a robot gets the same commands at the same times as if nothing happened."""
+    """Check that a robot gets the same commands at the same times, whatever happens to the others."""
     alone, disturbed = Continuing(), Continuing()
     alone.save(program, "restart")
     alone.run(seconds)
@@ -117,7 +117,7 @@ def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting
 
 
 @pytest.mark.parametrize(("bar", "asked"), [("", 3), ("bar 3\n", 4)], ids=["asked", "written"])
-def test_a_bar_has_as_many_beats_as_the_program_that_plays_says_or_else_as_was_asked(bar: str, asked: int) -> None:
+def test_a_bar_has_as_many_beats_as_the_playing_program_sets_or_else_the_request(bar: str, asked: int) -> None:
     stage = Continuing()
     stage.save(bar + BERT, "restart")
     assert stage.transport.get("bar") == (3 if bar else None)
@@ -243,7 +243,7 @@ def test_a_seek_counts_each_part_from_its_own_beginning() -> None:
     stage.run(0.5)
     assert changes(stage, "anna", 3.5)[0] == (3.5, 2, 0)
     assert changes(stage, "bert", 3.5)[0] == (3.5, 2, 0)
-    stage.player.seek(2.5, stage.now)  # when bert's part has not begun
+    stage.player.seek(2.5, stage.now)  # before bert's part begins
     stage.run(1.2)
     assert changes(stage, "bert", 4.0) == [(4, 0, 0), (4.5, 0, QUARTER)]
 
@@ -271,7 +271,7 @@ class Pair:
         self.sent[self.leader.generation] = sent
 
     def run(self, seconds: float) -> None:
-        """In small steps, so that the twin soon hears what the leading stage did."""
+        """Run in small steps, so that the twin soon gets what the leading stage did."""
         end = self.leader.now + seconds
         while self.leader.now < end:
             self.leader.run(0.01)

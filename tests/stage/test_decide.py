@@ -1,4 +1,4 @@
-"""What the player decides, as tables: a run, what happens, what is known → the next run, and what is to be done."""
+"""The player's decisions, as tables: a run, an event, the facts → the next run, and the acts."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from improv_core.player import acts, apply, events
 from improv_core.player.acts import (
     Act,
     Begin,
+    CreatePublishers,
     Dismiss,
+    DriveBack,
     Drop,
     ForgetEdges,
-    Guide,
     Listen,
     Look,
     LookLater,
     LookSoon,
-    Meet,
     Place,
     Prepare,
     PrepareAnew,
@@ -62,7 +62,7 @@ from improv_core.score.world import World
 from tests.stage.test_player import score
 
 ZERO = 1000.0
-"""Beat 0 on the clock, and beats are seconds: at beat 3 it is 1003."""
+"""Beat 0 on the clock. A beat takes a second, so beat 3 is at 1003."""
 STOP, DEADMAN = "/e_stop", Deadman("/joy", 4)
 BUTTON = str(DEADMAN)
 DANCE = score("beat 60\na b $ repeat 8 forward")
@@ -83,7 +83,7 @@ def run(mode: Mode, beat: float = 0, dance: Score = DANCE, **different: object) 
 
 
 def at(beat: float, over: Duration = 8, **known: object) -> Facts:
-    """What is known at this many seconds after beat 0."""
+    """Facts at this many seconds after beat 0."""
     return Facts(ZERO + beat, over=over, **known)  # type: ignore[arg-type]
 
 
@@ -92,7 +92,7 @@ def real(beat: float, **known: object) -> Facts:
 
 
 def resumed(beat: float, second: float) -> Transport:
-    """Playing from a beat on since this many seconds after beat 0."""
+    """A transport that plays from a beat on since this many seconds after beat 0."""
     return Transport(ZERO, second, Fraction(beat), Fraction(60))
 
 
@@ -102,7 +102,7 @@ def begins(dance: Score, beat: float, second: float) -> list[Act]:
 
 
 def found(before: Run, event: Event, facts: Facts) -> tuple[Run, list[Act]]:
-    """What follows from an event, and from the next look at a beat 0 that waits for nothing anymore."""
+    """Decide what follows from an event, and from the next look at a beat 0 that waits for nothing anymore."""
     then, done = decide(before, event, facts)
     if not then.is_due:
         return then, done
@@ -161,7 +161,7 @@ def test_a_save_that_waits_for_a_beat_waits_for_that_beat_after_a_pause_too() ->
     assert then.next == replace(swap, at=10.75)
 
 
-# What real robots wait for
+# Conditions of real robots
 
 HOLD = f"paused: to let robots move, hold {BUTTON}"
 ON = "✗ the emergency stop on /e_stop is on: release it, then save again"
@@ -194,7 +194,7 @@ ON = "✗ the emergency stop on /e_stop is on: release it, then save again"
         (run("playing", dance=GUARDED, stops=PRESSED), real(3), "stopped", ["Zero", "Report", "Tell"], [ON]),
     ],
 )
-def test_what_robots_wait_for_has_changed(
+def test_robots_pause_and_continue_as_their_conditions_change(
     before: Run, facts: Facts, then: Mode, done: Sequence[str], said: Sequence[str]
 ) -> None:
     after, what = decide(before, events.Changed(), facts)
@@ -236,13 +236,13 @@ def test_an_emergency_stop(before: Run, pressed: bool, then: Mode, stops: Emerge
         ("paused", True, 60.0, True, None),
     ],
 )
-def test_why_real_robots_have_to_stop(
+def test_real_robots_stop_if_late_or_overloaded(
     mode: Mode, is_real: bool, late: float, overloaded: bool, reason: Event | None
 ) -> None:
     assert trouble(run(mode, 3), is_real, late, overloaded) == reason
 
 
-def test_robots_stop_before_people_are_told_why() -> None:
+def test_robots_stop_before_people_read_why() -> None:
     late, slow = (decide(run("playing"), event, real(3))[1] for event in (events.Stalled(1.23), events.Overloaded()))
     assert names(late) == names(slow) == ["Zero", "Report", "Tell"]
     assert lines(late) == ["the stage stalled for 1.2 s, so all robots were stopped: save to play again"]
@@ -302,7 +302,7 @@ def test_a_save_is_refused_after_an_emergency_stop(
     [
         *((mode, "restart", ["PrepareAnew", "Then"]) for mode in MODES),
         *((mode, "beat", ["PrepareAnew", "Then"]) for mode in ("stopped", "waiting", "ended")),
-        ("playing", "beat", ["Meet"]),
+        ("playing", "beat", ["CreatePublishers"]),
         ("paused", "beat", ["Drop", "SendUntil", "Prepare", "Then"]),
     ],
 )
@@ -315,13 +315,13 @@ def test_a_save_takes_over_from_what_plays_or_restarts(mode: Mode, when: When, d
 
 
 @pytest.mark.parametrize(("when", "second"), [("now", 2.5), ("beat", 3), ("bar", 4), ("end", 8)])
-def test_when_a_save_takes_over(when: Switch, second: float) -> None:
+def test_a_save_takes_over_at_its_time(when: Switch, second: float) -> None:
     then, done = decide(run("playing"), events.Load(OTHER, 2, when), at(2.5))
     assert then.next == Swap(OTHER, 2, when, 4, second, None)
-    assert done == [Meet(OTHER)]
+    assert done == [CreatePublishers(OTHER)]
 
 
-def test_another_stage_says_when() -> None:
+def test_another_stage_sets_the_time() -> None:
     entry: Takeover = {"beat": 5.0, "monotonic": ZERO + 5.25}
     then, _ = decide(run("playing"), events.Load(OTHER, 2, "now", entry), at(3))
     assert then.next == Swap(OTHER, 2, "now", 4, 5.25, entry)
@@ -370,7 +370,7 @@ def test_a_score_that_needs_a_deadman_button_waits_for_it_as_it_takes_over() -> 
     assert names(what) == ["Dismiss", "Zero", "Report", "LookLater", "Tell", "LookSoon"]
 
 
-def test_nobody_has_to_be_in_a_place_for_a_save_while_robots_move() -> None:
+def test_a_save_needs_nobody_in_a_place_while_robots_move() -> None:
     facts = real(3, places={"a": Standing(Pose(), Pose(1.0))})
     faster = replace(OTHER, tempo=Fraction(120))
     then, done = decide(run("playing", next=Swap(faster, 2, "beat", 4, 3.0, None)), Due(3.0, Rank.TAKEOVER), facts)
@@ -419,7 +419,7 @@ def test_a_restart_just_before_beat_0_looks_for_its_own_robots() -> None:
         (events.Listened(["b"], False, None), False, True, False),
     ],
 )
-def test_whether_beat_0_waits_for_robots_that_do_not_listen(
+def test_only_start_without_begins_without_all_listeners(
     heard: events.Listened, without: bool, begins: bool, says: bool
 ) -> None:
     dance = replace(OTHER, safety=Safety(start_without=without))
@@ -447,7 +447,7 @@ def test_the_next_scene_begins_for_all() -> None:
 
 
 @pytest.mark.parametrize("is_real", [True, False])
-def test_all_ends(is_real: bool) -> None:
+def test_a_score_ends(is_real: bool) -> None:
     then, done = decide(run("playing"), Due(8.0, Rank.END), at(8.001, real=is_real))
     assert (then.mode, then.transport.origin, then.transport.since) == ("ended", 8, 8.0)
     assert done == [Rest(), *([] if is_real else [Look(DANCE.parts)]), Report()]
@@ -456,7 +456,7 @@ def test_all_ends(is_real: bool) -> None:
 def test_a_robot_that_drives_back_stands_at_the_end() -> None:
     before = run("playing", dance=replace(DANCE, safety=Safety(rejoin="return")))
     _, done = decide(before, Due(8.0, Rank.END), real(8, standing=frozenset({"a"})))
-    assert done == [Rest(), Guide("a", STILL), Report()]
+    assert done == [Rest(), DriveBack("a", STILL), Report()]
 
 
 def test_a_save_that_waits_for_an_end_unknown_in_advance_takes_over_there() -> None:
@@ -522,7 +522,9 @@ def with_response(response: Response) -> Score:
         ("paused", "stop", "stopped", [], [Zero(), Report(), TellFaults([SILENT])]),
     ],
 )
-def test_what_a_fault_does(mode: Mode, response: Response, then: Mode, stood: list[str], done: list[Act]) -> None:
+def test_a_fault_gets_its_response(
+    mode: Mode, response: Response, then: Mode, stood: list[str], done: list[Act]
+) -> None:
     after, todo = decide(run(mode, 3, with_response(response)), events.Faults([SILENT]), real(3))
     assert (after.mode, [*after.stood], todo) == (then, stood, done)
 
@@ -547,10 +549,10 @@ def test_one_fault_that_stops_all_stops_them_first() -> None:
         (["a"], [], 3, True),
         (["a", "b"], [], 3, True),
         (["a"], ["a"], 3, True),  # a solo of a muted robot is no unmuting
-        ([], [], SEEN / 2, True),  # too early: whoever asked can't know that it stands
+        ([], [], SEEN / 2, True),  # too early: the person can't know that it stands
     ],
 )
-def test_only_a_person_who_unmutes_a_robot_ends_that_it_stands(
+def test_only_a_person_who_unmutes_a_robot_lets_it_move(
     muted: list[str], soloed: list[str], beat: float, stands: bool
 ) -> None:
     stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
@@ -559,7 +561,7 @@ def test_only_a_person_who_unmutes_a_robot_ends_that_it_stands(
 
 
 @pytest.mark.parametrize("event", [events.Pause(), events.Stop(), events.Seek(1.0), events.Speed(2.0)])
-def test_nothing_else_ends_that_a_robot_stands(event: Event) -> None:
+def test_nothing_else_lets_a_robot_move(event: Event) -> None:
     stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
     assert decide(stood, event, real(3))[0].is_silent("a", ())
     stopped, _ = decide(stood, events.Stop(), real(3))
@@ -597,7 +599,7 @@ def test_another_speed_plays_on_from_the_beat_that_is_reached() -> None:
         ("paused", {"a"}, (), (), []),
     ],
 )
-def test_who_is_silent(
+def test_a_silence_resends_only_the_robots_that_it_changes(
     mode: Mode, muted: set[str], soloed: set[str], standing: set[str], resent: Sequence[str]
 ) -> None:
     facts = at(3, standing=frozenset(standing))
@@ -655,7 +657,7 @@ def test_a_restart_may_be_armed() -> None:
         (replace(AT_5, ready=True), events.Changed(), 4, "waiting", True),
     ],
 )
-def test_what_is_armed_begins_when_a_person_or_the_clock_says(
+def test_a_person_or_the_clock_begins_an_armed_score(
     gate: Gate, event: Event, second: float, mode: Mode, ready: bool
 ) -> None:
     before = run("waiting", gate=gate)
@@ -715,15 +717,16 @@ def test_a_person_begins_at_once() -> None:
     assert not lines(done)
 
 
-def test_who_asks_too_early_is_told() -> None:
+def test_a_resume_that_is_too_early_is_refused() -> None:
     before = armed(Gate(), ready=False)
     assert decide(before, events.Resume(), wall(3)) == (before, [Tell({"type": "warning", "message": NOT_READY})])
 
 
 @pytest.mark.parametrize(
-    ("second", "says"), [(5.01, []), (5.5, ["begins 0.50 s late: robots were still waited for, or the clock was set"])]
+    ("second", "says"),
+    [(5.01, []), (5.5, ["begins 0.50 s late: the stage still waited for robots, or the clock was set"])],
 )
-def test_a_late_beginning_is_told(second: float, says: list[str]) -> None:
+def test_a_late_beginning_is_reported(second: float, says: list[str]) -> None:
     then, done = found(run("waiting", gate=AT_5), READY, wall(second))
     assert (then.mode, lines(done)) == ("playing", says)
 
@@ -751,7 +754,7 @@ def test_a_score_that_only_stops_robots_is_never_armed() -> None:
     assert then.mode == "playing"
 
 
-# In any case
+# All rules
 
 LOAD = events.Load(replace(OTHER, safety=Safety(stop=STOP, deadman=DEADMAN)), 2, "now")
 EVENTS: Sequence[Event] = [
@@ -796,9 +799,9 @@ def test_removed_robots_stop_and_nothing_begins_that_must_wait(event: Event) -> 
             assert then.mode != "playing" or before.mode == "playing"
 
 
-def test_each_event_has_its_rule_and_each_act_its_doer() -> None:
+def test_each_event_has_its_rule_and_each_act_its_function() -> None:
     assert _RULES.keys() == {*get_args(Event)}
-    assert apply._HOW.keys() == {*get_args(acts.Act)}
+    assert apply._FUNCTIONS.keys() == {*get_args(acts.Act)}
 
 
 # The agenda
@@ -825,7 +828,7 @@ def test_the_next_decision(before: Run, over: Duration, due: Due) -> None:
 def test_the_order_at_one_instant() -> None:
     assert [*Rank] == [Rank.SCENE, Rank.TAKEOVER, Rank.EDGES, Rank.CHANGES, Rank.END, Rank.BEND, Rank.REPEATS]
     assert Due(2.0, Rank.END).last_before(Rank.CHANGES) == 2.0  # zeros that end a score come before it has ended
-    assert Due(2.0, Rank.SCENE).last_before(Rank.CHANGES) < 2.0  # what is due then is up to the next scene
+    assert Due(2.0, Rank.SCENE).last_before(Rank.CHANGES) < 2.0  # the next scene decides what is due then
     assert Due(2.0, Rank.TAKEOVER).last_before(Rank.CHANGES) < 2.0
 
 
@@ -838,5 +841,5 @@ def test_rounding_never_puts_the_present_before_what_is_due() -> None:
     zero = 1000.1
     late = replace(run("playing"), transport=Transport(zero, 0.0, 0, Fraction(60)))
     now = zero + 0.3
-    assert late.transport.performed(now) < 0.3  # so much is lost
+    assert late.transport.performed(now) < 0.3  # rounding loses this much
     assert performed(late, now, 0.3) == 0.3

@@ -1,4 +1,4 @@
-"""How a performance follows a clock from outside: simulated clocks, and what robots are sent, and when."""
+"""A performance follows a clock from outside: simulated clocks, and the commands to robots and their times."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ AWAITED = "the dance begins at the next bar of the MIDI clock, once it is heard"
 ANCHORS = 0.1
 """Seconds between two anchors, as its source sends them."""
 START = 1000.0
-"""When the simulated clock starts, and the stage is asked to play."""
+"""The time at which the simulated clock starts, and the stage gets its score."""
 
 
 def stage_following(clock: Follow, program: str = DANCE, *, profile: Profile | None = None) -> Stage:
-    """A stage that has been asked to play a program that follows a clock."""
+    """A stage that plays a program that follows a clock."""
     stage = Stage(START)
-    stage.player = Player(stage.sink, stage.told.append, lambda: stage.now)  # with a wall clock that goes on
+    stage.player = Player(stage.sink, stage.told.append, lambda: stage.now)  # with a wall clock that keeps running
     stage.sink.real = clock == "ros"
     dance = replace(score(program), clock=OutsideClock(clock))
     if profile:
@@ -40,7 +40,7 @@ def stage_following(clock: Follow, program: str = DANCE, *, profile: Profile | N
 
 
 def anchors(phase: Phase, until: float, every: float, since: float = 0.0, jitter: float = 0.005) -> list[Anchor]:
-    """What a source tells of a clock, on the stage's clock."""
+    """The anchors that a source sends about a clock, on the stage's clock."""
     told: list[Anchor] = []
     for known in follow(heard(phase, until, every, since, jitter)):
         at = known.anchor.at + START
@@ -50,7 +50,7 @@ def anchors(phase: Phase, until: float, every: float, since: float = 0.0, jitter
 
 
 def play(stage: Stage, told: Sequence[Anchor], until: float) -> None:
-    """Have the stage play until so many seconds after the start, while this is told."""
+    """Have the stage play until so many seconds after the start, and hear these anchors."""
     for each in told:
         stage.run(each.at - stage.now)
         stage.player.hear_clock(each, stage.now)
@@ -58,7 +58,7 @@ def play(stage: Stage, told: Sequence[Anchor], until: float) -> None:
 
 
 def beats_of(stage: Stage) -> list[float]:
-    """When each beat began, in seconds after the start, as the robot was told."""
+    """The times at which beats began, in seconds after the start, by the robot's commands."""
     zero = stage.player.run.transport.zero - START
     kinds = [(at + zero, twist.x > 0) for _, at, twist in stage.sink.sent if twist.x or twist.yaw]
     return [at for index, (at, kind) in enumerate(kinds) if not index or kinds[index - 1][1] != kind]
@@ -70,7 +70,7 @@ def gaps(stage: Stage) -> list[float]:
 
 
 def errors(stage: Stage, phase: Phase, since: float = 4.0) -> list[float]:
-    """By how many seconds each beat was off that of the clock."""
+    """The seconds by which each beat was off that of the clock."""
     beats = [at for at in beats_of(stage) if at >= since]
     rates = [phase(at + 0.5) - phase(at - 0.5) for at in beats]
     return [abs(phase(at) - round(phase(at))) / rate for at, rate in zip(beats, rates, strict=True)]
@@ -148,7 +148,7 @@ def test_a_clock_that_is_lost_leaves_its_tempo_and_a_line() -> None:
     assert lines(stage)[1:] == ["the MIDI clock is heard again"]
 
 
-def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None:
+def test_a_clock_that_stops_pauses_and_continues_only_its_own_pause() -> None:
     stage = stage_following("midi")
     play(stage, anchors(steady(120), 10, 1 / 48), 10)
     stands, again = Anchor(START + 10, 20.0, 0.0, 0.02), Anchor(START + 12, 0.0, 2.0, 0.02, 1)
@@ -169,7 +169,7 @@ def test_a_clock_that_stops_pauses_and_goes_on_only_what_it_has_paused() -> None
     assert stage.states[-1] == "stopped"
 
 
-def test_who_resumes_what_a_person_has_paused_comes_in_at_the_beat_of_the_clock() -> None:
+def test_a_resumed_pause_comes_in_at_the_beat_of_the_clock() -> None:
     stage = stage_following("midi")
     phase = steady(120)
     told = anchors(phase, 20, 1 / 48, jitter=0.0)
@@ -188,7 +188,7 @@ def test_who_resumes_what_a_person_has_paused_comes_in_at_the_beat_of_the_clock(
 
 
 @pytest.mark.parametrize("asked", ["seek", "a save in a pause"])
-def test_who_seeks_or_saves_in_a_pause_comes_in_at_the_beat_of_the_clock(asked: str) -> None:
+def test_a_seek_or_save_in_a_pause_comes_in_at_the_beat_of_the_clock(asked: str) -> None:
     stage = stage_following("midi")
     phase = steady(120)
     told = anchors(phase, 20, 1 / 48, jitter=0.0)
@@ -207,7 +207,7 @@ def test_who_seeks_or_saves_in_a_pause_comes_in_at_the_beat_of_the_clock(asked: 
     assert (beat > 101) == (asked == "seek")
 
 
-def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> None:
+def test_a_tempo_at_which_a_robot_is_too_slow_is_reported_in_advance() -> None:
     stage = stage_following("midi", profile=Profile("cart", step=1, max_linear=2.0))
     assert ceiling(stage.player.score) == ("r", 120)
     play(stage, anchors(steady(90), 5, 1 / 48), 5)
@@ -218,7 +218,7 @@ def test_a_tempo_at_which_a_robot_is_too_slow_is_said_before_it_is_reached() -> 
     assert lines(stage) == [f"the MIDI clock runs at 115: r {said}", f"the MIDI clock runs at 125: r {said}"]
 
 
-def test_a_tempo_at_which_no_dance_can_keep_up_is_said() -> None:
+def test_a_tempo_at_which_no_dance_can_keep_up_is_reported() -> None:
     stage = stage_following("midi")
     play(stage, anchors(steady(110), 5, 1 / 48), 5)
     for count, tempo in enumerate([500, 510, 110]):
@@ -243,7 +243,7 @@ def test_the_speed_still_counts() -> None:
 
 
 def clock_of(rate: Callable[[float], float], until: float) -> list[Anchor]:
-    """What a simulator's clock tells that makes so many seconds a second; it says nothing while it stands."""
+    """The anchors of a simulator's clock that makes so many seconds a second; it sends none while it stands."""
     at, passed, told = 0.0, 0.0, list[Anchor]()
     known: Estimate | None = None
     while at < until:
@@ -256,7 +256,7 @@ def clock_of(rate: Callable[[float], float], until: float) -> list[Anchor]:
     return told
 
 
-def test_a_simulator_at_half_speed_plays_at_half_speed_and_its_robots_are_told_their_own_velocities() -> None:
+def test_a_simulator_at_half_speed_plays_at_half_speed_and_its_robots_get_their_own_velocities() -> None:
     stage = stage_following("ros")
     assert stage.states == ["paused"]
     play(stage, clock_of(lambda now: 0.5, 20), 20)
@@ -284,12 +284,12 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     assert stage.states[-1] == "stopped"
 
 
-def test_the_dance_goes_on_from_where_it_is_when_the_time_of_a_simulation_jumps() -> None:
+def test_the_dance_continues_from_where_it_is_when_the_time_of_a_simulation_jumps() -> None:
     stage = stage_following("ros")
     play(stage, clock_of(lambda now: 1.0, 5), 5)
     beat = stage.player.run.beat(stage.now, math.inf)
     stage.player.hear_clock(Anchor(stage.now, 700.0, 1.0, 0.01, jumps=1), stage.now)
-    assert lines(stage)[-1] == "the time on /clock has jumped: the dance goes on from where it is"
+    assert lines(stage)[-1] == "the time on /clock has jumped: the dance continues from where it is"
     assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(beat)
     for tenth in range(1, 11):
         stage.run(0.1)
@@ -319,7 +319,7 @@ def test_the_stage_that_does_not_lead_bends_alike() -> None:
     assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(8.05)
 
 
-def test_the_stage_that_plays_behind_another_says_by_how_much_for_the_song_on_its_page() -> None:
+def test_the_stage_that_plays_behind_another_reports_its_delay_for_the_song_on_its_page() -> None:
     stage = Stage()
     stage.player.load(score(DANCE), 1, "restart", stage.now, {"beat": 0.0, "monotonic": stage.now, "behind": 0.1})
     stage.run(1)
@@ -329,7 +329,7 @@ def test_the_stage_that_plays_behind_another_says_by_how_much_for_the_song_on_it
     assert "behind" not in stage.transports[-1]
 
 
-def test_who_follows_no_clock_hears_none() -> None:
+def test_a_stage_that_follows_no_clock_ignores_one() -> None:
     stage = Stage()
     stage.load(DANCE)
     stage.run(1)
@@ -349,7 +349,7 @@ def test_a_clock_of_music_looks_away_once_it_is_lost() -> None:
 
 
 def test_joints_move_by_our_time_and_at_the_pace_of_a_simulation() -> None:
-    """Where they are is counted by our time: a joint in a simulation at half speed gets half as far in a second."""
+    """Their positions count by our time: a joint in a simulation at half speed gets half as far in a second."""
     stage = stage_following("ros", "ada is puppet\nbeat 60\nada $ head repeat (left right)")
     play(stage, anchors(steady(30), 12, 0.05, jitter=0.0), 12)
     *_, joints = stage.sink.joints[-1]

@@ -34,7 +34,7 @@ class Armed:
 
     @property
     def zero(self) -> float | None:
-        """When it began, in seconds since the stage was started; None if it has not."""
+        """The time of beat 0, in seconds since the stage was started; None if it has not begun."""
         run = self.stage.player.run
         return run.transport.zero - 1000.0 if run.mode in ("playing", "ended") else None
 
@@ -44,7 +44,7 @@ class Armed:
 
     @property
     def counts(self) -> list[tuple[float, CountJson | None]]:
-        """When beat 0 was said to be, in seconds since the stage was started, and which beats are counted before it."""
+        """The reported times of beat 0, in seconds since the stage was started, and the beats counted before it."""
         told = [message for message in self.stage.told if message["type"] == "armed" and message["begins"]]
         return [(round((each["begins"] or 0) - 1000.0 - self.ahead, 3), each.get("count")) for each in told]
 
@@ -98,8 +98,8 @@ def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
     assert armed.zero == pytest.approx(14, abs=1e-6)
 
 
-def test_stages_that_are_told_the_same_instant_count_to_the_same_beat_0() -> None:
-    """One is late to obey, and their wall clocks differ."""
+def test_stages_with_the_same_instant_count_to_the_same_beat_0() -> None:
+    """One obeys late, and their wall clocks differ."""
     for late, ahead in ((0.0, AHEAD), (0.004, AHEAD + 7)):
         armed = Armed(ahead=ahead)
         armed.load(Gate(), COUNTED)
@@ -126,7 +126,7 @@ def test_the_last_bar_before_a_time_is_counted() -> None:
         (0.0, 0.0, 0.0),
     ],
 )
-def test_it_begins_when_the_wall_clock_says(at: float, set_by: float, begins: float) -> None:
+def test_it_begins_at_its_time_on_the_wall_clock(at: float, set_by: float, begins: float) -> None:
     armed = Armed()
     armed.load(Gate(1000.0 + AHEAD + at))
     armed.stage.run(3)

@@ -1,4 +1,4 @@
-"""Several stages do the same at the same instant: what they are asked for comes before it takes effect."""
+"""Several stages do the same at the same instant: requests arrive before they take effect."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DANCE = "beat 60\nr $ repeat forward\n"
 
 
 def moments(told: list[FromStage]) -> list[tuple[str, float, float]]:
-    """Each state that was told, when, in seconds from the start, and at which beat."""
+    """Each reported state, its time in seconds from the start, and its beat."""
     return [
         (each["state"], round(each["monotonic"] - START, 9), round(each["beat"], 9))
         for each in told
@@ -40,7 +40,7 @@ def after(count: int, kind: str, **rest: Any) -> Any:
     return {"type": kind, "after": count, **rest}
 
 
-def test_what_comes_early_takes_effect_at_its_time_even_if_a_busy_machine_wakes_the_stage_late() -> None:
+def test_an_early_message_takes_effect_at_its_time_even_if_the_stage_wakes_late() -> None:
     check(
         (1, {"type": "speed", "factor": 2.0, "at": START + 1.5}),
         (2.1, first("pause", 1, at=START + 2.5)),
@@ -51,11 +51,11 @@ def test_what_comes_early_takes_effect_at_its_time_even_if_a_busy_machine_wakes_
     )
 
 
-def test_a_stop_counts_from_when_it_comes() -> None:
+def test_a_stop_counts_from_its_arrival() -> None:
     check((1.02, {"type": "stop", "at": START + 1.01}), told=[("stopped", 1.02, 1.02)])
 
 
-def test_what_comes_next_waits_for_what_comes_early() -> None:
+def test_the_next_message_waits_for_an_early_one() -> None:
     check(
         (1, {"type": "seek", "beat": 8.0, "at": START + 1.5}),
         (1.1, {"type": "speed", "factor": 2.0, "at": START + 1.1}),
@@ -73,7 +73,7 @@ def test_a_time_that_is_too_far_ahead_counts_as_now() -> None:
     )
 
 
-def test_a_stop_makes_void_what_waits_for_its_time() -> None:
+def test_a_stop_drops_messages_that_wait_for_their_time() -> None:
     check(
         (1, first("ping", 1)),
         (1, after(1, "seek", beat=8.0, at=START + 1.5)),
@@ -83,7 +83,7 @@ def test_a_stop_makes_void_what_waits_for_its_time() -> None:
     )
 
 
-def test_a_pause_that_comes_early_takes_effect_at_its_time_and_before_what_was_asked_for_after_it() -> None:
+def test_an_early_pause_takes_effect_at_its_time_and_before_later_requests() -> None:
     check(
         (1, first("pause", 1, at=START + 1.5)),
         (1.1, after(1, "resume", at=START + 1.1)),
@@ -139,7 +139,7 @@ def test_robots_of_a_patient_host_dance_on_while_nothing_comes() -> None:
     assert zeros(sink, "r") == [3.1, 3.15, 3.2]
 
 
-def test_what_was_sent_before_the_silence_does_not_play_when_it_arrives_after_it() -> None:
+def test_a_message_from_before_the_silence_does_not_play_after_it() -> None:
     sink = Memory()
     patient = far(load(PAIR), here="", patience=1.0)
     perform(
@@ -153,7 +153,7 @@ def test_what_was_sent_before_the_silence_does_not_play_when_it_arrives_after_it
 
 
 def beat_at_the_end(*arrivals: tuple[float, Event], **rest: str) -> float:
-    """Where a dance is after 5 s, of which robots on other machines are a part if `here` says so."""
+    """The beat of a dance after 5 s. If `here` is given, some of its robots are on other machines."""
     dance = loaded(far(load(LONG_PAIR)), **rest)
     return moments(perform(Memory(), (0, dance), *arrivals, (5, {"type": "stop"}), (9, End())))[-1][2]
 
@@ -169,7 +169,7 @@ LATE_RESUME: list[tuple[float, Event]] = [(2, {"type": "pause"}), (4.2, {"type":
         (LATE_RESUME, 2 + 1),
     ],
 )
-def test_a_stage_that_hears_of_something_late_goes_on_from_where_the_others_are(
+def test_a_stage_that_hears_late_continues_from_where_the_others_are(
     arrivals: list[tuple[float, Event]], beat: float
 ) -> None:
     assert beat_at_the_end(*arrivals, here="") == beat
@@ -193,7 +193,7 @@ def test_a_score_that_comes_late_takes_over_when_it_did_in_other_stages(comes: f
     assert moments(told)[1] == ("playing", begins, begins)
 
 
-def test_an_edited_robot_is_not_told_at_the_takeover_what_its_old_part_would_do() -> None:
+def test_an_edited_robot_gets_nothing_of_its_old_part_at_the_takeover() -> None:
     programs = [f"beat 75\nr $ repeat ({phrase})\n" for phrase in ("forward left", "left forward")]
     for pause in range(1, 60):  # so many different sums of times
         dance, edit, undo = (load(programs[number % 2]) for number in range(3))
@@ -216,13 +216,13 @@ OPEN = "beat 60\nr $ forward\ns $ until near repeat left\n---\nr $ left forward\
 
 
 def near_of_s(beat: float) -> Any:
-    """What a stage says that moves the robot `s` somewhere else."""
+    """The message about a sense of the robot `s`, from the stage elsewhere that moves it."""
     sensed = {"type": "sensed", "robot": "s", "sense": "near", "value": True, "generation": 1}
     return {**sensed, "beat": beat, "performed": beat, "wall": 0}
 
 
 @pytest.mark.parametrize(("comes", "begins"), [(2.5, 3), (3.2, 4)])
-def test_what_a_robot_elsewhere_senses_ends_a_scene_at_the_next_beat_and_is_no_stall_if_it_comes_late(
+def test_a_sense_of_a_robot_elsewhere_ends_a_scene_at_the_next_beat_and_is_no_stall(
     comes: float, begins: float
 ) -> None:
     told = perform(Memory(), (0, far(load(OPEN), here="")), (comes, near_of_s(2.3)), (9, End()))
@@ -236,7 +236,7 @@ def test_joining_late_is_no_stall() -> None:
     assert errors(told) == []
 
 
-def test_what_builds_on_a_dance_that_has_stopped_here_is_asked_for_whole_and_moves_nobody() -> None:
+def test_a_save_on_a_dance_that_has_stopped_here_is_requested_whole_and_moves_nobody() -> None:
     sink = Memory()
     save = loaded(load("beat 60\nr $ repeat left\n"), generation=2, when="beat", here="")
     told = perform(sink, (0, load(DANCE)), (1, {"type": "stop"}), (2, save), (4, End()))
@@ -244,7 +244,7 @@ def test_what_builds_on_a_dance_that_has_stopped_here_is_asked_for_whole_and_mov
     assert max(at for _, at, twist in sink.sent if twist != STILL) < 1.05
 
 
-def test_robots_that_were_deserted_stand_until_their_parent_sends_all_anew_and_their_stage_says_so() -> None:
+def test_deserted_robots_stand_until_their_parent_sends_everything_again_and_are_reported() -> None:
     dance = far(load(LONG_PAIR), here="", patience=0.5)
     told = perform(
         Memory(),

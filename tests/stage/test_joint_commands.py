@@ -1,4 +1,4 @@
-"""Which commands to joints are sent together."""
+"""Commands to joints that are sent together."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Sent = list[tuple[str, list[str], float]]
 
 
 class Sender:
-    """Robots whose names begin with x can't be reached."""
+    """A sender of commands. Robots whose names begin with x can't be reached."""
 
     def __init__(self) -> None:
         self.sent: Sent = []
@@ -37,7 +37,7 @@ def test_alone_each_command_is_sent_at_once() -> None:
     assert sender.sent == [("a", ["yaw"], 0), ("a", ["pitch"], 0)]
 
 
-def test_together_the_joints_of_one_robot_are_told_at_once_what_is_for_the_same_time() -> None:
+def test_together_commands_to_one_robot_for_the_same_time_are_sent_at_once() -> None:
     sender = Sender()
     commands = JointCommands(sender.send)
     with commands.together():

@@ -1,5 +1,5 @@
-"""Robots that keep apart, simulated: how near they come to each other although poses are late, lost, or wrong, and
-motors need time, and which robots aren't paused."""
+"""Simulated robots that keep apart: their least distance although poses are late, lost, or wrong, and motors need time,
+and robots that aren't paused."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from improv_core.score.motion import STILL, Pose, Twist
 
 KEEP_APART, RADIUS, SPEED = 0.1, 0.171, 0.3
 STEP = 0.005
-"""Seconds in which the simulation goes on once."""
+"""Seconds of one step of the simulation."""
 POSE_PERIOD = 0.05
 LATEST = REACTION - LOOK_PERIOD - 2 * STEP
-"""The latest that a simulated base obeys."""
+"""The latest time at which a simulated base obeys."""
 AHEAD, BACK, TURN, STRAFE = Twist(SPEED), Twist(-SPEED), Twist(yaw=1.9), Twist(y=SPEED)
 ABRUPT = 100.0
-"""m/s² of a base of which no acceleration is known."""
+"""m/s² of a base without a known acceleration."""
 
 
 @dataclass
 class Robot:
-    """A base that obeys late, and changes its speed only so fast. It begins at a pose, is told twists at times, and its
+    """A base that obeys late, and changes its speed only so fast. It begins at a pose, gets twists at times, and its
     poses come late. A pose may jump, as `number: (x, y)`, or get lost."""
 
     pose: Pose
@@ -52,7 +52,7 @@ class Robot:
         self.pose = self.pose.after(self.speed, STEP)
 
     def measured(self, name: str, number: int, now: float) -> tuple[float, RawPose] | None:
-        """When its next pose comes, and the pose; no two in a row get lost."""
+        """The time at which its next pose comes, and the pose; no two in a row get lost."""
         if number in self.lost and number - 1 not in self.lost:
             return None
         x, y = self.jumps.get(number, (0.0, 0.0))
@@ -61,7 +61,7 @@ class Robot:
 
 
 class Stage:
-    """One that moves some of the robots, and hears from others where the rest is."""
+    """A stage that moves some of the robots, and gets the poses of the others from their stages."""
 
     def __init__(self, robots: Mapping[str, Robot], ours: frozenset[str]) -> None:
         self.robots, self.ours = robots, ours
@@ -88,7 +88,7 @@ class Stage:
             self.tell(name, STILL, now)
 
     def play(self, now: float) -> bool:
-        """Play what was due since the last time. Returns whether robots are too near."""
+        """Play everything due since the last time. Return whether robots are too near."""
         looks = now >= self.due
         for name in self.ours:
             robot = self.robots[name]
@@ -101,15 +101,15 @@ class Stage:
         return (looks or bool(come)) and self.look(now)
 
     def saying(self, raw: RawPose) -> RawPose:
-        """What other stages are told about a robot here."""
+        """The pose of a robot here, as other stages get it."""
         told = self.proximity.tracks[raw.robot].told
         return raw._replace(told=told[-1].twist if told else None)
 
 
 @dataclass
 class Story:
-    """What happened: whether robots were paused, whether they were too near for a command already when it came, and how
-    near they came to each other, from edge to edge."""
+    """The outcome: whether robots were paused, whether they were already too near for a command when it came, and their
+    least distance from edge to edge."""
 
     paused: bool = False
     was_late: bool = False
@@ -117,8 +117,8 @@ class Story:
 
 
 def play(robots: Mapping[str, Robot], *, link: float | None = None, seconds: float = 3.0) -> Story:
-    """Play until all robots stand after a pause, or so long. With a link, each robot has a stage of its own, and what
-    one says comes to another after so many seconds."""
+    """Play until all robots stand after a pause, or for so long. With a link, each robot has its own stage, and
+    messages of one reach another after so many seconds."""
     hosts = [frozenset(robots)] if link is None else [frozenset([name]) for name in robots]
     stages, story, pauses = [Stage(robots, ours) for ours in hosts], Story(), math.inf
     for step in range(round((seconds + 3.0) / STEP)):
@@ -151,13 +151,13 @@ def play(robots: Mapping[str, Robot], *, link: float | None = None, seconds: flo
 
 
 def gap(robots: Mapping[str, Robot]) -> float:
-    """How far the edges of the nearest two are apart."""
+    """The distance between the edges of the nearest two."""
     each = [robot.pose for robot in robots.values()]
     return min(one.apart(other)[0] - 2 * RADIUS for number, one in enumerate(each) for other in each[:number])
 
 
 def at(gap: float, heading: float = 0.0, *, beside: float = 0.0) -> Pose:
-    """A pose with so many meters between the edges, ahead of a robot at the origin, and so far beside its way."""
+    """A pose with so many meters between the edges, ahead of a robot at the origin, and so far beside its path."""
     return Pose(gap + 2 * RADIUS if gap else 0.0, beside, 0.0, heading)
 
 
@@ -173,7 +173,7 @@ def test_two_that_drive_toward_each_other_come_to_rest_apart(acceleration: float
 
 
 @pytest.mark.parametrize("link", [None, 0.1])
-def test_one_that_moves_although_nobody_told_it_to_is_seen_to_move(link: float | None) -> None:
+def test_a_robot_that_moves_without_a_command_pauses_all(link: float | None) -> None:
     story = play({"a": Robot(at(0), [(0.0, AHEAD)]), "b": Robot(at(1.0, math.pi), [], obeys=[(0.0, AHEAD)])}, link=link)
     assert story.paused
     assert KEEP_APART <= story.nearest < 0.4
@@ -195,7 +195,7 @@ robots = st.builds(
 
 
 @given(st.lists(robots, min_size=2, max_size=3), st.none() | st.floats(0.0, 0.3))
-def test_whoever_was_far_enough_apart_comes_to_rest_apart(drawn: Sequence[Robot], link: float | None) -> None:
+def test_robots_far_enough_apart_come_to_rest_apart(drawn: Sequence[Robot], link: float | None) -> None:
     cast = {f"r{number}": robot for number, robot in enumerate(drawn)}
     assume(gap(cast) >= KEEP_APART)
     story = play(cast, link=link)
@@ -225,8 +225,8 @@ def test_whoever_was_far_enough_apart_comes_to_rest_apart(drawn: Sequence[Robot]
         for what in ("side by side", "passing", "apart", "turning", "strafing", "in a row", "up to another")
     ],
 )
-def test_who_is_not_paused(one: Robot, other: Robot, link: float | None) -> None:
-    """Also if a pose of each jumps. On links, poses of two robots are from different times, so that those who pass each
+def test_robots_that_stay_apart_are_not_paused(one: Robot, other: Robot, link: float | None) -> None:
+    """Also if a pose of each jumps. On links, poses of two robots are from different times, so robots that pass each
     other need 0.04 m more."""
     for jumps in ({}, {7: (0.3, 0.1)}, {23: (-0.2, -0.5)}):
         a, b = (replace(robot, jumps=jumps, obeys=[]) for robot in (one, other))

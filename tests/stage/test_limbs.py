@@ -1,4 +1,4 @@
-"""What body parts are told to do, and when, on a clock that the tests advance."""
+"""The commands to body parts and their times, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def analyzed(program: str, toml: str = TOML) -> Analysis:
 
 
 class Bodies(Continuing):
-    """A stage, and what the joints of a robot were told."""
+    """A stage, and the commands to the joints of a robot."""
 
     def __init__(self, program: str, toml: str = TOML) -> None:
         super().__init__()
         self.save(score_of(analyzed(program, toml)), "restart")
 
     def turns(self, robot: str = "a", joint: str = "yaw") -> list[Turn]:
-        """When a joint's velocity changed, and from where to what, in degrees."""
+        """The times at which a joint's velocity changed, its position then, and its new velocity, in degrees."""
         turns: list[Turn] = []
         for name, at, joints in self.sink.joints:
             if name == robot and joint in joints:
@@ -85,14 +85,14 @@ class Bodies(Continuing):
         pytest.param("a $ head left\n---\na $ rest", [(0, 0, 30), (1, 30, 0)], id="scene without it"),
     ],
 )
-def test_joints_are_told_every_change_at_its_time(program: str, turns: list[Turn]) -> None:
+def test_joints_get_every_change_at_its_time(program: str, turns: list[Turn]) -> None:
     stage = Bodies(program)
     stage.run(10)
     assert stage.turns() == turns
     assert stage.states[-1] == "ended"
 
 
-def test_a_joint_is_told_again_and_again_where_it_is() -> None:
+def test_a_joint_gets_its_position_again_and_again() -> None:
     stage = Bodies("a $ head left")
     stage.run(0.51)
     told = [(at, joints["yaw"].position) for _, at, joints in stage.sink.joints]
@@ -100,8 +100,8 @@ def test_a_joint_is_told_again_and_again_where_it_is() -> None:
     assert [position for _, position in told] == pytest.approx([0.5235987755982988 * at for at, _ in told])
 
 
-def test_what_changes_at_the_same_time_is_told_to_all_joints_of_a_robot_at_once() -> None:
-    """Also if where joints stand decides how they move."""
+def test_changes_at_the_same_time_go_to_all_joints_of_a_robot_at_once() -> None:
+    """Also if the positions of joints decide how they move."""
     toml = TOML.replace("[robots.a]", '[profiles.nod.body.tail]\nup = { joint = "tail", degrees = 9 }\n[robots.a]')
     stage = Bodies("a b $ head (left right) || tail (up to start)", toml)
     stage.run(1.5)
@@ -127,7 +127,7 @@ def test_at_twice_the_speed_joints_turn_twice_as_fast() -> None:
     assert stage.turns() == [(0, 0, 30), (1.5, 45, 60), (1.75, 60, -60), (2.25, 30, 0)]
 
 
-def test_a_muted_robot_stands_and_goes_on_from_there() -> None:
+def test_a_muted_robot_stands_and_continues_from_there() -> None:
     stage = Bodies("a $ head (left left to start right)")
     stage.run(0.5)
     stage.player.set_silent(["a"], [], stage.now)

@@ -1,4 +1,4 @@
-"""However many scenes are over at one moment, the player gets through them on the small stack that a stage has."""
+"""A player can end any number of scenes at one moment on the small stack that a stage has."""
 
 from __future__ import annotations
 

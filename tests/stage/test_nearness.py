@@ -1,4 +1,4 @@
-"""Robots that come too near to each other: what is seen, and when → who is too near, and what the player does."""
+"""Robots that come too near to each other: poses and their times → the pairs, and the player's acts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RADIUS = 0.1
 
 
 def seen(at: float, **places: float) -> list[RawPose]:
-    """Robots along the x axis, seen at a time. The first one looks away from the others."""
+    """The poses of robots along the x axis at a time. The first one looks away from the others."""
     return [
         RawPose(robot, CONTINUOUS, Pose(x, heading=math.pi if robot == "a" else 0.0), at) for robot, x in places.items()
     ]
@@ -38,8 +38,7 @@ BASES = dict.fromkeys("abc", Base(RADIUS))
 
 
 def check(*steps: tuple[float, float], expected: Sequence[float]) -> None:
-    """Two robots of which the gaps between their edges are seen at these times, as `(time, gap)`; the times at which
-    they are too near."""
+    """Check the times at which two robots are too near. The gaps between their edges are seen as `(time, gap)`."""
     bases = dict.fromkeys("ab", Base(RADIUS))
     nearness, found = Proximity(), []
     for now, gap in steps:
@@ -66,7 +65,7 @@ def check(*steps: tuple[float, float], expected: Sequence[float]) -> None:
         ([(0, 0.1), (1, 0.4), (2, 0.28)], [2]),
     ],
 )
-def test_who_comes_too_near(steps: list[tuple[float, float]], expected: list[float]) -> None:
+def test_robots_that_come_too_near_are_found(steps: list[tuple[float, float]], expected: list[float]) -> None:
     check(*steps, expected=expected)
 
 
@@ -111,7 +110,7 @@ def test_all_pairs_are_found_and_no_others(where: Mapping[str, tuple[float, floa
     assert found == expected
 
 
-def test_two_robots_that_are_near_are_looked_at_by_those_who_move_them() -> None:
+def test_a_near_pair_is_found_by_the_stages_that_move_it() -> None:
     proximity, *_ = Proximity().heard(seen(0, a=0, b=3, c=6), BASES).looked(True, BASES, KEEP_APART, 0)
     proximity = proximity.heard(seen(1, a=0, b=0.4, c=0.8), BASES)
     for ours, expected in (({"a"}, ["ab"]), ({"b"}, ["ab", "bc"]), (set[str](), []), (None, ["ab", "bc"])):
@@ -137,7 +136,7 @@ def playing(
     poses: bool = True,
     program: str = "beat 60\na b $ repeat 8 forward",
 ) -> Stage:
-    """Two real robots that have driven for a second, seen with 3 m between their edges."""
+    """Two real robots that have driven for a second, with 3 m between their edges."""
     stage = Stage()
     stage.sink.real = True
     read = score(program)
@@ -153,7 +152,7 @@ def playing(
 
 
 def see(stage: Stage, gap: float) -> None:
-    """Poses of both robots, with so many meters between their edges. The second one says that they haven't jumped."""
+    """Send poses of both robots, with so many meters between their edges. The second one shows no jump."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     for _ in twice(stage):
         stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
@@ -232,7 +231,7 @@ def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -
 
 
 def meet(stage: Stage, gap: float, *, late: float = 0.0) -> None:
-    """Poses of both robots, which look at each other, with so many meters between their edges."""
+    """Send poses of both robots, which look at each other, with so many meters between their edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     for _ in twice(stage):
         places = {"a": Pose(), "b": Pose(gap + wide, heading=math.pi)}
@@ -311,7 +310,7 @@ def see_here(stage: Stage) -> None:
 
 
 def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: Twist | None = None) -> None:
-    """The stage elsewhere says where its robot was so many seconds ago, with so many meters between the edges."""
+    """Send the pose of the robot elsewhere so many seconds ago, with so many meters between the edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
     for _ in twice(stage):
@@ -339,7 +338,7 @@ def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_t
     assert stage.states[-1] == "playing"
 
 
-def test_what_another_stage_tells_its_robot_takes_room() -> None:
+def test_commands_of_another_stage_take_room() -> None:
     """Backward is toward ours. It needs 0.05 m to brake, 0.03 m to react, and twice 0.03 m for a pose 0.1 s old, since
     its stage knows as late about ours."""
     stage = beside()
@@ -353,7 +352,7 @@ def test_what_another_stage_tells_its_robot_takes_room() -> None:
     assert stage.states[-1] == "paused"
 
 
-def test_another_stage_says_nothing_about_a_robot_here() -> None:
+def test_a_report_of_another_stage_about_a_robot_here_is_ignored() -> None:
     stage = beside()
     see_there(stage, 0.1)
     assert stage.states[-1] == "paused"
@@ -400,7 +399,7 @@ def test_a_robot_elsewhere_without_poses_in_the_world_is_named_once() -> None:
     assert stage.states[-1] == "playing"
 
 
-def test_stages_elsewhere_are_told_where_robots_here_are_while_they_play_or_pause() -> None:
+def test_stages_elsewhere_get_the_poses_of_robots_here_while_they_play_or_pause() -> None:
     stage = beside()
     (said,) = told_elsewhere(stage)
     pose = {"x": 0, "y": 0.0, "z": 0.0, "heading": math.pi}
@@ -414,7 +413,7 @@ def test_stages_elsewhere_are_told_where_robots_here_are_while_they_play_or_paus
 
 
 @pytest.mark.parametrize("stage", [playing(), beside(keep_apart=None)], ids=["nobody is elsewhere", "not kept apart"])
-def test_otherwise_nobody_is_told(stage: Stage) -> None:
+def test_otherwise_no_stage_gets_them(stage: Stage) -> None:
     assert told_elsewhere(stage) == []
 
 
@@ -450,7 +449,7 @@ def test_all_stand_while_one_of_them_is_not_seen() -> None:
     assert stage.states[-1] == "playing"
 
 
-def test_poses_that_are_late_again_and_again_are_told_once() -> None:
+def test_poses_that_are_late_again_and_again_are_reported_once() -> None:
     stage = watched()
     for _ in range(20):
         stage.run(0.3)

@@ -1,4 +1,4 @@
-"""What the player sends, and when, on a clock that the tests advance."""
+"""The player's commands and their times, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from improv_core.score.senses import RobotSense
 
 
 class Memory:
-    """A sink that remembers what it is sent."""
+    """A sink that remembers its commands."""
 
     name = "memory"
     period: float | None = None
@@ -38,7 +38,7 @@ class Memory:
         self.noted = Noticed()
         self.sent: list[tuple[str, float, Twist]] = []
         self.joints: list[tuple[str, float, dict[str, JointMotion]]] = []
-        self.paces: list[float] = []  # of what joints were sent
+        self.paces: list[float] = []  # of commands to joints
         self.deaf: dict[str, str] = {}
         self.asked: list[set[str]] = []
         self.prepared: list[bool] = []
@@ -103,7 +103,7 @@ class Memory:
     def close(self) -> None: ...
 
     def changes(self, robot: str) -> list[tuple[float, float, float]]:
-        """When the robot's velocity changed, and to what forward speed and yaw."""
+        """The times at which the robot's velocity changed, and its forward speed and yaw from then on."""
         changes: list[tuple[float, float, float]] = []
         for name, at, twist in self.sent:
             if name == robot and (not changes or changes[-1][1:] != (twist.x, twist.yaw)):
@@ -131,7 +131,7 @@ class Stage:
         self.now = end
 
     def run_busy(self, seconds: float) -> None:
-        """The same, but sending takes time too."""
+        """Run as before, but sending takes time too."""
         end = self.now + seconds
         while (deadline := self.player.deadline(self.now)) is not None and max(deadline, self.now) <= end:
             self.now = max(deadline, self.now)
@@ -222,7 +222,7 @@ def test_repeats_of_many_robots_are_spread_and_their_changes_are_not() -> None:
     assert max(count for at, count in at_once.items() if at % 1) == 10
 
 
-def test_a_slow_machine_keeps_playing_and_says_once_how_often_it_repeats() -> None:
+def test_a_slow_machine_keeps_playing_and_reports_its_rate_once() -> None:
     stage = Stage()
     stage.sink.real = True
     send, cost = stage.sink.send, 1 / 1200
@@ -437,7 +437,7 @@ def test_a_robot_that_stops_listening_is_named_once_each_time() -> None:
 
 
 def test_a_robot_is_no_longer_gone_once_its_listener_is_found() -> None:
-    """Whether it hears us takes longer to find out, and it may already move."""
+    """It takes longer to find out that it hears us, and the robot may already move."""
     stage = Stage()
     stage.sink.real = True
     stage.load("r $ repeat forward")
@@ -477,7 +477,7 @@ def test_one_line_reports_many_robots() -> None:
     assert stage.lines == expected
 
 
-def test_a_look_costs_no_more_with_many_robots_and_a_thousand_lines_are_not_told() -> None:
+def test_a_look_costs_no_more_with_many_robots_and_reports_few_lines() -> None:
     stage = Stage()
     asked: list[int] = []
     robots = [f"r{number}" for number in range(1000)]

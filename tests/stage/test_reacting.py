@@ -1,4 +1,4 @@
-"""Open parts in the player: what it sends and reports when senses change, on a clock that the tests advance."""
+"""Open parts in the player: its commands and reports when senses change, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def open_score(tempo: int = 60, senses: Mapping[str, Source] = SENSES, **parts: 
 
 
 class Reacting(Stage):
-    """A stage whose robots sense what the tests tell them to."""
+    """A stage whose robots sense what the tests choose."""
 
     def __init__(self, start: float = 1000.0) -> None:
         super().__init__(start)
         self.generation = 0
 
     def begin(self, score: Score, when: When = "restart", **values: bool | None) -> None:
-        """Play a score; until something else is said, its robots sense these values, or nothing at all."""
+        """Play a score. Until they sense something else, its robots sense these values, or nothing at all."""
         for robot in score.parts:
             for sense in score.parts[robot].senses.keys() - {"cue"}:
                 self.feel(robot, sense, values.get(sense, False))
@@ -60,7 +60,7 @@ class Reacting(Stage):
         self.player.sense(Edge(RobotSense(robot, sense), value, self.now - ago), self.now)
 
     def act(self, *story: float | str) -> None:
-        """Seconds pass, somebody gives the cue, or anna senses that something is near or far, or senses nothing."""
+        """Let seconds pass, give the cue, or have anna sense that something is near or far, or sense nothing."""
         for each in story:
             if not isinstance(each, str):
                 self.run(each)
@@ -91,7 +91,7 @@ def playing(
     return stage
 
 
-def test_an_edge_changes_the_velocity_at_its_time_and_what_follows_is_on_the_beat() -> None:
+def test_an_edge_changes_the_velocity_at_its_time_and_later_changes_are_on_the_beat() -> None:
     stage = playing(anna=ROAMER)
     stage.act(2.25, "near", 0.25, "far", 3)
     assert stage.moves() == [(0, GOES), (2.25, STANDS), (3, TURNS), (4, GOES)]
@@ -277,7 +277,7 @@ def test_a_save_does_not_wait_for_the_end_of_an_endless_score() -> None:
     assert stage.moves() == [(0, GOES), (2, TURNS)]
 
 
-def test_a_stop_is_obeyed_no_matter_what_is_sensed() -> None:
+def test_a_stop_is_obeyed_whatever_robots_sense() -> None:
     stage = playing(anna=ROAMER)
     stage.run(1.5)
     stage.player.stop(stage.now)
@@ -321,5 +321,5 @@ def test_sensed_changes_are_reported_with_beat_and_time() -> None:
     stage = playing(tempo=120, anna=ROAMER)
     assert sorted(stage.edges) == [("anna", "bump", 0, False), ("anna", "near", 0, False)]
     stage.act(0.75, "near")
-    stage.feel("bert", "near", True)  # nobody reads it
+    stage.feel("bert", "near", True)  # no part reads it
     assert stage.edges[2:] == [("anna", "near", 1.5, True)]

@@ -23,7 +23,7 @@ DANCERS = ["ada", "bo", "cy"]
 
 
 class Watched(Simulator):
-    """A simulator that remembers what it was sent and what its player reported."""
+    """A simulator that remembers its commands and the reports of its player."""
 
     def __init__(self) -> None:
         super().__init__(period=None)
@@ -36,7 +36,7 @@ class Watched(Simulator):
 
 
 def played(name: str, senses: Iterable[Foreseen] | None = None) -> Watched:
-    """The simulator after an example, or after a minute of it; with `senses`, robots sense these and nothing else."""
+    """The simulator after an example, or after a minute of it; with `senses`, robots sense only these."""
     analysis = read_to_play(next(path for path in REACTING if path.stem == name))
     assert analysis
     simulator = Watched()
@@ -45,12 +45,12 @@ def played(name: str, senses: Iterable[Foreseen] | None = None) -> Watched:
 
 
 def decided(simulator: Watched) -> list[tuple[str, float]]:
-    """Which robot reacted at which beat."""
+    """The robots that reacted, and the beats."""
     return [(each["robot"], each["beat"]) for each in simulator.told if each["type"] == "decided"]
 
 
 def bumps(simulator: Watched) -> list[str]:
-    """Who felt a bump, one entry for each."""
+    """The robots that felt a bump, one entry for each bump."""
     sensed = [each for each in simulator.told if each["type"] == "sensed" and each["sense"] == "bump"]
     return sorted(each["robot"] for each in sensed if each["value"])
 

@@ -1,4 +1,4 @@
-"""When velocities are repeated, by times that the tests choose."""
+"""The times of repeated velocities, on a clock that the tests choose."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def crowd(count: int) -> Repeats:
 
 
 def play(repeats: Repeats, until: float, cost: float = 0.0, begin: float = 0.0) -> dict[str, list[float]]:
-    """When each robot is sent a repeat, if sending one takes this many seconds."""
+    """The times of each robot's repeats, if sending one takes this many seconds."""
     sent: dict[str, list[float]] = {}
     now = begin
     while (now := max(now, repeats.due)) <= until:

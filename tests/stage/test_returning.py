@@ -1,4 +1,4 @@
-"""A robot that was away drives back to where its part has it, slowly, and goes on there (`rejoin = "return"`)."""
+"""A robot that was away drives slowly back to its part, and continues there (`rejoin = "return"`)."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from tests.stage.test_player import GONE, Stage, score
 STEP = 0.05
 """Seconds between two poses of each robot."""
 APART = {"r": Pose(0, 0), "s": Pose(0, 3)}
-DRIVES, BACK = "r drives slowly to where it should be, and goes on there", "r is back in its place and goes on"
+DRIVES, BACK = "r drives slowly to where it should be, and continues there", "r is back in its place and continues"
 SQUARE = "beat 60\nr s $ repeat (forward forward left left)\n"
 LINE = "beat 60\nr s $ repeat 5 forward repeat 100 rest\n"
 SLOW, SLOW_TURN = slow_speeds(TURTLEBOT4)
 
 
 class Floor(Stage):
-    """Two real robots that obey what they hear at once, and a camera that sees them."""
+    """Two real robots that obey their commands at once, and a camera that sees them."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class Floor(Stage):
         self.player.measure(raw, self.now)
 
     def move(self, seconds: float) -> None:
-        """Let time pass, in which robots do as they are told."""
+        """Let time pass, in which robots obey their commands."""
         for _ in range(round(seconds / STEP)):
             self.run(STEP)
             for robot, _, twist in self.sink.sent[self._heard :]:
@@ -78,13 +78,13 @@ class Floor(Stage):
             self.see()
 
     def heard(self, robot: str = "r") -> list[Twist]:
-        """What a robot has been told since the last call."""
+        """The commands to a robot since the last call."""
         found = [twist for name, _, twist in self.sink.sent[self._mark :] if name == robot]
         self._mark = len(self.sink.sent)
         return found
 
     def stands(self, seconds: float = 1.0) -> bool:
-        """Whether a robot stands from now on, for as long as that."""
+        """Return whether a robot stands from now on, for this long."""
         self.heard()
         before = self.poses["r"]
         self.move(seconds)
@@ -92,14 +92,14 @@ class Floor(Stage):
 
     @property
     def off(self) -> float:
-        """How far robot `r` is from where its part has it, in meters."""
+        """The distance of robot `r` from the ideal pose of its part, in meters."""
         measured = [each["robots"]["r"] for each in self.told if each["type"] == "measured" and "r" in each["robots"]]
         ideal = measured[-1]["ideal"]
         return math.dist((ideal["x"], ideal["y"]), (self.poses["r"].x, self.poses["r"].y))
 
 
 def returning(program: str = LINE, seconds: float = 3.0, **rest: Any) -> Floor:
-    """Robot `r` was away while its part went on, and has begun to drive back."""
+    """Robot `r` was away while its part continued, and has begun to drive back."""
     floor = Floor(program, **rest)
     floor.move(1)
     floor.sink.deaf = GONE
@@ -117,7 +117,7 @@ def until_back(floor: Floor) -> None:
     raise AssertionError(floor.lines)
 
 
-def test_a_robot_drives_slowly_to_where_its_part_has_it_and_goes_on_there() -> None:
+def test_a_robot_drives_slowly_to_where_its_part_has_it_and_continues_there() -> None:
     floor = Floor(SQUARE)
     floor.move(1)
     floor.sink.deaf = GONE
@@ -148,7 +148,7 @@ def test_a_robot_that_was_missing_at_beat_0_drives_to_its_part_too() -> None:
     until_back(floor)
 
 
-def test_it_is_reported_that_it_drives_back() -> None:
+def test_driving_back_is_reported() -> None:
     floor = returning()
     floor.move(1)
     told = [each["robots"] for each in floor.told if each["type"] == "vitals"]
@@ -167,7 +167,7 @@ def test_it_waits_where_a_part_stands_until_the_next_scene() -> None:
 
 
 @pytest.mark.parametrize("robot", ["r", "s"])
-def test_it_stands_while_anybody_is_not_seen(robot: str) -> None:
+def test_it_stands_while_any_robot_is_not_seen(robot: str) -> None:
     floor = returning()
     assert not floor.stands()
     floor.unseen = {robot}
@@ -178,7 +178,7 @@ def test_it_stands_while_anybody_is_not_seen(robot: str) -> None:
     assert not floor.stands()
 
 
-def test_it_stands_while_somebody_is_in_its_way() -> None:
+def test_it_stands_while_another_robot_is_in_its_way() -> None:
     floor = returning()
     floor.poses["s"] = floor.poses["r"].after(Twist(0.7), 1)
     floor.move(0.2)
@@ -202,9 +202,9 @@ def test_a_robot_drives_back_once_those_that_stages_elsewhere_move_are_seen_too(
 
 def test_something_in_the_world_is_in_its_way() -> None:
     floor = returning(world=World(keep_apart=0.3, walls=(Wall(0.6, -2, 0.6, 2),)))
-    assert floor.lines.count("r finds no way to where it should be: carry it there") == 1
+    assert floor.lines.count("r finds no path to where it should be: carry it there") == 1
     assert floor.stands(3)
-    assert floor.lines.count("r finds no way to where it should be: carry it there") == 1
+    assert floor.lines.count("r finds no path to where it should be: carry it there") == 1
 
 
 HALTS: dict[str, Callable[[Floor], None]] = {
@@ -215,14 +215,14 @@ HALTS: dict[str, Callable[[Floor], None]] = {
 }
 
 
-def test_nobody_can_foresee_what_senses_decide() -> None:
+def test_it_finds_no_path_to_a_part_that_senses_decide() -> None:
     floor = returning("beat 60\nr s $ repeat 3 forward repeat (if near left else right)\n")
-    assert "r finds no way to where it should be: carry it there" in floor.lines
+    assert "r finds no path to where it should be: carry it there" in floor.lines
     assert floor.stands()
 
 
 @pytest.mark.parametrize("halt", HALTS)
-def test_what_stops_a_robot_stops_it_on_its_way(halt: str) -> None:
+def test_every_stop_stops_it_on_its_way(halt: str) -> None:
     floor = returning()
     floor.heard()
     HALTS[halt](floor)
@@ -243,7 +243,7 @@ def test_after_a_pause_it_drives_on_and_nobody_has_to_put_it_in_its_place() -> N
 
 
 @pytest.mark.parametrize("factor", [0.25, 3.0])
-def test_it_goes_on_only_where_its_part_is_although_the_speed_changes(factor: float) -> None:
+def test_it_continues_only_where_its_part_is_although_the_speed_changes(factor: float) -> None:
     floor = returning(SQUARE)
     floor.player.set_speed(factor, floor.now)
     while BACK not in floor.lines:

@@ -74,7 +74,7 @@ def test_an_edge_has_the_time_of_a_step() -> None:
     simulator, told = Simulator(period=None), list[Told]()
     perform(score(ROAMER, World((6, 6))), simulator, 1.0, told.append)
     near = next(each for each in told if each["type"] == "sensed" and each["sense"] == "near" and each["value"])
-    # 3 m to the wall; it sees 2 m from its rim, and goes 2 m a second.
+    # 3 m to the wall; it sees 2 m from its rim, and drives 2 m/s.
     assert near["performed"] == pytest.approx((3 - 2 - RADIUS) / 2, abs=2 / 240)
     assert near["performed"] * 240 == round(near["performed"] * 240)
 

@@ -1,4 +1,4 @@
-"""Seeks: playback goes on from there as if it had played to there, whatever the program is, and nothing takes long."""
+"""Seeks: playback continues as if it had played to that beat, whatever the program is, and nothing takes long."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NEVER_TRUE = st.sampled_from(["near", "hold"])
 AT_ONCE = 0.2
 """Seconds for which a seek may hold up a stage."""
 BUSY = 5
-"""How many times as slow a busy machine may be."""
+"""The slowdown of a busy machine."""
 
 
 class Simulated(Continuing):
@@ -44,7 +44,7 @@ class Simulated(Continuing):
         self.run(0)
 
     def stands(self) -> Mapping[str, Sequence[float]]:
-        """Where each robot is, and its joints."""
+        """The pose and the joints of each robot."""
         self.player.advance(self.now)
         snapshot = self.simulator.snapshot()
         joints = {robot: list(each.values()) for robot, each in snapshot.joints.items()}
@@ -52,9 +52,9 @@ class Simulated(Continuing):
 
 
 def check(text: str, beat: float) -> None:
-    """A seek to a beat leads to what playing to it leads to."""
+    """Check that a seek to a beat leads to the same as playing to it."""
     played, sought = Simulated(score_of_text(text)), Simulated(score_of_text(text))
-    plays = sought.player.state == "playing"  # or else it has ended, and is paused by the seek
+    plays = sought.player.state == "playing"  # otherwise it has ended, and the seek pauses it
     played.run(beat)
     sought.player.seek(beat, sought.now)
     for seconds in (0.0, 0.37, 0.5, 1.3, 2.0):
@@ -67,7 +67,7 @@ def check(text: str, beat: float) -> None:
 
 
 BEATS = st.integers(0, 1_200).map(lambda hundredths: hundredths / 100)
-"""Exact ones: where something changes at thirds, a beat is rounded to before or after that."""
+"""Exact ones: if something changes at thirds, a beat is rounded to before or after that."""
 
 
 @given(programs(NEVER_TRUE), BEATS)
@@ -112,7 +112,7 @@ def test_a_stage_lives_where_a_sense_decides_at_once(text: str, beat: float) -> 
 
 
 class Story(Simulated):
-    """A stage to which anything happens."""
+    """A stage with any events."""
 
     def happen(self, what: str, *given: object) -> None:
         match what, given:
@@ -167,7 +167,7 @@ def test_a_stage_lives_through_many_stories(text: str, story: Sequence[tuple[tup
     live(text, story)
 
 
-# How long it takes
+# Durations
 
 FAR = [
     pytest.param(
@@ -202,7 +202,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_a_seek_that_takes_too_long_is_refused_and_the_dance_goes_on(text: str) -> None:
+def test_a_seek_that_takes_too_long_is_refused_and_the_dance_continues(text: str) -> None:
     stage = Simulated(score_of_text(text))
     stage.run(0.5)
     begin = time.process_time()
@@ -224,8 +224,8 @@ def test_a_refused_seek_leaves_a_pause_as_it_is() -> None:
     assert (stage.player.state, stage.player.run.transport.origin) == ("paused", 0.5)
 
 
-def test_many_robots_share_what_may_be_computed() -> None:
-    """One robot alone may be sought so far, a hundred may not."""
+def test_many_robots_share_the_budget() -> None:
+    """One robot alone may seek this far, a hundred may not."""
     names = " ".join(f"r{number}" for number in range(100))
     alone, all_of_them = (
         Simulated(score_of(analyze(f"beat 60\n{each} $ repeat choose (forward left)"))) for each in ("r", names)
@@ -236,11 +236,11 @@ def test_many_robots_share_what_may_be_computed() -> None:
     assert len(all_of_them.lines) == 1
 
 
-def test_people_are_told_whose_joints_take_too_long_to_place() -> None:
-    """Two voices move its head, so that this has to be performed."""
+def test_a_line_names_robots_whose_joints_take_too_long_to_place() -> None:
+    """Two voices move its head, so this has to be performed."""
     stage = Simulated(score_of_text("a $ repeat head (to aside || left)\nb $ repeat head (left right)"))
     stage.player.seek(1e6, stage.now)
     assert stage.lines == [
-        "the joints of a stand otherwise than at this beat: it takes too long to find out how, so jump less far"
+        "the joints of a don't stand as they do at this beat: it takes too long to compute that, so jump less far"
     ]
     assert stage.player.run.transport.origin == 1_000_000

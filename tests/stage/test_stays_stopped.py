@@ -1,4 +1,4 @@
-"""What a person has stopped stays stopped until a person plays again, whatever else asks for anything meanwhile."""
+"""A dance that a person has stopped stays stopped until a person plays again, whatever else happens meanwhile."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from improv_core.ipc.arrivals import Play
 from improv_core.music.osc_in import Situation, UnclearError, request
 from improv_core.player import events
-from improv_core.player.acts import Begin, Guide, Listen, Prepare, PrepareAnew, Resend
+from improv_core.player.acts import Begin, DriveBack, Listen, Prepare, PrepareAnew, Resend
 from improv_core.player.decide import decide
 from improv_core.player.events import Event, Facts
 from improv_core.player.run import Run
@@ -42,11 +42,11 @@ STOP, DEADMAN = "/e_stop", Deadman("/joy", 4)
 SAFETY = Safety(stop=STOP, deadman=DEADMAN, faults=FaultRules({"gone": "stop"}))
 START = 1000.0
 STEP = 0.4
-"""Seconds from one thing that happens to the next."""
+"""Seconds between two events."""
 
 
 class Performance:
-    """A parent and its stage of real robots, without processes: requests go the way that they really go."""
+    """A parent and its stage of real robots, without processes: requests take their real ways."""
 
     def __init__(self, follow: Follow | None = None) -> None:
         self.time = START
@@ -73,24 +73,24 @@ class Performance:
     def wait_until(self, now: float) -> None:
         self.time = max(self.time, now)
 
-    # What happens
+    # Events
 
     @property
     def state(self) -> str:
         return self._loop.player.state
 
     def save(self) -> None:
-        """A person saves the program."""
+        """Save the program, as a person."""
         self._do(asked(self._show, PlayScore(self._score, "dance.improv", 0), self._now))
 
     def ask(self, command: PageRequest) -> None:
-        """Somebody at a page, an editor, or a terminal, or OSC asks for something."""
+        """Send a request from a page, an editor, a terminal, or OSC."""
         if COMMANDS[command["type"]].stops:
             self._take(command)
         self._do(asked(self._show, command, self._now))
 
     def ask_on_node(self, command: PageRequest) -> None:
-        """A service or parameter of the stage's node asks for something."""
+        """Send a request from a service or parameter of the stage's node."""
         if COMMANDS[command["type"]].at_once:
             self._take(command)
         if COMMANDS[command["type"]].stops:
@@ -98,7 +98,7 @@ class Performance:
         self._do(heard(self._show, "ros", {"type": "request", "command": command}, self._now))
 
     def osc(self, address: str, *arguments: Any) -> None:
-        """An OSC message comes."""
+        """Receive an OSC message."""
         try:
             command = request(f"/improv/{address}", arguments, self._situation)
         except UnclearError as error:
@@ -108,7 +108,7 @@ class Performance:
                 self.ask(command)
 
     def call_play(self) -> None:
-        """Somebody in ROS 2 calls `~/play`."""
+        """Call `~/play` in ROS 2."""
         reply = play_again.play(self._heard, "ros")
         if reply.request:
             self.ask_on_node(reply.request)
@@ -120,15 +120,15 @@ class Performance:
         self._loop.take(Edge(str(DEADMAN), held, self.time), self.time)
 
     def hear_clock(self, rate: float) -> None:
-        """A clock from outside runs at so many beats a second, or stands."""
+        """Run a clock from outside at so many beats a second, or stop it."""
         self._loop.take(Anchor(self.time, self.time * rate, rate, 0.02, 0), self.time)
 
     def play(self) -> None:
-        """A person presses Play on the page."""
+        """Press Play on the page, as a person."""
         self.ask({"type": "resume"} if self.state == "paused" else {"type": "restart"})
 
     def passes(self, seconds: float = STEP) -> bool:
-        """Let time pass; whether a robot is told to move meanwhile."""
+        """Let time pass. Return whether a robot is sent a movement meanwhile."""
         before, end = len(self.robots.sent), self.time + seconds
         while self.time < end:
             deadline = min(self._loop.deadline(self.time), end)
@@ -136,7 +136,7 @@ class Performance:
             self._loop.advance(self.time)
         return any(twist.x or twist.yaw for _, _, twist in self.robots.sent[before:])
 
-    # How it gets there
+    # The ways of requests
 
     @property
     def _now(self) -> Now:
@@ -189,7 +189,7 @@ OSC: Mapping[str, Does] = {
     "OSC seeks beat 0": lambda it: it.osc("seek", 0),
     "OSC pauses": lambda it: it.osc("pause"),
     "OSC sets the tempo": lambda it: it.osc("tempo", 90),
-    "OSC plays late": lambda it: it.ask({"type": "resume", "by": "osc"}),  # it had yet to hear of the stop
+    "OSC plays late": lambda it: it.ask({"type": "resume", "by": "osc"}),  # it had yet to receive the stop
     "OSC restarts late": lambda it: it.ask({"type": "restart", "by": "osc"}),
 }
 ROS: Mapping[str, Does] = {
@@ -224,7 +224,7 @@ def every(kinds: Sequence[str], length: int) -> Iterator[str]:
 
 
 def dancing(follow: Follow | None = None) -> Performance:
-    """A robot moves, as a person has asked for it."""
+    """A robot moves, because a person has played."""
     it = Performance(follow)
     it.hold(True)
     it.save()
@@ -233,7 +233,7 @@ def dancing(follow: Follow | None = None) -> Performance:
 
 
 def moves_again(it: Performance, follow: Follow | None) -> bool:
-    """Whether the robot moves at last: a clock has it wait for a bar."""
+    """Return whether the robot moves at last: a clock has it wait for a bar."""
     for _ in range(10):
         if follow:
             it.hear_clock(1.5)
@@ -315,7 +315,7 @@ def test_automations_play_again_what_only_they_have_stopped(story: Sequence[str]
     assert it.passes() == moves, it.lines
 
 
-def test_a_person_who_plays_makes_it_all_anew() -> None:
+def test_automations_play_again_after_a_person_has_played() -> None:
     it = dancing()
     it.ask({"type": "stop"})
     it.save()
@@ -325,7 +325,7 @@ def test_a_person_who_plays_makes_it_all_anew() -> None:
     assert it.passes()
 
 
-def test_a_seek_after_a_stop_is_where_a_person_plays_from() -> None:
+def test_a_person_plays_from_a_seek_after_a_stop() -> None:
     it = dancing()
     it.ask({"type": "stop"})
     it.ask({"type": "seek", "beat": 5.0})
@@ -354,7 +354,7 @@ def test_a_stage_on_which_no_person_has_played_is_not_started_by_automations() -
     assert (it.passes(), it.lines) == (False, [play_again.STOPPED])
 
 
-# What the player decides
+# The player's decisions
 
 DANCE = replace(score(PROGRAM), safety=SAFETY, world=World(keep_apart=0.2))
 MIDI = Following("midi", anchor=Anchor(START, 0.0, 1.5, 0.02, 0))
@@ -380,7 +380,7 @@ DECIDED: Mapping[str, Event] = {
     "pressed": events.EmergencyStop(STOP, True),
     "released": events.EmergencyStop(STOP, False),
 }
-MOVES = (Begin, Resend, Guide, Listen, Prepare, PrepareAnew)
+MOVES = (Begin, Resend, DriveBack, Listen, Prepare, PrepareAnew)
 
 
 def playing(**how: Any) -> Run:

@@ -1,4 +1,4 @@
-"""What is played: movements, motion, profiles, and scores. Standard library only, Python 3.10 and newer.
+"""Holds the scores that stages play: movements, motion, and profiles. Standard library only, Python 3.10 and newer.
 
 It may import only `slices` and `text`; everything else rests on it. Begin with `movement`, then `walk`; a `score` has a
 part for each robot.

@@ -1,7 +1,5 @@
 """The algebra of movements: holding a velocity, series, voices, repeats, and changes of rate, size, and direction.
-
-Standard library only. `score/walk.py` walks what it makes.
-"""
+Standard library only. `score/walk.py` walks these movements."""
 
 from __future__ import annotations
 
@@ -59,9 +57,9 @@ class Hold(Movement):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Series(Several, InTurn):
-    """One after another."""
+    """Movements that play one after another."""
 
-    ends: tuple[Duration, ...]  # when each item ends
+    ends: tuple[Duration, ...]  # the beat at which each item ends
     first_throws: tuple[int, ...]  # the throw at which each item begins, counted from the first; empty without dice
 
     NAME = "series"
@@ -95,7 +93,7 @@ class Parallel(Several, Piecewise):
     def pieces(
         self, at: Duration, backward: bool, dice: Dice | None, walk: Callable[[Visit], Iterator[Piece]]
     ) -> Iterator[Piece]:
-        """Each piece ends as soon as one voice changes."""
+        """Yield pieces, each of which ends as soon as one voice changes."""
         voices = [
             walk(Visit(voice, at, backward, dice and dice.inside(index)))
             for index, voice in enumerate(self.items)
@@ -119,7 +117,7 @@ class Parallel(Several, Piecewise):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Repeat(Single, InTurn):
-    """So many times, or forever. Repeating an empty movement gives an empty movement."""
+    """A movement that plays so many times, or forever. Repeating an empty movement gives an empty movement."""
 
     times: int | None
 
@@ -127,11 +125,11 @@ class Repeat(Single, InTurn):
     FIELDS = (("times", fields.TIMES),)
 
     def throw_of(self, index: int, throw: T) -> T:
-        """The turns of an endless repeat throw from a stream of their own."""
+        """Return a throw of a stream of their own for the turns of an endless repeat."""
         return throw.inside(0) if self.times is None else throw
 
     def dice_at(self, turn: int, dice: Dice) -> Dice:
-        """The dice of one turn."""
+        """Return the dice of one turn."""
         return (dice.inside(0) if self.times is None else dice).after(turn * self.body.throws)
 
     def lasts(self, parts: Sequence[Lengths]) -> Lengths:
@@ -225,7 +223,7 @@ def one_by_one(
     backward: bool,
     dice_of_item: Callable[[int], Dice] | None,
 ) -> Iterator[Visit]:
-    """Items that play one after another, with the beats at which they end."""
+    """Yield items that play one after another. `ends` are the beats at which they end."""
     first = bisect_left(ends, at) if backward else bisect_right(ends, at) if at else 0
     if first == len(items):
         return
@@ -241,20 +239,20 @@ def one_by_one(
 
 @makes(Hold)
 def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
-    """A constant velocity for `duration` beats, written at `span`."""
+    """Return a constant velocity for `duration` beats, written at `span`."""
     x, y, z, yaw = (abs(float(value)) for value in velocity)
     return Hold(duration, velocity, held(x, y, z, yaw, float(duration)), velocity, span)
 
 
 def stand(duration: Exact) -> Movement:
-    """Standing still for `duration` beats, or not at all. It is not written anywhere, so it never counts as an item
-    that is too short."""
+    """Return a movement that stands still for `duration` beats, or an empty one. It is not written anywhere, so it
+    never counts as an item that is too short."""
     return Hold(duration, STILL, UNBOUNDED, STILL, None) if duration else series(())
 
 
 @makes(Series)
 def series(items: Sequence[Movement]) -> Movement:
-    """The items one after another. Items after an endless one are never reached."""
+    """Return the items one after another. Items after an endless one are never reached."""
     if len(items) == 1:
         return items[0]
     end: Duration = 0
@@ -282,7 +280,7 @@ def series(items: Sequence[Movement]) -> Movement:
 
 @makes(Parallel)
 def parallel(voices: Sequence[Movement]) -> Movement:
-    """All voices at once: velocities add up, the shortest voice ends all, and empty voices are ignored."""
+    """Return all voices at once: velocities add up, the shortest voice ends all, and empty voices are ignored."""
     playing = [voice for voice in voices if voice.duration or voice.open]
     dice = len(voices) > 1 and any(voice.bounds.dice for voice in voices)
     if not dice and len(playing) < 2:
@@ -297,14 +295,14 @@ def parallel(voices: Sequence[Movement]) -> Movement:
 
 @makes(Repeat)
 def repeat(body: Movement, times: int | None = None) -> Movement:
-    """The movement repeated `times` times, or forever if None. Repeating an empty movement gives an empty movement."""
+    """Repeat the movement `times` times, or forever if None. Repeating an empty movement gives an empty movement."""
     if times == 0 or not (body.duration or body.open):
         if not body.bounds.dice:
             return series(())
         duration: Duration = 0
     else:
         duration = ENDLESS if times is None else body.duration * times
-    uniform = body.uniform if body.duration else STILL  # turns that take no time are followed by standing still
+    uniform = body.uniform if body.duration else STILL  # after turns that take no time, the robot stands still
     bounds = opened(body.bounds) if body.bounds.open else body.bounds
     if bounds.dice:
         bounds = replace(bounds, throws=1 if times is None else bounds.throws * times)
@@ -313,7 +311,7 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
 
 @makes(Pace)
 def pace(body: Movement, rate: Fraction) -> Movement:
-    """The same path, `rate` times as fast."""
+    """Return the same path, `rate` times as fast."""
     if not (body.duration or body.open):
         return body
     duration = ENDLESS if isinstance(body.duration, float) else exact(body.duration / rate)
@@ -322,7 +320,7 @@ def pace(body: Movement, rate: Fraction) -> Movement:
 
 
 def fit(body: Movement, beats: Exact) -> Movement:
-    """The same path in exactly `beats` beats. Raises ValueError if the movement is endless or open."""
+    """Return the same path in exactly `beats` beats. Raises ValueError if the movement is endless or open."""
     require_end(body)
     assert not isinstance(body.duration, float)
     return pace(body, Fraction(body.duration) / beats)
@@ -330,7 +328,7 @@ def fit(body: Movement, beats: Exact) -> Movement:
 
 @makes(Gain)
 def gain(body: Movement, factors: Velocity) -> Movement:
-    """The same duration, with each component of the velocity multiplied."""
+    """Return the same duration, with each component of the velocity multiplied."""
     if not (body.duration or body.open):
         return body
     uniform = body.uniform and body.uniform.times(factors)
@@ -339,19 +337,19 @@ def gain(body: Movement, factors: Velocity) -> Movement:
 
 @makes(Reverse)
 def reverse(body: Movement) -> Movement:
-    """The same moments in reverse order. Raises ValueError if the movement is endless or open."""
+    """Return the same moments in reverse order. Raises ValueError if the movement is endless or open."""
     require_end(body)
     return Reverse(body.duration, body.uniform, body.bounds, body)
 
 
 def accumulate(items: Sequence[Movement]) -> Movement:
-    """Of items a, b, c: a, then a b, then a b c. Each beginning is shared by all that are longer."""
+    """Of items a, b, c, return a, then a b, then a b c. Each beginning is shared by all that are longer."""
     return series(list(count_up(items, lambda beginning, item: series((beginning, item)))))
 
 
 @makes(Use)
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
-    """A movement written in the statement with this ID, used by a name at `span`."""
+    """Return a movement written in the statement with this ID, used by a name at `span`."""
     return Use(body.duration, body.uniform, body.bounds, body, span, statement)
 
 

@@ -1,8 +1,8 @@
-"""When two discs come near each other, or one an obstacle: by conservative advancement. Standard library only.
+"""The moments at which two discs, or a disc and an obstacle, come near each other. Standard library only.
 
-At any moment, how fast they approach and how sharply their paths bend bound the distance from below, so nothing can
-happen before some later moment; the search jumps there, and so on (Mirtich, Impulse-based Dynamic Simulation of Rigid
-Body Systems, 1996). Distances are in meters, times in beats.
+The search uses conservative advancement: at any moment, the speed at which two approach and the curvature of their
+paths bound the distance from below, so nothing can happen before some later moment. It jumps there, and so on (Mirtich,
+Impulse-based Dynamic Simulation of Rigid Body Systems, 1996). Distances are in meters, times in beats.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ TOLERANCE = 0.001
 _FINEST = 1e-5
 """The shortest jump, in beats."""
 _COARSEST_LEAVING = 1 / 256
-"""The shortest jump, in beats, while two are too near: when they part needn't be exact."""
+"""The shortest jump, in beats, while two are too near: the moment at which they part needn't be exact."""
 _HALVINGS = 20
-"""How often the moment at which two are nearest is narrowed down."""
+"""The number of halvings that narrow down the moment at which two are nearest."""
 
 Convex: TypeAlias = Callable[[float, float], tuple[float, float, float]]
-"""How far a point is from something convex, in meters, and the direction toward it, of length 1."""
+"""The distance of a point from a convex shape, in meters, and the direction toward it, of length 1."""
 
 
 class Bound(NamedTuple):
-    """How near two may come: their centers in meters, seen from above, unless they are farther apart in height."""
+    """The least distance between two centers in meters, seen from above, unless they are farther apart in height."""
 
     near: float
     height: float
@@ -37,22 +37,22 @@ class Bound(NamedTuple):
 
 @dataclass(slots=True)
 class Encounters:
-    """The beats at which two begin to be too near, how near they come the first time, and whether they are now."""
+    """The beats at which two begin to be too near, their least distance the first time, and their state now."""
 
     beats: list[float] = field(default_factory=list)
     least: float = math.inf
     together: bool = False
     until: float | None = None
-    """The beat up to which they were followed last. Where they were not, they were far apart."""
+    """The beat up to which they were followed last. In gaps before it, they were far apart."""
 
 
 class TooMuchWorkError(Exception):
-    """Robots have too many stretches, or are too near each other or too fast, to be followed any further."""
+    """Raised if robots have too many stretches, or are too near each other or too fast, to be followed any further."""
 
 
 @dataclass(slots=True)
 class Work:
-    """How many stretches, pairs, and moments may still be looked at."""
+    """The number of stretches, pairs, and moments that may still be examined."""
 
     left: int
 
@@ -64,7 +64,7 @@ class Work:
 
 
 def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters, work: Work) -> None:
-    """Add what happens between two robots within a beat."""
+    """Add the encounters of two robots within a beat."""
     if found.until != begin:
         found.together = False
     found.until = begin + 1
@@ -82,7 +82,7 @@ def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters
 
 
 def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Work) -> float | None:
-    """The first time within a beat at which a robot's center is nearer to an obstacle than allowed, in beats."""
+    """Return the first beat, within one beat, at which a robot's center is nearer to an obstacle than allowed."""
     for stretch in beat.stretches:
         now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
         speed = math.hypot(stretch.along_x, stretch.along_y)
@@ -98,7 +98,7 @@ def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Work)
 
 
 def sinks(beat: Beat, begin: float) -> float | None:
-    """The first time within a beat at which a robot on the ground goes on down."""
+    """Return the first beat, within one beat, at which a robot on the ground keeps going down."""
     for stretch in beat.stretches:
         now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
         if stretch.along_z < 0 and stretch.z + stretch.along_z * (end - stretch.start) < -TOLERANCE:
@@ -128,7 +128,7 @@ def _follow_stretches(
 def _follow_level(
     one: Stretch, other: Stretch, now: float, end: float, near: float, found: Encounters, work: Work
 ) -> None:
-    """The same while no one is above the other."""
+    """Add the encounters of two robots while neither is above the other."""
     speeds = math.hypot(one.along_x, one.along_y), math.hypot(other.along_x, other.along_y)
     speed, bend = sum(speeds), speeds[0] * abs(one.turn) + speeds[1] * abs(other.turn)
     in_step = one.turn == other.turn
@@ -156,7 +156,7 @@ def _follow_level(
 
 
 def jump(gap: float, closing: float, speed: float, bend: float) -> float:
-    """The beats for which two can't come nearer by more than a gap.
+    """Return the beats for which two can't come nearer by more than a gap.
 
     They approach at `closing` now, at `speed` at most, and that changes by `bend` per beat at most.
     """
@@ -171,7 +171,7 @@ def jump(gap: float, closing: float, speed: float, bend: float) -> float:
 
 
 def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Work) -> float:
-    """The least distance between two moments, from the first of which on they come nearer."""
+    """Return the least distance between two moments. From the first one on, they come nearer."""
     x, y, along_x, along_y = relative(one, other, end)
     if x * along_x + y * along_y <= 0:
         return math.hypot(x, y)
@@ -188,7 +188,7 @@ def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Work)
 
 
 def relative(one: Stretch, other: Stretch, beat: float) -> tuple[float, float, float, float]:
-    """Where another robot is, seen from one, and its velocity seen from there."""
+    """Return the position of another robot, seen from one, and its velocity seen from there."""
     x0, y0, along_x0, along_y0 = moving_at(one, beat)
     x1, y1, along_x1, along_y1 = moving_at(other, beat)
     return x1 - x0, y1 - y0, along_x1 - along_x0, along_y1 - along_y0

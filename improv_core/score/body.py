@@ -14,16 +14,16 @@ from improv_core.score.skeleton import Bone
 
 Interface = Literal["trajectory", "position", "velocity"]
 Home = Literal["wait", "move"]
-"""What happens to joints of real robots that aren't at their starts at beat 0: it waits until somebody has brought them
-there, or they are moved there first."""
+"""The behavior at beat 0 if joints of real robots aren't at their starts: it waits until somebody has brought them
+there, or they move there first."""
 START = "start"
 """The pose that every body part has: all its joints at their starts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint: its limits, its highest speed, and where it starts, in radians, or in meters if it `slides`. None is no
-    limit. The real one is `offset` further than it should be: what it is told is corrected by that."""
+    """A joint: its limits, its highest speed, and its start, in radians, or in meters if it `slides`. None is no limit.
+    The real joint is `offset` further than it should be, and its commands are corrected by that."""
 
     name: str
     min: float | None = None
@@ -34,7 +34,7 @@ class Joint:
     offset: float = 0.0
 
     def within(self, position: float) -> float:
-        """The nearest position within its limits."""
+        """Return the nearest position within its limits."""
         if self.max is not None and position > self.max:
             return self.max
         return self.min if self.min is not None and position < self.min else position
@@ -42,7 +42,7 @@ class Joint:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The joint that a direction moves, by how many radians or meters a step. A direction is a component of the
+    """The joint that a direction moves, and its radians or meters per step. A direction is a component of the
     velocity."""
 
     direction: str
@@ -52,7 +52,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class BodyPose:
-    """A pose of a body part: where each of its named directions leads, in steps from a joint's zero."""
+    """A pose of a body part: the target of each of its named directions, in steps from a joint's zero."""
 
     name: str
     steps: Mapping[str, float]
@@ -72,11 +72,11 @@ class BodyPart:
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
     def drive(self, direction: str) -> Drive | None:
-        """What a direction moves."""
+        """Return the joint that a direction moves, if it moves one."""
         return next((each for each in self.drives if each.direction == direction), None)
 
     def pose(self, name: str) -> BodyPose | None:
-        """A pose of this part, but not its start."""
+        """Return a pose of this part. Its start isn't among them."""
         return next((each for each in self.poses if each.name == name), None)
 
     def has_pose(self, name: str) -> bool:
@@ -96,7 +96,7 @@ class BodyGroup:
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """What moves some joints of a real robot: its interface, and its topic if that isn't the usual one."""
+    """A controller of some joints of a real robot: its interface, and its topic if that isn't the usual one."""
 
     name: str
     joints: Sequence[str]
@@ -109,8 +109,8 @@ class Controller:
 
 @dataclass(frozen=True)
 class Body:
-    """All that a robot has besides its base. `joint_states` is the topic on which a real one says where its joints
-    are. `urdf` is the path of a file, and `skeleton` what it says of how joints carry one another."""
+    """All that a robot has besides its base. A real one publishes the positions of its joints on `joint_states`. `urdf`
+    is the path of a file, and `skeleton` the joints in it that carry one another."""
 
     parts: Sequence[BodyPart] = ()
     groups: Sequence[BodyGroup] = ()
@@ -144,16 +144,16 @@ class Body:
 
     @cached_property
     def words(self) -> Mapping[str, Sequence[str]]:
-        """What each word for a part or a group stands for."""
+        """The body parts that each word for a part or a group names."""
         return {each.name: (each.name,) for each in self.parts} | {each.name: each.parts for each in self.groups}
 
     def performers(self, word: str, mirrored: bool) -> Sequence[str]:
-        """The parts that perform what stands under a word; none if this body lacks it."""
+        """Return the parts that perform the movement under a word; none if this body lacks it."""
         named = self.words.get(word, ())
         return [self.part[each].mirror or each for each in named] if mirrored else named
 
     def moved_by(self, asked: Iterable[Asked]) -> Sequence[str]:
-        """The parts that perform what is asked for, in the order of the body."""
+        """Return the parts that perform these words, in the order of the body."""
         found = {part for each in asked for part in self.performers(each.part, each.mirrored)}
         return [each.name for each in self.parts if each.name in found]
 
@@ -163,7 +163,7 @@ class Body:
 
 
 def from_json(data: Mapping[str, Any] | None) -> Body | None:
-    """The body that `asdict` wrote. Raises ValueError, TypeError, or KeyError on anything else."""
+    """Return the body that `asdict` wrote. Raises ValueError, TypeError, or KeyError on anything else."""
     if data is None:
         return None
     joints = [checked(Joint, each) for each in data["joints"]]

@@ -24,7 +24,7 @@ from improv_core.score.movement import (
 _peak = lru_cache(maxsize=10_000)(Peak)
 _bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
 UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
-"""The bounds of nothing."""
+"""The bounds of an empty movement."""
 MOST_FACTOR, LEAST_FACTOR = Fraction(10**300), Fraction(1, 10**300)
 
 
@@ -34,7 +34,7 @@ def held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
 
 
 def in_series(kinds: Iterable[Bounds]) -> Bounds:
-    """The bounds, except the throws, of movements that play one after another, or of which only one plays."""
+    """Return the bounds, except the throws, of movements that play one after another, or of which only one plays."""
     bounds = UNBOUNDED
     for each in kinds:
         bounds = either(bounds, each)
@@ -73,7 +73,7 @@ def _either_words(one: BodyWords, other: BodyWords) -> BodyWords:
 
 @lru_cache(maxsize=10_000)
 def opened(bounds: Bounds) -> Bounds:
-    """The bounds of an open movement around this one: its performance contains another one."""
+    """Return the bounds of an open movement around this one: its performance contains another one."""
     return replace(bounds, open=True, depth=bounds.depth + 1)
 
 
@@ -111,21 +111,21 @@ def sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
 
 
 def _near(factor: Exact) -> float:
-    """A positive factor as a float. One that is larger or smaller than floats can be is refused later, for its bounds:
-    until then, one that is nearly as large or as small will do."""
+    """Return a positive factor as a float. A factor beyond the range of floats becomes nearly as large or as small as
+    they get: it is refused later, for its bounds."""
     if LEAST_FACTOR <= factor <= MOST_FACTOR:
         return float(factor)
     return float(MOST_FACTOR if factor > 1 else LEAST_FACTOR)
 
 
 def faster(peak: Peak, rate: Exact) -> Peak:
-    """The peak of a movement that is played `rate` times as fast."""
+    """Return the peak of a movement that is played `rate` times as fast."""
     times = _near(rate)
     return _peak(peak.x * times, peak.y * times, peak.z * times, peak.yaw * times, peak.shortest / times)
 
 
 def words_faster(words: BodyWords, rate: Exact) -> BodyWords:
-    """What is asked of body parts, played `rate` times as fast."""
+    """Return the words for body parts, played `rate` times as fast."""
     return words._replace(peak=faster(words.peak, rate)) if words.asked else words
 
 
@@ -150,13 +150,13 @@ def _exchanged(asked: Asked) -> Asked:
 
 
 def swaps_sides(gain: Velocity) -> bool:
-    """Whether a gain is that of `reflect YZ`."""
+    """Return whether a gain is that of `reflect YZ`."""
     return gain.y < 0 < gain.x
 
 
 @lru_cache(maxsize=10_000)
 def under_part(bounds: Bounds, part: str) -> Bounds:
-    """The bounds of a movement that a body part performs: the base stands."""
+    """Return the bounds of a movement that a body part performs: the base stands."""
     peak, words = bounds.peak, bounds.body
     own = {Asked(part, False, each) for each in DIRECTIONS if getattr(peak, each)}
     inner = {each if each.part else each._replace(part=part) for each in words.asked}
@@ -166,7 +166,7 @@ def under_part(bounds: Bounds, part: str) -> Bounds:
 
 
 def is_too_fast(peak: Peak) -> bool:
-    """Whether a bound is so large that floats can't hold what is computed from it."""
+    """Return whether a bound is so large that floats can't hold the results computed from it."""
     x, y, z, yaw, shortest = peak
     return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
 

@@ -1,4 +1,4 @@
-"""How far robots still move when they are told to stand. Standard library only."""
+"""The distance that robots still move after a command to stand. Standard library only."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from improv_core.score.following import OLDEST
 from improv_core.score.profiles import Profile, slow_speeds
 
 REACTION = 0.1
-"""Seconds from the decision that a robot must stand until its motors brake: zeros are sent, arrive, and its base takes
-them."""
+"""Seconds from the decision that a robot must stand until its motors brake: zeros are sent and arrive, and its base
+obeys them."""
 BRAKING = 0.5
 """m/s² with which a robot brakes whose profile has no `max_linear_acceleration`: less than any built-in profile."""
 
 
 def braking(profile: Profile) -> float:
-    """Return how hard a robot brakes, in m/s²."""
+    """Return the deceleration with which a robot brakes, in m/s²."""
     return profile.max_linear_acceleration or BRAKING
 
 
 def coasting(speed: float, braking: float, age: float) -> float:
-    """Return how many meters a robot at this speed, in m/s, may be beyond its latest pose when it stands, if it is told
-    so now and that pose is so many seconds old."""
+    """Return the most meters that a robot at this speed, in m/s, may be beyond its latest pose when it stands, if it
+    gets the command now and that pose is so many seconds old."""
     return speed * (age + REACTION) + speed * speed / 2 / braking
 
 

@@ -1,4 +1,4 @@
-"""A limit for how much is computed at once. Standard library only."""
+"""A limit for the work of one computation. Standard library only."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 class TooLongError(Exception):
-    """Raised where something would take too long to compute."""
+    """Raised if something would take too long to compute."""
 
 
 @dataclass(slots=True)
@@ -16,12 +16,12 @@ class Budget:
     left: int
 
     def spend(self, steps: int) -> None:
-        """Raises TooLongError if there are not so many steps left."""
+        """Spend these steps. Raises TooLongError if fewer are left."""
         self.left -= steps
         if self.left < 0:
             raise TooLongError
 
     def allow(self, steps: int) -> None:
-        """Give up at once if so many steps are too many. Raises TooLongError."""
+        """Raise TooLongError at once if so many steps are too many."""
         if steps > self.left:
             raise TooLongError

@@ -1,7 +1,7 @@
-"""Words for body parts: what a part performs instead of the base, and poses. Standard library only.
+"""Words for body parts: movements that a part performs instead of the base, and poses. Standard library only.
 
-To all that asks no more, these are movements of the base: it stands while body parts move. `projection` gives the
-movement of each part.
+For everything else, these are movements of the base: it stands while body parts move. `projection` gives the movement
+of each part.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class ToPose(Hold):
 
 @makes(ByPart)
 def by_part(body: Movement, part: str) -> Movement:
-    """The movement, performed by a body part. The base stands meanwhile."""
+    """Return the movement, performed by a body part. The base stands meanwhile."""
     if not (body.duration or body.open):
         return body
     return ByPart(body.duration, None if body.open else STILL, under_part(body.bounds, part), body, part)
@@ -58,7 +58,7 @@ def by_part(body: Movement, part: str) -> Movement:
 
 @makes(ToPose)
 def to_pose(pose: str, span: Span | None = None) -> Movement:
-    """One beat in which the body part around it reaches a pose."""
+    """Return one beat in which the body part around it reaches a pose."""
     bounds = held(0.0, 0.0, 0.0, 0.0, 1.0)
     words = BodyWords(frozenset({Asked("", pose=pose)}), bounds.body.peak)
     return ToPose(1, STILL, replace(bounds, body=words), STILL, span, pose)

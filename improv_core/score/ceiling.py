@@ -1,4 +1,4 @@
-"""Up to which tempo robots can do what a score asks of them. Standard library only."""
+"""The highest tempo at which robots can play a score. Standard library only."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from improv_core.score.score import Part, Score
 
 
 def ceiling(score: Score) -> tuple[str, float]:
-    """The robot that is the first to be too slow if the tempo rises, and from which tempo on, in beats per minute.
+    """Return the first robot that is too slow if the tempo rises, and that tempo in beats per minute.
 
     This is a bound: a robot may manage more if its voices don't all ask for their most at once.
     """
@@ -19,12 +19,12 @@ def ceiling(score: Score) -> tuple[str, float]:
 
 
 def _most(part: Part) -> float:
-    """The tempo up to which a robot stays within its limits."""
+    """Return the tempo up to which a robot stays within its limits."""
     return min((limit * 60 / asked for limit, asked in _asked(part) if asked), default=math.inf)
 
 
 def _asked(part: Part) -> Iterator[tuple[float, float]]:
-    """Each limit of a robot, and what a beat per second asks of it, in m/s and rad/s."""
+    """Yield each limit of a robot, and the speed that a beat per second needs, in m/s and rad/s."""
     profile, peak = part.profile, part.movement.bounds.peak
     faster = float(FASTEST_EASE) if profile.smooth else 1.0
     if profile.max_linear is not None:

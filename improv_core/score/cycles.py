@@ -1,4 +1,4 @@
-"""When a movement begins to repeat itself, and when its robot is back where it was. Standard library only."""
+"""The beats from which on a movement repeats itself, and at which its robot is back. Standard library only."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.score.walk import walk
 
 MOST_ROUNDS = 1_000
-"""A robot that isn't back after so many rounds is taken to drift."""
+"""Rounds after which a robot that isn't back counts as drifting."""
 _SAME_PLACE = 1e-9
 """Meters and radians by which rounding may keep a path from closing."""
 
 
 class Cycle(NamedTuple):
-    """From beat `begins` on, the same is repeated every `beats` beats; 0 beats if it is one velocity for good."""
+    """A stretch that repeats every `beats` beats from beat `begins` on; 0 beats if it is one velocity for good."""
 
     begins: Exact
     beats: Exact
 
 
 def cycle(movement: Movement) -> Cycle | None:
-    """When the velocity of a movement begins to repeat itself, in its own beats. None if it never does."""
+    """Return the cycle of a movement's velocity, in its own beats. None if it never repeats."""
     return _cycle(movement, dice_of(ROBOTS) if movement.dice else None)
 
 
 def closed_cycle(part: Part) -> Cycle | None:
-    """When a robot begins to repeat itself, poses included, in beats of the performance. None if it drifts."""
+    """Return the cycle of a robot, poses included, in beats of the performance. None if it drifts."""
     found = cycle(part.movement)
     if found is None:
         return None
@@ -57,7 +57,7 @@ def closed_cycle(part: Part) -> Cycle | None:
 
 
 def common_cycle(cycles: Iterable[Cycle | None]) -> Cycle | None:
-    """When all repeat themselves together. None if one of them never does."""
+    """Return the cycle in which all repeat together. None if one of them never does."""
     begins: Exact = 0
     beats = Fraction(0)
     for each in cycles:
@@ -92,7 +92,7 @@ def _cycle(movement: Movement, dice: Dice | None) -> Cycle | None:
 
 
 def _circle(part: Part, begins: Exact) -> Exact | None:
-    """The beats after which a robot whose velocity stays the same from a beat of its own on is back; None if never."""
+    """The beats after which a robot that keeps its velocity from a beat of its own on is back; None if never."""
     if not isinstance(part.movement.duration, float):
         return 0
     velocity = next(walk(part.movement, begins)).velocity

@@ -17,7 +17,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choose(Several, Through):
-    """One of the items."""
+    """A movement that plays one of its items."""
 
     NAME = "choose"
 
@@ -32,7 +32,7 @@ class Choose(Several, Through):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shuffle(Several, InTurn):
-    """All items, in an order that the dice give."""
+    """A movement that plays all items, in an order that the dice give."""
 
     NAME = "shuffle"
 
@@ -69,7 +69,7 @@ class Chance(Single, Through):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seed(Single, Through):
-    """A movement with dice of its own."""
+    """A movement with its own dice."""
 
     number: Fraction
 
@@ -85,7 +85,7 @@ class Seed(Single, Through):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Throwing(Single, Through):
-    """What a line plays: a movement that begins at this throw of a stream."""
+    """A line of a program: a movement that begins at this throw of a stream."""
 
     throw: int
     stream: str
@@ -102,7 +102,7 @@ class Throwing(Single, Through):
 
 @makes(Choose)
 def choose(items: Sequence[Movement]) -> Movement:
-    """One of the items. Raises ValueError if they are not all of one length, or if senses decide the length of one."""
+    """Choose one of the items. Raises ValueError if they differ in length, or if senses decide the length of one."""
     lengths = {item.duration for item in items}
     if len(lengths) > 1 or any(item.open for item in items):
         raise ValueError("the items of a choice differ in length")
@@ -111,7 +111,7 @@ def choose(items: Sequence[Movement]) -> Movement:
 
 @makes(Shuffle)
 def shuffle(items: Sequence[Movement]) -> Movement:
-    """All items, in an order that the dice give."""
+    """Return all items, in an order that the dice give."""
     bounds = _any_of(items)
     bounds = opened(bounds) if bounds.open else bounds
     return Shuffle(sum(item.duration for item in items), None, bounds, tuple(items))
@@ -119,9 +119,9 @@ def shuffle(items: Sequence[Movement]) -> Movement:
 
 @makes(Chance)
 def chance(body: Movement, probability: Fraction, span: Span | None = None) -> Movement:
-    """The movement, with a probability from above 0 up to 1, or a rest as long, which is written at `span`.
+    """The movement with a probability from above 0 up to 1, or otherwise a rest as long, written at `span`.
 
-    Raises ValueError if the probability is another, or if senses decide how long the movement lasts.
+    Raises ValueError if the probability is out of range, or if senses decide the length of the movement.
     """
     if not 0 < probability <= 1 or body.open:
         raise ValueError("a probability is above 0 and at most 1, of what has a fixed length")
@@ -136,7 +136,7 @@ def _rest(body: Movement, span: Span | None) -> Movement:
 
 @makes(Seed)
 def seed(body: Movement, number: Fraction) -> Movement:
-    """The movement with dice of its own, which the number selects. Raises ValueError if it is not above 0."""
+    """Return the movement with its own dice, which the number selects. Raises ValueError if it is not above 0."""
     if number <= 0:
         raise ValueError("a seed is above 0")
     bounds = replace(body.bounds, dice=True, throws=0)
@@ -145,12 +145,12 @@ def seed(body: Movement, number: Fraction) -> Movement:
 
 @makes(Throwing)
 def throwing(body: Movement, throw: int, stream: str = ROBOTS) -> Movement:
-    """What a line plays: a movement that begins at this throw of a stream."""
+    """Return a line of a program: a movement that begins at this throw of a stream."""
     if not body.bounds.dice:
         return body
     return Throwing(body.duration, body.uniform, body.bounds, body, throw, stream)
 
 
 def _any_of(items: Sequence[Movement]) -> Bounds:
-    """The bounds of what one throw decides."""
+    """Return the bounds of a movement that one throw decides."""
     return replace(in_series(item.bounds for item in items), dice=True, throws=1)

@@ -1,4 +1,4 @@
-"""How a simulated robot follows its setpoints: exactly, or as its motors and wheels allow. Standard library only."""
+"""The motion of a simulated robot: exactly by its setpoints, or as motors and wheels allow. Standard library only."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOISE_PERIOD = 0.1
 
 
 class Wheels(NamedTuple):
-    """How far the wheels of a base roll for each meter that it counts, left and right, and their noise.
+    """The meters that the wheels of a base roll for each meter that it counts, left and right, and their noise.
 
     `separation` is the distance between them in meters; `noise` is a standard deviation, as a share. The same `seed`
     gives the same noise at the same time.
@@ -33,7 +33,7 @@ class Wheels(NamedTuple):
     seed: str
 
     def rolling(self, twist: Twist, period: int) -> Twist:
-        """How the base really moves in a period of its noise when its wheels turn for `twist`.
+        """Return the real velocity of the base in a period of its noise when its wheels turn for `twist`.
 
         The wheels' speeds are v ± ω b/2 (Siegwart & Nourbakhsh, Introduction to Autonomous Mobile Robots, 3.2).
         """
@@ -47,10 +47,10 @@ class Wheels(NamedTuple):
 
 
 class Motors(NamedTuple):
-    """What the motors of a base can do: speeds in m/s and rad/s (None: no limit), accelerations per second.
+    """The limits of a base's motors: speeds in m/s and rad/s (None: no limit), accelerations per second.
 
-    `wheels` is None if it moves just as its motors turn. `calibration` is the profile of a base that drifts: it is told
-    what the real one is told.
+    `wheels` is None if the base moves just as its motors turn. `calibration` is the profile of a base that drifts: its
+    motors get the same commands as the real one's.
     """
 
     max_linear: float | None
@@ -61,7 +61,7 @@ class Motors(NamedTuple):
     calibration: Profile | None = None
 
     def told(self, twist: Twist) -> Twist:
-        """What the motors turn for when the score says `twist`."""
+        """Return the twist for which the motors turn when the score asks for `twist`."""
         calibrated = self.calibration.calibrated(twist) if self.calibration else twist
         return calibrated.within(self.max_linear, self.max_angular)
 
@@ -87,7 +87,7 @@ def motors_of(profile: Profile, robot: str) -> Motors | None:
 class Motion:
     """A robot from `at` seconds on: its pose then, the twist of its motors, and its commanded twist.
 
-    Ideally the two twists are the same. `real` is how it moves if its wheels don't roll as its motors turn.
+    Ideally the two twists are the same. `real` is its true twist if its wheels don't roll as its motors turn.
     """
 
     at: float
@@ -97,16 +97,16 @@ class Motion:
     real: Twist | None = None
 
     def pose_at(self, time: float) -> Pose:
-        """Its pose at a later time on the exact arc, as long as its twist stays the same. It stays on the ground
+        """Return its pose at a later time on the exact arc, as long as its twist stays the same. It stays on the ground
         instead of going below it."""
         return self.pose.after(self.twist if self.real is None else self.real, time - self.at).above_ground()
 
 
 def follow(motion: Motion, setpoints: Iterable[tuple[float, Twist]], to: float, motors: Motors | None) -> Motion:
-    """The motion as of its latest change up to `to`, after all setpoints (times and twists) until then.
+    """Return the motion as of its latest change up to `to`, after all setpoints (times and twists) until then.
 
     Accelerating motors change all the time. Their steps end at grid times, at setpoints, and when a speed is reached.
-    So it makes no difference when or how often this is called.
+    So the times of calls and their number make no difference.
     """
     for at, twist in setpoints:
         if at > to:
@@ -116,7 +116,7 @@ def follow(motion: Motion, setpoints: Iterable[tuple[float, Twist]], to: float, 
 
 
 def moving(at: float, pose: Pose, twist: Twist, commanded: Twist, motors: Motors | None) -> Motion:
-    """A robot whose motors turn for `twist` at a time, in seconds."""
+    """Return a robot whose motors turn for `twist` at a time, in seconds."""
     wheels = motors.wheels if motors else None
     real = wheels.rolling(twist, _period(at)) if wheels and twist != STILL else None
     return Motion(at, pose, twist, commanded, real)
@@ -140,7 +140,7 @@ def _advance(motion: Motion, to: float, motors: Motors | None) -> Motion:
 
 
 def _period(at: float) -> int:
-    """The period of noise that a time is in, even if a product has been rounded."""
+    """Return the period of noise that a time is in, even if a product has been rounded."""
     return math.floor(at / NOISE_PERIOD + 1e-6)
 
 

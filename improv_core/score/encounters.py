@@ -1,6 +1,6 @@
-"""Follows all robots of a score at once and notes who comes too near to whom or what. Standard library only.
+"""Follows all robots of a score at once and notes those that come too near to something. Standard library only.
 
-Only pairs whose boxes touch within a block of beats, and then within a beat, are looked at more closely.
+Only pairs whose boxes touch within a block of beats, and then within a beat, are examined more closely.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from improv_core.score.trajectories import BLOCK, Block, Trajectory, Volume
 from improv_core.score.world import EMPTY, World
 
 MOST_WORK = 2_000_000
-"""How many stretches, pairs, and moments are looked at, which takes a few seconds. Then fewer beats are checked."""
+"""The most stretches, pairs, and moments to examine, which takes a few seconds. Then fewer beats are checked."""
 
 
 @dataclass(slots=True)
 class Known:
-    """What is known about the first blocks, for the next check: where robots are, and which of them come too near.
+    """Results about the first blocks, for the next check: the trajectories of robots, and those that come too near.
 
     A robot's hits are the beats at which it first comes too near to each thing.
     """
@@ -39,10 +39,8 @@ class Known:
 
 
 def follow_all(score: Score, known: Known, kept: Collection[str], start: float, blocks: int) -> float | None:
-    """Add to what is known what all robots do in so many blocks. Robots that are `kept` are known as far as known.
-
-    Returns the beat at which that became too much work; None if it didn't.
-    """
+    """Add the trajectories and encounters of all robots in so many blocks to what is known. Robots that are `kept` are
+    known as far as known. Return the beat at which that became too much work; None if it didn't."""
     half = score.world.margin / 2  # the other half is around the robots
     things = [each._replace(box=each.box.larger(half, 0)) for each in obstacles(score.world)]
     work = Work(MOST_WORK)
@@ -66,7 +64,7 @@ def follow_all(score: Score, known: Known, kept: Collection[str], start: float, 
 
 
 def first_encounter(one: Trajectory, other: Trajectory, margin: float, end: float) -> float | None:
-    """The beat at which two robots first come too near, before a beat; None if they don't."""
+    """Return the beat at which two robots first come too near, before a beat; None if they don't."""
     found, bound = Encounters(), _bound(one.part.profile.radius, other.part.profile.radius, margin)
     work = Work(MOST_WORK)
     for number in range(math.ceil((end - one.start) / BLOCK)):
@@ -88,7 +86,7 @@ def _bound(one: float, other: float, margin: float) -> Bound:
 
 
 class _Here(NamedTuple):
-    """A robot during a block, and a box around all that its disc and half the margin cover."""
+    """A robot during a block, and a box around everything that its disc and half the margin cover."""
 
     number: int
     name: str
@@ -108,7 +106,7 @@ def _here(score: Score, number: int, name: str, known: Known, place: int, is_kno
 
 
 def _near(here: Sequence[_Here], work: Work) -> Iterator[tuple[_Here, _Here]]:
-    """The pairs whose boxes touch, in a sweep along x. Of each pair, the robot that is named first comes first."""
+    """Yield the pairs whose boxes touch, in a sweep along x. Each pair is in the order of the robots."""
     reached: list[_Here] = []
     for each in sorted(here, key=lambda each: each.box.x0):
         reached = [other for other in reached if other.box.x1 >= each.box.x0]

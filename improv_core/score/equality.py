@@ -1,4 +1,4 @@
-"""Whether two movements are the same, apart from where they are written. Standard library only."""
+"""Compares movements, apart from where they are written. Standard library only."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from improv_core.score.movement import WHERE, Movement
 
 
 def same(one: Movement, other: Movement) -> bool:
-    """Whether two movements are made alike, names aside, and throw alike: then they play alike.
+    """Return whether two movements are made alike, names aside, and throw alike: then they play alike.
 
     Shared movements are compared once, by Hopcroft and Karp's algorithm for finite automata: each pair is taken as
     equal while the parts are compared, so each distinct movement is compared at most once. It needs no recursion.
@@ -41,10 +41,10 @@ def _without_names(movement: Movement) -> Movement:
 
 
 def _are_alike(one: Movement, other: Movement) -> bool:
-    """Whether two movements are the same if their parts are."""
+    """Return whether two movements are the same if their parts are."""
     return type(one) is type(other) and one.duration == other.duration and _own(one) == _own(other)
 
 
 def _own(movement: Movement) -> list[object]:
-    """What makes a movement besides its parts, apart from where it is written."""
+    """Return the fields of a movement, except those that say where it is written."""
     return [getattr(movement, name) for name, _ in movement.FIELDS if name not in WHERE]

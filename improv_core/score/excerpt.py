@@ -1,4 +1,4 @@
-"""Where a movement stands within another, so that by itself it throws the same dice. Standard library only."""
+"""The position of a movement within another one, so that by itself it throws the same dice. Standard library only."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class StreamPosition(NamedTuple):
         return StreamPosition(self.stream, self.throw + throws)
 
     def inside(self, index: int) -> StreamPosition:
-        """As `Dice.inside` hashes it."""
+        """Return the same position as `Dice.inside`, whose stream is a hash of this one's name."""
         return StreamPosition(f"{self.stream}/{self.throw}.{index}")
 
     def of(self, stream: str, throw: int = 0) -> StreamPosition:
@@ -26,9 +26,9 @@ class StreamPosition(NamedTuple):
 
 
 def position_of(inner: Movement, whole: Movement, begin: StreamPosition) -> StreamPosition | None:
-    """The throw with which `inner` begins where it first stands within `whole`, which itself begins at `begin`.
+    """Return the throw with which `inner` begins at its first place in `whole`, which itself begins at `begin`.
 
-    None if it doesn't stand there, or if nothing in it throws dice.
+    None if it isn't in there, or if nothing in it throws dice.
     """
     waiting, seen = [(whole, begin)], set[int]()
     while waiting:

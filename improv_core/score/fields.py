@@ -1,4 +1,4 @@
-"""How what makes a movement is written as JSON, and read and checked again. Standard library only."""
+"""The JSON of a movement's fields: writes values, reads them again, and checks them. Standard library only."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
 
 
 def written(value: Exact) -> int | str:
-    """An exact number for JSON: an int if it is whole, otherwise text."""
+    """Return an exact number for JSON: an int if it is whole, otherwise text."""
     return value.numerator if value.denominator == 1 else str(value)
 
 
 @lru_cache(maxsize=1_000)
 def read_exact(value: int | str) -> Exact:
-    """The number that `written` wrote. Raises ValueError or TypeError on anything else."""
+    """Return the number that `written` wrote. Raises ValueError or TypeError on anything else."""
     if isinstance(value, int):
         return value
     if not _FRACTION.fullmatch(value):  # an exponent would make a number of any length
@@ -29,7 +29,7 @@ def read_exact(value: int | str) -> Exact:
 
 
 def above_zero(value: int | str) -> Exact:
-    """An exact number above zero."""
+    """Return an exact number above zero. Raises ValueError or TypeError on anything else."""
     number = read_exact(value)
     if number <= 0:
         raise ValueError("a number is not above zero")
@@ -37,7 +37,7 @@ def above_zero(value: int | str) -> Exact:
 
 
 def _is(kind: type) -> JsonForm:
-    """A value that is written as it is."""
+    """Return the form of a value that is written as it is."""
 
     def read(value: object) -> object:
         if type(value) is not kind:

@@ -1,4 +1,4 @@
-"""Whether a JSON value has the type that it should have. Standard library only."""
+"""Checks the types of JSON values. Standard library only."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Between:
 
 @dataclass(frozen=True, slots=True)
 class Long:
-    """The limit of how long a text, a list, or a mapping is: `Annotated[str, Long(1, 100)]`."""
+    """The limit of the length of a text, a list, or a mapping: `Annotated[str, Long(1, 100)]`."""
 
     least: int
     most: int
@@ -39,8 +39,8 @@ class Long:
 
 
 def fits(value: object, hint: Any) -> bool:
-    """Whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a Sequence;
-    or `Annotated` with limits such as `Between`, each of which has a method `holds`.
+    """Return whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a
+    Sequence; or `Annotated` with limits such as `Between`, each of which has a method `holds`.
 
     NaN and infinity are not numbers, and True is not 1. Unknown keys of a TypedDict are ignored.
     """
@@ -75,8 +75,8 @@ def fits(value: object, hint: Any) -> bool:
 
 
 def checked(kind: Callable[..., T], values: Any) -> T:
-    """A dataclass or named tuple of numbers and words. Raises ValueError if a value does not fit, TypeError if one is
-    missing or unknown."""
+    """Return a dataclass or named tuple of numbers and words. Raises ValueError if a value does not fit, TypeError if
+    one is missing or unknown."""
     hints = hints_of(kind)
     if wrong := [name for name, value in values.items() if name in hints and not fits(value, hints[name])]:
         raise ValueError(f"`{wrong[0]}` has a wrong value")

@@ -2,7 +2,7 @@
 
 The law is the nonlinear, Lyapunov-based one of B. Siciliano, L. Sciavicco, L. Villani, and G. Oriolo, Robotics:
 Modelling, Planning and Control, Springer 2009, 11.6.1, after C. Samson. With the errors e1 ahead, e2 to the left, and
-e3 of the heading, as the robot sees them, and the ideal velocities v and w, the robot is told
+e3 of the heading, in the robot's frame, and the ideal velocities v and w, the robot's command is
 
     v cos e3 + k1 e1   and   w + k2 v e2 sin(e3)/e3 + k3 e3
 
@@ -17,9 +17,9 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 
 SHARE = 0.1
-"""The most that is added to a velocity, as a share of the robot's limits."""
+"""The largest correction of a velocity, as a share of the robot's limits."""
 OLDEST = 0.2
-"""Seconds after which a pose is too old to correct by."""
+"""Seconds after which a pose is too old for a correction."""
 GAIN = 2.0
 """k1 and k3, per second. k2 is such that an error to the side is critically damped at the highest speed."""
 SAFE_DELAY = math.pi / 4 / GAIN
@@ -29,7 +29,7 @@ SAFE_DELAY = math.pi / 4 / GAIN
 def correction(
     ideal: Pose, twist: Twist, measured: Pose, limits: tuple[float, float], turning_radius: float | None = None
 ) -> Twist:
-    """What to add to the ideal `twist` of a robot that is not where it ideally is, within its limits in m/s and rad/s.
+    """Return the correction of a robot's ideal `twist` toward its ideal pose, within its limits in m/s and rad/s.
 
     A robot that should stand still is not moved. The sum is no tighter curve than a car's `turning_radius`, in meters.
     """
@@ -48,7 +48,7 @@ def correction(
 
 
 def refusal(profile: Profile) -> str | None:
-    """Why a robot with this profile can't follow, and what to do; None if it can."""
+    """Return the reason why a robot with this profile can't follow, and what to do; None if it can."""
     if not {"forward", "turn"} <= {*profile.motions} or {"strafe", "climb"} & {*profile.motions}:
         return 'works only with `motions = ["forward", "turn"]` in the profile'
     if not profile.max_linear or not profile.max_angular:
@@ -63,7 +63,7 @@ def refusal(profile: Profile) -> str | None:
 
 
 def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tuple[float, float]) -> Twist:
-    """The speed of motors after some seconds on the way from `speed` to `wanted`, at accelerations in m/s² and
+    """Return the speed of motors after some seconds on the way from `speed` to `wanted`, at accelerations in m/s² and
     rad/s²."""
     linear, angular = (acceleration * max(seconds, 1e-9) for acceleration in accelerations)
     x, yaw = wanted.x - speed.x, wanted.yaw - speed.yaw
@@ -71,7 +71,7 @@ def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tupl
 
 
 def before_stopping(pose: Pose, speed: Twist, accelerations: tuple[float, float]) -> Pose:
-    """Where motors at this speed have to be told to stop, so that the robot comes to rest at `pose`.
+    """Return the pose at which motors at this speed have to begin to stop, so that the robot comes to rest at `pose`.
 
     They fall behind by as much when they start, so a robot that is there has no error.
     """

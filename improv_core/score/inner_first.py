@@ -1,4 +1,4 @@
-"""The order in which a thing made of others is computed: inner parts first. Standard library only."""
+"""The order in which to compute something made of parts: inner parts first. Standard library only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 def inner_first(whole: T, inside: Callable[[T], Iterable[T]], key: Callable[[T], Hashable] = id) -> Iterator[T]:
-    """A part and all parts inside it, each once and after those inside itself.
+    """Yield a part and all parts inside it, each once and after those inside itself.
 
     Parts with the same `key` are the same. It needs no recursion, so it can follow long chains of names.
     """

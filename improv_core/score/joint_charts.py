@@ -1,4 +1,4 @@
-"""Draws how the joints of robots move: a small chart for each joint, with its limits. Standard library only."""
+"""Draws the movements of robots' joints: a small chart for each joint, with its limits. Standard library only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from improv_core.score.joints import JointMoment, joint_moments, limbs_of
 from improv_core.score.score import Score
 
 LEAST_WIDTH = 316.0
-"""The least width in pixels in which charts can be read: two beside each other."""
+"""The least width in pixels at which charts can be read: two beside each other."""
 _WIDE, _HIGH = 150.0, 48.0
 """Pixels: the least width of a chart, and the height of its curve."""
 _GAP, _TITLE = 16.0, 16.0
@@ -23,10 +23,9 @@ _QUIET, _HELD = "#808080", "#e03131"
 
 @dataclass(slots=True)
 class Curve:
-    """Where a joint is: its `points` are beats and positions in radians or meters, with straight lines between them.
-
-    `held` are the stretches in which it is asked to move beyond a limit: the first beat, the last, and the position.
-    """
+    """The positions of a joint: its `points` are beats and positions in radians or meters, with straight lines between
+    them. `held` are the stretches in which it should move beyond a limit: the first beat, the last, and the
+    position."""
 
     robot: str
     joint: Joint
@@ -34,7 +33,7 @@ class Curve:
     held: list[tuple[float, float, float]] = field(default_factory=list)
 
     def follow(self, moment: JointMoment, beats: float, end: float) -> None:
-        """Add what it does in a moment; `beats` are so many a second, and nothing is drawn after beat `end`."""
+        """Add its movement in a moment, at so many `beats` a second. Nothing is drawn after beat `end`."""
         begin, velocity = moment.begin[self.joint.name], moment.velocities[self.joint.name]
         start = float(moment.moment.start)
         long = min(float(moment.moment.duration), end - start)
@@ -49,7 +48,7 @@ _SAME = 1e-6  # beats
 
 
 def curves(score: Score, beats: float, most_moments: int) -> list[Curve]:
-    """The joints that move up to a beat, in the order of robots and their bodies. Senses decide nothing here."""
+    """Return the joints that move up to a beat, in the order of robots and their bodies. Senses decide nothing here."""
     per_second = float(score.tempo / Fraction(60))
     found = []
     for name, part in score.parts.items():
@@ -69,7 +68,7 @@ def curves(score: Score, beats: float, most_moments: int) -> list[Curve]:
 def charts(
     drawn: Sequence[Curve], colors: Mapping[str, str], beats: float, left: float, top: float, width: float
 ) -> tuple[list[str], float]:
-    """The charts of curves, in as many columns as there is room for, and their height. Lengths are in pixels."""
+    """Return the charts of curves, in as many columns as there is room for, and their height. Lengths are in pixels."""
     columns = max(int((width + _GAP) // (_WIDE + _GAP)), 1)
     wide = (width + _GAP) / columns - _GAP
     shapes = []

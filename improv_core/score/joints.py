@@ -1,4 +1,4 @@
-"""From beats to joints: how fast and how far the joints of a robot move. Standard library only."""
+"""From beats to joints: the speeds and positions of a robot's joints. Standard library only."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REACHED = 1e-9
 """Radians or meters to a limit at which a joint counts as being there: times are rounded."""
 
 DEEPEST = 50
-"""How deeply voices may be nested in which only one moves a body part, to be followed without performing them."""
+"""The deepest nesting of voices, of which only one moves a body part, that is followed without performing them."""
 
 
 @lru_cache(maxsize=1_000)  # the same few, again and again, when joints must not be late
@@ -32,13 +32,13 @@ def _per_second(steps: Fraction | int, tempo: Fraction) -> float:
 
 
 class JointMotion(NamedTuple):
-    """Where a joint is, and how fast it moves from then on: radians or meters, and per second."""
+    """The position of a joint, and its velocity from then on: radians or meters, and per second."""
 
     position: float
     velocity: float
 
     def after(self, seconds: float, joint: Joint) -> float:
-        """Where it is later. It stops at its limits."""
+        """Return its position later. It stops at its limits."""
         return joint.within(self.position + self.velocity * seconds)
 
 
@@ -56,12 +56,12 @@ class Limb:
         self.positions = {joint.name: joint.within(joint.start) for joint in joints}
 
     def steps(self, direction: str) -> float:
-        """How many steps the joint of a direction is from its zero."""
+        """Return the steps of a direction's joint from its zero."""
         drive = self.part.drive(direction)
         return self.positions[drive.joint] / drive.per_step if drive else 0.0
 
     def velocities(self, velocity: Velocity) -> Mapping[str, float]:
-        """How fast a velocity in steps per beat asks its joints to move, in rad/s or m/s."""
+        """Return the speeds that a velocity in steps per beat asks of its joints, in rad/s or m/s."""
         return {
             drive.joint: self._speed(getattr(velocity, drive.direction), drive.per_step) for drive in self.part.drives
         }
@@ -82,41 +82,41 @@ class Limb:
             self.positions[name] = JointMotion(self.positions[name], velocity).after(seconds, self.body.joint[name])
 
     def possible(self, velocities: Mapping[str, float]) -> dict[str, float]:
-        """How fast they can move from where they stand: not beyond their limits."""
+        """Return the speeds that its joints can have from here: not beyond their limits."""
         return {
             name: velocity if self._room(name, velocity) > REACHED else 0.0 for name, velocity in velocities.items()
         }
 
     def seconds_to_limit(self, velocities: Mapping[str, float]) -> float:
-        """After how many seconds the first of them reaches a limit; infinite if none does."""
+        """Return the seconds until the first of them reaches a limit; infinite if none does."""
         moving = [(name, velocity) for name, velocity in velocities.items() if velocity]
         return min((self._room(name, velocity) / abs(velocity) for name, velocity in moving), default=math.inf)
 
     def _room(self, name: str, velocity: float) -> float:
-        """How far a joint can move in the direction of a velocity."""
+        """Return the distance that a joint can move in the direction of a velocity."""
         joint, position = self.body.joint[name], self.positions[name]
         limit = joint.max if velocity > 0 else joint.min
         return math.inf if limit is None else abs(limit - position)
 
     def performs(self, movement: Movement) -> Movement:
-        """What it performs of a movement. Before each of its moments, `positions` must be those that it begins with."""
+        """Return its part of a movement. Before each of its moments, `positions` must be those that it begins with."""
         return project(movement, self.part.name, self.body, self)
 
 
 def limbs_of(part: Part, tempo: Fraction) -> list[Limb]:
-    """The body parts that move in a robot's part, where they stand at its beginning."""
+    """Return the body parts that move in a robot's part, with their positions at its beginning."""
     body = part.profile.body
     return [Limb(body.part[name], body, tempo) for name in moved_parts(part)] if body else []
 
 
 def moved_parts(part: Part) -> Sequence[str]:
-    """The names of the body parts that move in a robot's part."""
+    """Return the names of the body parts that move in a robot's part."""
     asked = part.movement.body_words.asked.union(*(scene.body_words.asked for scene in part.scenes))
     return part.profile.body.moved_by(asked) if part.profile.body else ()
 
 
 class JointMoment(NamedTuple):
-    """A moment of a body part, how fast its joints are asked to move, and where they stand when it begins."""
+    """A moment of a body part, the speeds that it asks of its joints, and their positions when it begins."""
 
     moment: Moment
     velocities: Mapping[str, float]
@@ -124,7 +124,7 @@ class JointMoment(NamedTuple):
 
 
 def joint_moments(movement: Movement, limb: Limb, *, merge: bool = True) -> Iterator[JointMoment]:
-    """The moments of a body part in a movement that no sense decides, or as if none ever held. Moves the limb along."""
+    """Yield the moments of a body part in a movement, as if no sense ever held. Moves the limb along."""
     for moment in walk(limb.performs(movement), merge=merge):
         velocities, begin = limb.velocities(moment.velocity), dict(limb.positions)
         limb.move(velocities, moment.duration)
@@ -132,11 +132,11 @@ def joint_moments(movement: Movement, limb: Limb, *, merge: bool = True) -> Iter
 
 
 class DisturbedError(Exception):
-    """Raised where two voices move a body part, one of them to a pose: that has to be performed to be known."""
+    """Raised if two voices move a body part, one of them to a pose: that has to be performed to be known."""
 
 
 class _Turned(NamedTuple):
-    """The way of a joint from `x` in a movement: to `share * x + added`, but not beyond `least` and `most`."""
+    """The movement of a joint from `x`: to `share * x + added`, but not beyond `least` and `most`."""
 
     share: float
     added: float
@@ -154,7 +154,7 @@ class _Turned(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _AllTurned:
-    """The ways of joints in a movement. Those that are not named stay."""
+    """The effects of a movement on joints. Joints that are not named stay."""
 
     joints: Mapping[str, _Turned]
 
@@ -177,7 +177,7 @@ class JointOutcomes(Outcomes[_AllTurned]):
     def positions(
         self, begin: Mapping[str, float], movement: Movement, beats: Duration, budget: Budget
     ) -> dict[str, float]:
-        """Return where joints are after the first beats of a movement, as the body part performs it.
+        """Return the positions of joints after the first beats of a movement, as the body part performs it.
 
         The movement has to live as long as this. Raises TooLongError or DisturbedError.
         """

@@ -1,4 +1,4 @@
-"""How long an open movement may last: at least and at most. Standard library only."""
+"""The lengths of an open movement: at least and at most. Standard library only."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from improv_core.score.movement import ENDLESS, NORMAL, NOTHING_AROUND, Duration
 
 
 def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
-    """How long a movement may last at a rate. For a closed one, both lengths are the same, and exact.
+    """Return the lengths of a movement at a rate. For a closed one, both are the same, and exact.
 
     Standing still until a whole beat takes as long at any rate.
     """
@@ -27,7 +27,7 @@ def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
 
 
 def _lengths(part: Movement, rate: Fraction) -> Lengths:
-    """How long an open movement lasts, once that is known of what is `_unknown_inside`."""
+    """Return the lengths of an open movement, once those of all movements in `_unknown_inside` are known."""
     known = part.known_lengths
     if rate != NORMAL and known.scale:
         shortest, longest, may_be_empty = known[NORMAL]
@@ -38,7 +38,7 @@ def _lengths(part: Movement, rate: Fraction) -> Lengths:
 
 
 def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], list[Lengths]]:
-    """The beats at which scenes begin, and those at which parts end: at the earliest and at the latest.
+    """Return the beats at which scenes begin, and those at which parts end: at the earliest and at the latest.
 
     For a scene that never begins, both are endless.
     """
@@ -60,8 +60,8 @@ def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], l
 
 
 def _unknown_inside(at_rate: tuple[Movement, Fraction]) -> list[tuple[Movement, Fraction]]:
-    """The open movements directly inside one that is played at a rate, with their own rates, of which nobody has asked
-    yet how long they last: in a chain of definitions, that is at most the one before.
+    """Return the open movements directly inside one that is played at a rate, with their own rates, if their lengths
+    aren't known yet: in a chain of definitions, that is at most the one before.
 
     Before that of another rate comes the usual one, from which nearly all others follow.
     """

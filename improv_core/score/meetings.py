@@ -1,7 +1,7 @@
-"""Who meets whom, and who hits what, before anybody moves. Standard library only.
+"""Finds the robots that meet each other or hit something, before any of them moves. Standard library only.
 
-Robots are discs that move exactly as the score says: the first beats of all pairs are checked, then the next ones.
-Only pairs whose boxes touch within a few beats are looked at more closely.
+Robots are discs that move exactly as the score says: the first beats of all pairs are checked, then the next ones. Only
+pairs whose boxes touch within a few beats are examined more closely.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from improv_core.score.strokes import pictured
 from improv_core.score.trajectories import BLOCK, Trajectory
 
 LAST_BEAT = 1_000
-"""Nothing is checked past so many beats."""
+"""The most beats that are checked."""
 
 
 class Meeting(NamedTuple):
-    """The first time that two robots come too near: when, where their centers are then, and how near these come until
-    they are apart again, in meters. They meet `more` times after that."""
+    """The first time that two robots come too near: its beat, their poses then, and the least distance of their centers
+    until they are apart again, in meters. They meet `more` times after that."""
 
     robots: tuple[str, str]
     beat: float
@@ -44,7 +44,7 @@ class Hit(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RoomCheck:
-    """What was found from beat `start` to beat `end`, in the order of the beats. If `is_all`, nothing else comes after
+    """The results from beat `start` to beat `end`, in the order of the beats. If `is_all`, nothing else comes after
     that: all robots have ended, or repeat themselves."""
 
     start: float
@@ -56,10 +56,11 @@ class RoomCheck:
 
 
 def check_room(score: Score, start: float = 0, before: Known | None = None) -> RoomCheck:
-    """What happens from a beat on if no sense ever holds, and an `until` of an endless movement ends as it is drawn.
+    """Check the room from a beat on, as if no sense ever holds and an endless movement with `until` ends as it is
+    drawn.
 
-    That beat is a multiple of 1/1024, so that whole beats can be added exactly.
-    `before` is what an earlier check knows: only pairs with a robot that moves otherwise now are checked again.
+    That beat is a multiple of 1/1024, so that whole beats can be added exactly. `before` has the results of an earlier
+    check: only pairs with a robot that moves otherwise now are checked again.
     """
     score = pictured(score)
     known, kept = _still_known(score, start, before or Known())
@@ -71,12 +72,12 @@ def check_room(score: Score, start: float = 0, before: Known | None = None) -> R
     if given_up is None:
         return RoomCheck(start, end, is_all, _meetings(known, start, end), _hits(known, start, end), known)
     end = min(end, given_up)
-    trajectories = Known(known.trajectories, world=known.world)  # what else is known ends in the middle of a block
+    trajectories = Known(known.trajectories, world=known.world)  # the other results end in the middle of a block
     return RoomCheck(start, end, False, _meetings(known, start, end), _hits(known, start, end), trajectories)
 
 
 def would_meet(score: Score, one: str, other: str) -> bool:
-    """Whether two robots ever come too near to each other, as far as that is checked. No others are looked at."""
+    """Return whether two robots ever come too near to each other, as far as that is checked. No others are examined."""
     parts = pictured(score).parts
     trajectories = Trajectory(parts[one]), Trajectory(parts[other])
     end, _ = _end(trajectories, 0)
@@ -84,7 +85,7 @@ def would_meet(score: Score, one: str, other: str) -> bool:
 
 
 def _end(trajectories: Iterable[Trajectory], start: float) -> tuple[float, bool]:
-    """The beat up to which robots are followed, and whether nothing else comes after it."""
+    """Return the beat up to which robots are followed, and whether nothing else comes after it."""
     repeats = common_cycle(each.cycle for each in trajectories)
     latest = max(repeats.begins, start) + repeats.beats if repeats else math.inf
     return max(float(min(latest, start + LAST_BEAT)), start), latest <= start + LAST_BEAT
@@ -111,7 +112,7 @@ def _hits(known: Known, start: float, end: float) -> list[Hit]:
 
 
 def _still_known(score: Score, start: float, before: Known) -> tuple[Known, Collection[str]]:
-    """What is known about a score, and the robots about which it is known."""
+    """Return the results that still hold for a score, and the robots that they are about."""
     known = Known(world=score.world)
     for name, part in score.parts.items():
         old = before.trajectories.get(name)

@@ -20,7 +20,7 @@ class Twist:
     yaw: float = 0.0
 
     def within(self, max_linear: float | None, max_angular: float | None) -> Twist:
-        """This twist, or a slower one if it exceeds a limit (m/s in any direction, rad/s; None: no limit).
+        """Return this twist, or a slower one if it exceeds a limit (m/s in any direction, rad/s; None: no limit).
 
         One factor scales all components, so a curve keeps its shape.
         """
@@ -32,15 +32,15 @@ class Twist:
         return slower
 
     def plus(self, other: Twist) -> Twist:
-        """Both velocities at once."""
+        """Return both velocities at once."""
         return Twist(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
 
     def times(self, factor: float) -> Twist:
-        """The same direction, this many times as fast."""
+        """Return the same direction, this many times as fast."""
         return Twist(self.x * factor, self.y * factor, self.z * factor, self.yaw * factor)
 
     def balanced(self, left_right: float, separation: float) -> Twist:
-        """This twist as a base needs it whose left wheel rolls `left_right` times as far as its right one.
+        """Return this twist as a base needs it whose left wheel rolls `left_right` times as far as its right one.
 
         `separation` is the distance between the wheels, in meters. Each wheel's speed, v - ω b/2 and v + ω b/2, is
         multiplied by a factor so that both roll equally far, and the factors' mean is 1. These are the factors with
@@ -71,10 +71,10 @@ class Pose:
     heading: float = 0.0
 
     def after(self, twist: Twist, seconds: float) -> Pose:
-        """The pose after holding `twist` for `seconds`: the exact arc, not a chain of short lines.
+        """Return the pose after holding `twist` for `seconds`: the exact arc, not a chain of short lines.
 
-        With a = yaw * seconds, the robot-frame displacement is the integral of the turning velocity,
-        (x sin a - y (1 - cos a), x (1 - cos a) + y sin a) / yaw (Lynch & Park, Modern Robotics, 3.3.3).
+        With a = yaw * seconds, the robot-frame displacement is the integral of the turning velocity, (x sin a - y (1 -
+        cos a), x (1 - cos a) + y sin a) / yaw (Lynch & Park, Modern Robotics, 3.3.3).
         """
         angle = twist.yaw * seconds
         # sin(a)/a and (1-cos(a))/a. Near zero, their series avoid 0/0 and cancellation.
@@ -87,21 +87,21 @@ class Pose:
         return self.then(Pose(dx, dy, twist.z * seconds, angle))
 
     def inverse(self) -> Pose:
-        """The pose of the world in the frame of this pose: `pose.then(pose.inverse())` is the origin."""
+        """Return the pose of the world in the frame of this pose: `pose.then(pose.inverse())` is the origin."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, -self.z, -self.heading)
 
     def above_ground(self) -> Pose:
-        """This pose, or the one above it on the ground: nobody sinks into that."""
+        """Return this pose, or the one above it on the ground: no robot sinks into it."""
         return self if self.z >= 0 else replace(self, z=0.0)
 
     def apart(self, other: Pose) -> tuple[float, float]:
-        """How far it is from another one, in meters, and how far turned from it, in radians from 0 to π."""
+        """Return the distance to another pose, in meters, and the angle between both, in radians from 0 to π."""
         far = math.dist((self.x, self.y, self.z), (other.x, other.y, other.z))
         return far, abs(math.remainder(self.heading - other.heading, math.tau))
 
     def then(self, other: Pose) -> Pose:
-        """The composition of two poses: `other` is relative to this pose; the result is in the world frame."""
+        """Return the composition of two poses: `other` is relative to this pose; the result is in the world frame."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(
             self.x + cos * other.x - sin * other.y,
@@ -112,5 +112,5 @@ class Pose:
 
 
 def wrapped(degrees: Degrees) -> Degrees:
-    """The same direction in degrees, above -180 and at most 180."""
+    """Return the same direction in degrees, above -180 and at most 180."""
     return 180 - (180 - degrees) % 360

@@ -1,11 +1,11 @@
-"""What a movement is: a velocity over time, exact. Standard library only.
+"""Movements: velocities over time, exact. Standard library only.
 
 A movement lasts `duration` beats (an exact fraction, or `ENDLESS`) and has a velocity in the robot's own frame, in
 steps per beat and quarter turns per beat. Nothing costs time or memory in proportion to a repeat count.
 
-Each kind of movement is a class in `algebra`, `dice`, `ramps`, or `reactions`. It says what its parts are, what else
-makes it (`FIELDS`), how it is made (`make`), how long it lasts if senses decide, which throw each part begins with, and
-how it plays. All that walks, measures, compares, writes, or performs movements asks that, and knows no kinds.
+Each kind of movement is a class in `algebra`, `dice`, `ramps`, or `reactions`. It defines its parts, its other fields
+(`FIELDS`), the function that makes it (`make`), its length if senses decide it, the throws of its parts, and the way it
+plays. Code that walks, measures, compares, writes, or performs movements uses these, and knows no kinds.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Velocity(NamedTuple):
         return Velocity(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
 
     def times(self, other: Velocity) -> Velocity:
-        """Each component times the same component of `other`. Most are zero and need no arithmetic."""
+        """Return each component times the same component of `other`. Most are zero and need no arithmetic."""
         if other is SAME:
             return self
         return Velocity(
@@ -52,12 +52,12 @@ class Velocity(NamedTuple):
 STILL = Velocity()
 SAME = Velocity(1, 1, 1, 1)
 SILENT = Velocity(0, 0, 0, 0)
-"""The gain of what stands still."""
+"""The gain of a movement that stands still."""
 DIRECTIONS = Velocity._fields
 
 
 def exact(number: Fraction) -> Exact:
-    """The same number, as an int if it is whole."""
+    """Return the same number, as an int if it is whole."""
     return number if number.denominator != 1 else number.numerator
 
 
@@ -73,9 +73,9 @@ With any tempo and step, the product of any two of them stays below the largest 
 MOST_BITS = 4096
 """The most bits of the exact fractions of a movement: nested odd factors multiply."""
 MOST_VOICES = 250
-"""How many voices may play at once, including those within names: each is walked by itself."""
+"""The most voices that may play at once, including those within names: each is walked by itself."""
 MOST_DEPTH = 250
-"""How deeply walks may be nested. Each level costs two of Python's levels of recursion."""
+"""The deepest nesting of walks. Each level costs two of Python's levels of recursion."""
 MOST_THROWS = 2**MOST_BITS
 """The most throws of one stream: their number is written into each throw's key."""
 
@@ -85,12 +85,12 @@ LONGEST_WRITTEN = 4096
 
 
 def near(beat: float) -> Exact:
-    """A beat rounded to an exact number with few digits."""
+    """Return a beat rounded to an exact number with few digits."""
     return exact(Fraction(round(beat * FINEST), FINEST))
 
 
 def brief(number: Exact) -> Exact:
-    """A number short enough to write: itself, or the nearest with a denominator up to `FINEST`.
+    """Return a number short enough to write: itself, or the nearest with a denominator up to `FINEST`.
 
     The statements of one robot may add up to fractions of any length.
     """
@@ -98,7 +98,7 @@ def brief(number: Exact) -> Exact:
 
 
 def all_by(factor: Exact) -> Velocity:
-    """The gain that multiplies every component by `factor`."""
+    """Return the gain that multiplies every component by `factor`."""
     return Velocity(factor, factor, factor, factor)
 
 
@@ -113,8 +113,8 @@ class Peak(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """What a word asks of a body part: a direction, which is a component of the velocity, or a pose; neither if it is
-    the word for the part itself.
+    """A word for a body part: a direction, which is a component of the velocity, or a pose; neither if it is the word
+    for the part itself.
 
     `part` is "" under no part. It is `mirrored` in an odd number of reflections that swap left and right.
     """
@@ -126,7 +126,7 @@ class Asked(NamedTuple):
 
 
 class BodyWords(NamedTuple):
-    """What is asked of body parts in a movement, and the bounds of how fast they move, as `Bounds.peak` has them."""
+    """The words for body parts in a movement, and the bounds of their velocities, as in `Bounds.peak`."""
 
     asked: frozenset[Asked]
     peak: Peak
@@ -142,7 +142,7 @@ class BodyWords(NamedTuple):
 
     @property
     def loose_poses(self) -> Sequence[str]:
-        """The poses that stand under no part."""
+        """Return the poses that are under no part."""
         return sorted(each.pose for each in self.asked if not each.part)
 
 
@@ -151,13 +151,13 @@ NO_BODY_WORDS = BodyWords(frozenset(), Peak(0.0, 0.0, 0.0, 0.0, math.inf))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounds:
-    """What bounds a movement. Thousands of movements share a few, so they are compared by identity.
+    """The bounds of a movement. Thousands of movements share a few, so they are compared by identity.
 
-    `peak` bounds all moments. `width` is how many voices may play at once. `bits` is how many bits the factors around
-    its moments may add to their fractions. `depth` is how deeply walks are nested (in voices, ramps, and all that is
-    open). `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of
-    its stream it takes. `open` tells whether senses decide what is performed (see `reactions`). All of this is about
-    the base; `body` is about what stands under words for body parts.
+    `peak` bounds all moments. `width` is the number of voices that may play at once. `bits` is the number of bits that
+    the factors around its moments may add to their fractions. `depth` is the depth to which walks are nested (in
+    voices, ramps, and open movements). `dice` is true if it contains a word of dice, even one that is never reached.
+    `throws` is the number of throws of its stream that it takes. `open` is true if senses decide what is performed (see
+    `reactions`). All of this is about the base; `body` is about the words for body parts.
     """
 
     peak: Peak
@@ -185,7 +185,7 @@ class Source(NamedTuple):
 
 
 class Around(NamedTuple):
-    """What surrounds a part that plays: its rate and gain, the statement it is written in, and the words around it."""
+    """The context of a part that plays: its rate and gain, the statement it is written in, and the words around it."""
 
     rate: Fraction = NORMAL
     gain: Velocity = SAME
@@ -193,7 +193,7 @@ class Around(NamedTuple):
     sources: tuple[Source, ...] = ()
 
     def at(self, span: Span | None) -> tuple[Source, ...]:
-        """The words that play, with one that is written at `span` here."""
+        """Return the words that play, including one that is written at `span` here."""
         return (*self.sources, Source(self.statement, span)) if span else self.sources
 
 
@@ -201,7 +201,7 @@ NOTHING_AROUND = Around()
 
 
 class Visit(NamedTuple):
-    """A part that plays, from which of its beats on, whether backward, and the dice at its beginning if it has any."""
+    """A part that plays from its beat `at` on, perhaps backward, and the dice at its beginning if it has any."""
 
     part: Movement
     at: Duration
@@ -210,14 +210,14 @@ class Visit(NamedTuple):
 
 
 Piece: TypeAlias = tuple[Exact, Velocity, tuple[Source, ...]]
-"""Beats of constant velocity, and the words that play."""
+"""The beats of a constant velocity, that velocity, and the words that play."""
 
 
 class Lengths(NamedTuple):
     """The shortest and the longest that a movement lasts, in beats.
 
-    What senses cut short has no shortest length, so `shortest` is 0 then. Only if it `may_be_empty` can it take no time
-    at all, as one side of an `if` may.
+    A movement that senses cut short has no shortest length, so `shortest` is 0 then. Only if it `may_be_empty` can it
+    take no time at all, as one side of an `if` may.
     """
 
     shortest: Duration
@@ -230,7 +230,7 @@ class Lengths(NamedTuple):
 
 
 def one_after_another(items: Sequence[Lengths]) -> Lengths:
-    """How long movements last in series."""
+    """Return the lengths of movements in series."""
     return Lengths(
         sum(each.shortest for each in items),
         sum(each.longest for each in items),
@@ -239,7 +239,7 @@ def one_after_another(items: Sequence[Lengths]) -> Lengths:
 
 
 class JsonForm(NamedTuple):
-    """How a value is written as JSON, and read. Reading raises an exception if the value is wrong."""
+    """The way in which a value is written as JSON, and read. Reading raises an exception if the value is wrong."""
 
     write: Callable[[Any], Any]
     read: Callable[[Any], Any]
@@ -250,14 +250,14 @@ WHERE = frozenset({"span", "statement"})
 
 
 class KnownLengths(dict[Fraction, "Lengths"]):
-    """How long an open movement lasts at some rates. If its lengths `scale`, they are half as long at twice the rate:
-    nowhere in it does a robot stand until a whole beat."""
+    """The lengths of an open movement at some rates. If they `scale`, they are half as long at twice the rate: a robot
+    never stands in it until a whole beat."""
 
     scale = True
 
 
 class _Measured:
-    """Keeps how long it lasts, once somebody has asked. That is no field of a movement: it follows from them."""
+    """A cache of a movement's lengths. It is no field of the movement, because they follow from its fields."""
 
     __slots__ = ("_lengths",)
     _lengths: KnownLengths
@@ -275,8 +275,8 @@ class _Measured:
 class Movement(_Measured):
     """A movement. Made by the functions beside each kind, never directly.
 
-    `uniform` is its velocity if that never changes. `FIELDS` are what makes it besides its parts. `make` makes one of
-    its kind from parts and the values of these fields, and raises an exception if they don't fit.
+    `uniform` is its velocity if that never changes. `FIELDS` are its fields besides its parts. `make` makes a movement
+    of its kind from parts and the values of these fields, and raises an exception if they don't fit.
     """
 
     duration: Duration
@@ -293,24 +293,24 @@ class Movement(_Measured):
         return ()
 
     def made_of(self, parts: Sequence[Movement]) -> Movement:
-        """The same, made of other parts."""
+        """Return the same movement with other parts."""
         return self.make(parts, *(getattr(self, name) for name, _ in self.FIELDS))
 
     def within(self, around: Around) -> Around:
-        """What surrounds its parts, by what surrounds itself."""
+        """Return the surroundings of its parts, given its own."""
         return around
 
     def throw_of(self, index: int, throw: T) -> T:
-        """The throw with which part `index` begins, by the one with which the whole begins."""
+        """Return the throw with which part `index` begins, given the one with which the whole begins."""
         return throw
 
     def lasts(self, parts: Sequence[Lengths]) -> Lengths:
-        """How long it lasts if it is open, by how long its parts last."""
+        """Return its lengths if it is open, given those of its parts."""
         return one_after_another(parts)
 
     @property
     def waits(self) -> bool:
-        """Whether that includes standing until a whole beat, which takes as long at any rate."""
+        """True if that includes standing until a whole beat, which takes as long at any rate."""
         return False
 
     @property
@@ -369,12 +369,12 @@ class Several(Movement):
 
 
 class Through(Movement):
-    """A movement in whose place one of its parts plays."""
+    """A movement in which one of its parts plays in its place."""
 
     __slots__ = ()
 
     def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
-        """The part that plays from beat `at` on, or back from there."""
+        """Return the part that plays from beat `at` on, or back from there."""
         (body,) = self.parts
         return Visit(body, at, backward, dice)
 
@@ -385,7 +385,7 @@ class InTurn(Movement):
     __slots__ = ()
 
     def visits(self, at: Duration, backward: bool, dice: Dice | None) -> Iterator[Visit]:
-        """The parts that play from beat `at` on, or back from there, in the order they play."""
+        """Yield the parts that play from beat `at` on, or back from there, in the order they play."""
         raise NotImplementedError
 
 
@@ -397,7 +397,7 @@ class Piecewise(Movement):
     def pieces(
         self, at: Duration, backward: bool, dice: Dice | None, walk: Callable[[Visit], Iterator[Piece]]
     ) -> Iterator[Piece]:
-        """The pieces from beat `at` on, or back from there. `walk` gives those of a part."""
+        """Yield the pieces from beat `at` on, or back from there. `walk` yields those of a part."""
         raise NotImplementedError
 
 
@@ -405,7 +405,7 @@ F = TypeVar("F", bound=Callable[..., Movement])
 
 
 def makes(kind: type[Movement]) -> Callable[[F], F]:
-    """Marks the function that makes a kind of movement: of one part, or of a sequence of them."""
+    """Mark the function that makes a kind of movement: of one part, or of a sequence of them."""
 
     def marked(make: F) -> F:
         def of_parts(parts: Sequence[Movement], *values: Any) -> Movement:
@@ -424,6 +424,6 @@ def require_end(body: Movement) -> None:
 
 
 def bits(number: Exact) -> int:
-    """The number of bits of an exact number, where 1 and -1 have none."""
+    """Return the number of bits of an exact number, where 1 and -1 have none."""
     above, below = number.as_integer_ratio()  # one call, where `numerator` and `denominator` of a fraction are two
     return above.bit_length() + below.bit_length() - 2

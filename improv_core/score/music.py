@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 SUFFIXES = (".wav", ".mp3", ".ogg", ".flac", ".m4a")
-"""How the names of files end that pages can play."""
+"""The endings of the names of files that pages can play."""
 
 
 @dataclass(frozen=True, slots=True)
 class Music:
     """A song. Beat 0 of the dance is `first_beat` seconds after the beginning of its file; `volume` is from 0 to 1.
 
-    `file` is as it is written in an `improv.toml` in `folder`. It is empty if people choose one on the page; `folder`
-    is empty if there are no files. With `count_in`, a bar is counted before the dance begins.
+    `file` is written relative to `folder`, which holds an `improv.toml`. It is empty if people choose one on the page;
+    `folder` is empty if there are no files. With `count_in`, a bar is counted before the dance begins.
     """
 
     file: str = ""
@@ -25,11 +25,11 @@ class Music:
 
 
 def is_song(file: str) -> bool:
-    """Whether the name of a file ends as that of a song does."""
+    """Return whether the name of a file ends as that of a song does."""
     return PurePosixPath(file).suffix.lower() in SUFFIXES
 
 
 def is_inside(file: str) -> bool:
-    """Whether a path, as it is written, leads to something in the folder that it starts from, or deeper."""
+    """Return whether a path, as it is written, stays in the folder that it starts from."""
     path = PurePosixPath(file)
     return not path.is_absolute() and ".." not in path.parts and not set(file) & set("\\:\0")

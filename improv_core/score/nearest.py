@@ -1,4 +1,4 @@
-"""How near robots ideally come to each other in what they perform, and when. Standard library only."""
+"""The least distances that robots ideally have to each other, and their beats. Standard library only."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from improv_core.score.trajectories import BLOCK, Beat, Stretch, Trajectory
 EXACT = 1e-4
 """Meters by which a distance may be off."""
 MOST_WORK = 1_000_000
-"""How many moments are looked at, which takes a second or two."""
+"""The most moments that are examined, which takes a second or two."""
 
 
 class Nearest(NamedTuple):
-    """A distance between two centers, in meters, and the beat at which it is reached first."""
+    """A distance between two centers, in meters, and the beat at which they first reach it."""
 
     distance: float
     beat: float
 
 
 def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str], Nearest]:
-    """The least distance of each pair that comes nearer than some distance before a beat.
+    """Return the least distance of each pair that comes nearer than some distance before a beat.
 
-    It is as if no sense held. What would take too long is left out.
+    It is as if no sense held. Pairs that would take too long are left out.
     """
     trajectories = {name: Trajectory(part) for name, part in pictured(score).parts.items()}
     found: dict[tuple[str, str], Nearest] = {}
@@ -54,7 +54,7 @@ def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str
 
 
 def _within(one: Beat, other: Beat, begin: float, end: float, best: Nearest, work: Work) -> Nearest:
-    """The least distance so far, also within some stretches of a beat."""
+    """Return the least distance so far, including that within some stretches of a beat."""
     if one.box.is_within(other.box, best.distance):
         for mine in one.stretches:
             for others in other.stretches:

@@ -1,4 +1,4 @@
-"""What stands in the way of robots: how far a place is from each thing in the world. Standard library only."""
+"""The obstacles of robots: the distance of a place from each thing in the world. Standard library only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from improv_core.score.world import Box, Circle, Wall, World
 EDGE = "edge"
 """The name of all four edges of the floor."""
 GROUND = "ground"
-"""What no robot can fly below, at a height of 0."""
+"""The name of the ground, at a height of 0. No robot can fly below it."""
 
 
 class Obstacle(NamedTuple):
@@ -26,7 +26,7 @@ class Obstacle(NamedTuple):
 
 
 def obstacles(world: World) -> Iterator[Obstacle]:
-    """All things in the world, each with its kind and number, such as `wall 1`. The edges have one name."""
+    """Yield all things in the world, each with its kind and number, such as `wall 1`. The edges have one name."""
     for number, wall in enumerate(world.walls, 1):
         xs, ys = sorted((wall.x1, wall.x2)), sorted((wall.y1, wall.y2))
         yield Obstacle(f"wall {number}", partial(_to_wall, wall), _high(xs[0], ys[0], xs[1], ys[1]))
@@ -44,7 +44,7 @@ def obstacles(world: World) -> Iterator[Obstacle]:
 
 
 def _high(x0: float, y0: float, x1: float, y1: float) -> Volume:
-    """Obstacles have no top."""
+    """Return a box without a top or a bottom, as obstacles have none."""
     return Volume(x0, y0, -math.inf, x1, y1, math.inf)
 
 
@@ -53,7 +53,7 @@ def _square(x: float, y: float, out: float) -> Volume:
 
 
 def _to_edge(out_x: float, out_y: float, out: float, x: float, y: float) -> tuple[float, float, float]:
-    """Outside, the distance is negative."""
+    """Return the distance from an edge, negative outside, and the direction toward it."""
     return out - (x * out_x + y * out_y), out_x, out_y
 
 
@@ -72,7 +72,7 @@ def _to_wall(wall: Wall, x: float, y: float) -> tuple[float, float, float]:
 
 
 def _to_box(box: Box, x: float, y: float) -> tuple[float, float, float]:
-    """Inside, the distance is 0."""
+    """Return the distance from a box, 0 inside, and the direction toward it."""
     cos, sin = math.cos(box.heading), math.sin(box.heading)
     ahead, left = (x - box.x) * cos + (y - box.y) * sin, (y - box.y) * cos - (x - box.x) * sin
     ahead = min(max(ahead, -box.width / 2), box.width / 2) - ahead

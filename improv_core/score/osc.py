@@ -1,4 +1,4 @@
-"""With which programs a performance exchanges OSC messages. Standard library only."""
+"""The programs with which a performance exchanges OSC messages. Standard library only."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 SONIC_PI = 4560
 """The port on which Sonic Pi listens."""
 HERE = "127.0.0.1"
-"""Where only programs on this machine are heard."""
+"""The address at which only programs on this machine reach us."""
 
 
 class Peer(NamedTuple):
@@ -19,7 +19,7 @@ class Peer(NamedTuple):
 
     @property
     def is_here(self) -> bool:
-        """Whether nothing that is sent between us leaves this machine."""
+        """True if no message between us and the peer leaves this machine."""
         return self.host == "localhost" or self.host.startswith("127.")
 
     def __str__(self) -> str:
@@ -28,8 +28,8 @@ class Peer(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Osc:
-    """Whom what plays is told to (`send`), and where requests are heard (`listen`; None: nowhere). With `time_tags`,
-    what is told comes in bundles with the time at which it was due."""
+    """The addresses to which messages about the performance go (`send`), and the one that receives requests (`listen`;
+    None: none). With `time_tags`, messages go out in bundles with the time at which they were due."""
 
     send: tuple[Peer, ...] = ()
     listen: Peer | None = None
@@ -37,5 +37,5 @@ class Osc:
 
     @property
     def away(self) -> Peer | None:
-        """The first address that isn't on this machine, or has other machines reach it."""
+        """The first address that isn't on this machine, or that other machines can reach."""
         return next((peer for peer in (self.listen, *self.send) if peer and not peer.is_here), None)

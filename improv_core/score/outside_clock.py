@@ -1,4 +1,4 @@
-"""The clock that a performance follows: what is known of it, and where the performance should be by it. Pure.
+"""The clock that a performance follows: its state, and the beat that the performance should have by it. Pure.
 
 Its phase is in beats if it is one of music (MIDI, Ableton Link), and in seconds if it is the time of a simulation.
 """
@@ -14,9 +14,9 @@ from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Follow, OutsideClock
 
 NAMES: Mapping[Follow, str] = {"ros": "/clock", "midi": "the MIDI clock", "link": "Ableton Link"}
-"""What people are told of each clock."""
+"""The name of each clock, for people."""
 LOST = 2.0
-"""Seconds of silence after which a clock of music counts as lost, and people are told."""
+"""Seconds of silence after which a clock of music counts as lost, which people are warned of."""
 STOPPED = 0.2
 """Seconds without a later time after which the time of a simulation counts as stopped, and at least `MISSED` times as
 long as usual passes between two."""
@@ -27,10 +27,10 @@ MISSED = 4.0
 class Following:
     """A clock that is followed.
 
-    `anchor` is what was heard last (None: nothing yet). Beat `ours` is to be played when the clock is at `theirs`, and
-    from there on `slope` beats for each unit of its phase. With `silent`, nothing is heard of it anymore. `looks` is
-    the performance time at which to look at it again. With `warned`, people know that it is too fast for a robot.
-    A pause that ends `enters` where the beat of the performance is the clock's, at this performance time.
+    `anchor` is the latest news of it (None: none yet). Beat `ours` plays when the clock is at `theirs`, and from there
+    on `slope` beats for each unit of its phase. It is `silent` while no more news comes. `looks` is the performance
+    time at which to look at it again. With `warned`, people know that it is too fast for a robot. A pause that `enters`
+    ends at this performance time, at which the clock is at the beat of the performance.
     """
 
     follow: Follow
@@ -45,7 +45,7 @@ class Following:
 
     @property
     def is_music(self) -> bool:
-        """Whether it counts beats, and not the seconds of a simulation."""
+        """True if it counts beats, and not the seconds of a simulation."""
         return self.follow != "ros"
 
     @property
@@ -54,31 +54,31 @@ class Following:
 
     @property
     def rate(self) -> float:
-        """How many units it makes a second; 0 if that isn't known, or if it stands."""
+        """The units that it makes in a second; 0 if that isn't known, or if it stands."""
         return self.anchor.rate if self.anchor else 0.0
 
     @property
     def stands(self) -> bool:
-        """Whether robots have to wait for it."""
+        """True while robots have to wait for it."""
         if self.is_music:
             return self.enters is not None or (self.anchor is not None and not self.anchor.rate)
         return self.anchor is None or self.silent
 
     def is_lost(self, now: float) -> bool:
-        """Whether it has been silent for too long at a time on our clock."""
+        """Return whether it has been silent for too long at a time on our clock."""
         if not self.anchor or not self.anchor.rate:
             return False
         limit = LOST if self.is_music else max(STOPPED, MISSED * self.anchor.period)
         return now - self.anchor.at > limit
 
     def beat(self, now: float) -> float:
-        """The beat that is to be played at a time on our clock."""
+        """Return the beat that should play at a time on our clock."""
         phase = self.anchor.phase_at(now) if self.anchor else self.theirs
         return self.ours + (phase - self.theirs) * float(self.slope)
 
     def aligned(self, slope: Fraction, beat: float, now: float) -> Following:
-        """Playing goes on from a beat, at a time on our clock. A simulation's time counts from there; a musician's
-        beats stay where they are."""
+        """Return the clock for a performance that continues from a beat, at a time on our clock. A simulation's time
+        counts from there; a musician's beats stay where they are."""
         if not self.anchor:
             return self
         theirs = self.anchor.phase_at(now)
@@ -90,7 +90,7 @@ class Following:
         return replace(self, ours=ours, theirs=theirs, slope=slope)
 
     def late(self, beat: float, bar: int, now: float) -> float:
-        """By how many seconds a performance is late that is at a beat. Music counts in bars: the nearest one fits."""
+        """Return the seconds by which a performance at a beat is late. Music counts in bars: the nearest one fits."""
         off = self.beat(now) - beat
         if self.is_music:
             off = math.remainder(off, bar)

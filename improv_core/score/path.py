@@ -1,4 +1,4 @@
-"""The path of a movement: its length, its turns, and where it ends. Standard library only."""
+"""The path of a movement: its length, its turns, and its end. Standard library only."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ MOST_MOMENTS = 10_000
 MOST_WALKED = 2_000
 """The same limit for the pose where they end, which is computed while robots play."""
 MOST_MEASURED_THROWS = 100_000
-"""The most throws that are looked at: the turns of a repeat with dice differ, so they can't be multiplied."""
+"""The most throws to examine: the turns of a repeat with dice differ, so they can't be multiplied."""
 MOST_MEASURED_LIVE = 10_000
 """The same limit for a pose, which is computed while robots play."""
 MOST_VELOCITIES = 1_000
-"""How many velocities in meters are kept: most are those of a few words."""
+"""The number of velocities in meters that are kept: most are those of a few words."""
 VISITS_PER_THROW = 5
-"""How many parts may be visited for each of these throws."""
+"""The number of parts that may be visited for each of these throws."""
 A_BEAT_A_SECOND = Fraction(60)
 """A tempo at which beats are seconds. A path does not depend on the tempo."""
 
@@ -71,7 +71,7 @@ class PlayedPart(NamedTuple):
         return cls(movement, SAME, False, dice_of(ROBOTS) if movement.dice else None)
 
     def to(self, visit: Visit) -> PlayedPart:
-        """The leg of a part that plays in place of this one."""
+        """Return the leg of a part that plays in place of this one."""
         part, _, backward, dice = visit
         around = self.movement.within(NOTHING_AROUND)
         gain = self.gain if around is NOTHING_AROUND else self.gain.times(around.gain)
@@ -79,12 +79,12 @@ class PlayedPart(NamedTuple):
 
     @property
     def is_walked(self) -> bool:
-        """Whether it is measured as a whole."""
+        """True if it is measured as a whole."""
         return self.movement.uniform is not None or isinstance(self.movement, (Parallel, Reach))
 
 
 def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
-    """The extent of a movement; None if it is endless, has voices with more moments than `most`, or too many dice.
+    """Return a movement's extent; None if it is endless, voices have more than `most` moments, or dice are too many.
 
     Repeats without dice are multiplied, not walked. Inner movements are measured first, without recursion.
     """
@@ -104,7 +104,7 @@ def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
 
 
 def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
-    """The extent of a movement without dice."""
+    """Return the extent of a movement without dice."""
     if found := known.get(id(movement)):
         return found
 
@@ -121,7 +121,7 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
 
 
 def _measured(part: Movement) -> Sequence[Movement]:
-    """The movements that are measured to measure one without dice. Voices are measured together."""
+    """Return the movements to measure first for one without dice. Voices are measured together."""
     if isinstance(part, Parallel):
         return ()
     return (part.assumed,) if isinstance(part, Reaction) else part.parts
@@ -153,10 +153,10 @@ class Paths:
 
     def __init__(self) -> None:
         self._outcomes: list[tuple[Profile, Outcomes[Pose], Outcomes[_Flight]]] = []
-        self._movements: dict[int, Movement] = {}  # that have to live as long as what is known of them
+        self._movements: dict[int, Movement] = {}  # kept alive as long as their outcomes
 
     def pose(self, part: Part, beat: Exact, budget: Budget) -> Pose:
-        """A robot's pose at a beat of the performance. Raises TooLongError if that visits more than the budget has."""
+        """Return a robot's pose at a beat of the performance. Raises TooLongError if the budget is too small."""
         movement, start = part.movement, part.entered or part.start
         passed = min(max(beat - part.begins, 0), movement.duration)
         self._movements[id(movement)] = movement
@@ -174,8 +174,8 @@ class Paths:
 
 
 def displacement(movement: Movement, beats: Duration, profile: Profile, most_throws: int) -> Pose | None:
-    """How the first beats of a movement move a robot that no ground stops, as a pose relative to its start; None like
-    `pose_at`."""
+    """Return the displacement of a robot in the first beats of a movement if no ground stops it, as a pose relative to
+    its start; None like `pose_at`."""
     try:
         return _moving(profile).until(movement, beats, Budget(most_throws * VISITS_PER_THROW))
     except TooLongError:
@@ -198,7 +198,7 @@ def _moving(profile: Profile) -> Outcomes[Pose]:
 
 
 def _held(profile: Profile) -> Callable[[Velocity, float], Pose]:
-    """The effect of velocities on a robot in so many beats."""
+    """Return a function that gives the effect of a velocity on a robot in so many beats."""
     moving = lru_cache(MOST_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
     return lambda velocity, beats: Pose().after(moving(velocity), beats)
 
@@ -214,7 +214,7 @@ class _Flight:
         return _Flight(self.moved.then(other.moved), min(self.lowest, self.moved.z + other.lowest))
 
     def landing(self, start: Pose) -> Pose:
-        """The pose that it reaches from another one if the ground stops it: it is higher by what it would have sunk."""
+        """Return the pose that it reaches from another one if the ground stops it: higher by what it would sink."""
         end = start.then(self.moved)
         return replace(end, z=end.z - min(start.z + self.lowest, 0.0))
 
@@ -230,7 +230,7 @@ def _flying(profile: Profile) -> Outcomes[_Flight]:
 
 
 class Outcomes(Generic[M]):
-    """The effects of movements, by those of velocities in so many beats. Repeats without dice are multiplied."""
+    """The effects of movements, from those of velocities in so many beats. Repeats without dice are multiplied."""
 
     def __init__(self, nothing: M, held: Callable[[Velocity, float], M]) -> None:
         self._nothing, self._held = nothing, held
@@ -280,7 +280,7 @@ class Outcomes(Generic[M]):
         return [each for each in _inside(leg) if not self._is_known(each)]
 
     def _is_known(self, leg: PlayedPart) -> bool:
-        """Whether it is known what a leg does. One that is walked is from now on: most are a word."""
+        """Return whether the effect of a leg is known. That of a leg that is walked is from now on: most are a word."""
         key = _key(leg)
         if key in self._known:
             return True
@@ -324,7 +324,7 @@ class Outcomes(Generic[M]):
 def _split(
     leg: PlayedPart, until: Duration, budget: Budget
 ) -> tuple[Iterable[tuple[PlayedPart, int]], PlayedPart, Duration]:
-    """The inner legs that finish within `until` beats and how often; the one that doesn't, and how far it gets."""
+    """Return the inner legs that finish within `until` beats, and how often; and the next one, and its beats."""
     part, _, backward, dice = leg
     at = part.duration - until if backward else until
     if isinstance(part, Through):
@@ -353,7 +353,7 @@ def _key(leg: PlayedPart) -> tuple[int, Velocity, bool]:
 
 
 def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
-    """A leg as a series of legs without dice, and of voices with dice."""
+    """Yield a leg as a series of legs without dice, and of voices with dice."""
     stack = [iter((leg,))]
     while stack:
         each = next(stack[-1], None)
@@ -369,7 +369,7 @@ def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
 
 
 def _inside(leg: PlayedPart) -> Iterator[PlayedPart]:
-    """The inner legs in the order they play; the body of a repeat without dice only once."""
+    """Yield the inner legs in the order they play; the body of a repeat without dice only once."""
     part, gain, backward, dice = leg
     at = part.duration if backward else 0
     if isinstance(part, Through):
@@ -383,7 +383,7 @@ def _inside(leg: PlayedPart) -> Iterator[PlayedPart]:
 
 
 def _period(movement: Movement) -> Exact | None:
-    """The beats after which all parallel voices are back at their start; None if that never happens.
+    """Return the beats after which all parallel voices are back at their start; None if that never happens.
 
     0 if the velocity never changes. The period is the same backward.
     """
@@ -409,7 +409,7 @@ def _period(movement: Movement) -> Exact | None:
 
 
 def common_multiple(one: Fraction, other: Fraction) -> Fraction:
-    """The least common multiple; 0 is ignored."""
+    """Return the least common multiple; 0 is ignored."""
     if not one:
         return other
     return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))

@@ -1,9 +1,9 @@
-"""Another clock, which ours follows: where it is and how fast it runs, as far as what is heard of it tells, and how
-fast to play so that both meet. Pure functions; nothing here reads a clock. Standard library only.
+"""Another clock, which ours follows: its position and its rate, as far as its messages show them, and the rate at which
+ours has to play so that both meet. Pure functions; nothing here reads a clock. Standard library only.
 
-What is heard comes late or early by some milliseconds, drifts, ramps, jumps, or doesn't come at all. The estimate is a
-growing- and then a fading-memory polynomial filter (Morrison, Introduction to Sequential Smoothing and Prediction,
-1969): of degree 1 until much has been heard, and then of degree 2, which doesn't lag behind a steady ramp.
+Messages come late or early by some milliseconds, drift, ramp, jump, or don't come at all. The estimate is a growing-
+and then a fading-memory polynomial filter (Morrison, Introduction to Sequential Smoothing and Prediction, 1969): of
+degree 1 until many messages have come, and then of degree 2, which doesn't lag behind a steady ramp.
 """
 
 from __future__ import annotations
@@ -12,25 +12,25 @@ import math
 from dataclasses import dataclass, replace
 
 FADING = 2.0
-"""How fast what was heard is forgotten, per second. Twice as much follows an accelerando sooner, and jitter too."""
+"""The rate at which old sightings lose weight, per second. Twice as much follows an accelerando, and jitter, sooner."""
 STRAY = 0.1
-"""Seconds by which what is heard may be off. Beyond that, it is a hiccup of this machine, or the clock has jumped."""
+"""Seconds by which a sighting may be off. Beyond that, it is a hiccup of this machine, or the clock has jumped."""
 USUAL = 0.01
-"""Seconds by which what is heard may usually be off. What is off by more counts no more than that: it was held up."""
+"""Seconds by which a sighting may usually be off. One that is off by more counts no more than that: it was held up."""
 JUMPED = 0.25
 """Seconds of nothing but strays after which the clock has jumped."""
 GAP = 0.5
 """Seconds of silence after which a stray is a jump at once: the clock stood still meanwhile."""
 KNOWN = 0.4
-"""Seconds that a clock must be heard until it is known how fast it runs."""
+"""Seconds of sightings after which the rate of a clock is known."""
 FEW = 4
-"""How often it must be heard until then, at least."""
+"""The least number of sightings until then."""
 SOONEST = 0.004
-"""Seconds between two sightings, at least: those that come closer together have waited somewhere, and say less."""
+"""The least seconds between two sightings: those that come closer together have waited somewhere, and tell less."""
 LIKELY = 4.0
-"""How many times faster or slower a clock may run after a jump. Anything else is a hiccup of this machine."""
+"""The factor by which a clock may run faster or slower after a jump. Anything else is a hiccup of this machine."""
 TRUSTED = 8
-"""How many sightings the rate is worth that is kept when a clock has jumped."""
+"""The number of sightings that the rate counts for that is kept when a clock has jumped."""
 MOST_BENT = 0.05
 """The share of a clock's rate by which ours may be faster or slower, to meet it."""
 SETTLE = 0.5
@@ -39,9 +39,9 @@ SETTLE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """At `at` seconds on our clock, another one was at `phase`, in units of its own, and made `rate` units a second.
+    """At `at` seconds on our clock, another one was at `phase`, in its own units, and made `rate` units a second.
 
-    `period` is how many seconds usually pass until something is heard of it again, and `jumps` how often it has jumped.
+    `period` is the usual number of seconds between two sightings, and `jumps` the number of its jumps.
     """
 
     at: float
@@ -51,14 +51,14 @@ class Anchor:
     jumps: int = 0
 
     def phase_at(self, now: float) -> float:
-        """Where it is at a time on our clock if it goes on like this."""
+        """Return its phase at a time on our clock if it continues like this."""
         return self.phase + (now - self.at) * self.rate
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What is known of a clock: `anchor`, how its rate changes (units per s²), how many sightings that is based on,
-    since when it is heard, and since when and from which phase on there were only strays."""
+    """The estimate of a clock: its `anchor`, the change of its rate (units per s²), the number of sightings behind
+    that, the time of the first one, and the time and phase since which there were only strays."""
 
     anchor: Anchor
     change: float = 0.0
@@ -68,23 +68,23 @@ class Estimate:
 
     @property
     def is_known(self) -> bool:
-        """Whether it is known how fast it runs."""
+        """True once its rate is known."""
         return self.seen >= FEW and self.anchor.at - self.since >= KNOWN
 
 
 def first_seen(at: float, phase: float, rate: float = 0.0) -> Estimate:
-    """A clock is heard for the first time, and may run at this rate."""
+    """Return the estimate from the first sighting of a clock, which may run at this rate."""
     return Estimate(Anchor(at, phase, rate, 0.0), since=at)
 
 
 def jumped(estimate: Estimate, at: float, phase: float) -> Estimate:
-    """The clock is known to be somewhere else now. It runs as fast as before."""
+    """Return the estimate of a clock that is known to be somewhere else now. It runs as fast as before."""
     anchor = replace(estimate.anchor, at=at, phase=phase, jumps=estimate.anchor.jumps + 1)
     return replace(estimate, anchor=anchor, change=0.0, seen=min(estimate.seen, TRUSTED), strayed=None)
 
 
 def sighted(estimate: Estimate, at: float, phase: float, gap: float = GAP) -> Estimate:
-    """The clock is heard to be at `phase` at a time on our clock. What comes together with the one before is ignored.
+    """Return the estimate after a sighting at `phase` at a time on our clock, unless it comes with the one before.
 
     After a `gap` in seconds, a stray is a jump at once.
     """
@@ -112,12 +112,12 @@ def sighted(estimate: Estimate, at: float, phase: float, gap: float = GAP) -> Es
 
 
 def bent(anchor: Anchor, late: float) -> float:
-    """How many of the other clock's units to make a second, in order to meet it, if ours is this many seconds late."""
+    """Return the other clock's units to make in a second, in order to meet it, if ours is this many seconds late."""
     return anchor.rate * (1 + min(max(late / SETTLE, -MOST_BENT), MOST_BENT))
 
 
 def _stray(estimate: Estimate, at: float, phase: float, gap: float) -> Estimate:
-    """What was heard doesn't fit: ignore it, unless the clock has jumped."""
+    """Return the estimate after a sighting that doesn't fit: ignore it, unless the clock has jumped."""
     since, first = estimate.strayed or (at, phase)
     if at - estimate.anchor.at < gap and at - since < JUMPED:
         return replace(estimate, strayed=(since, first))
@@ -130,7 +130,7 @@ def _stray(estimate: Estimate, at: float, phase: float, gap: float) -> Estimate:
 
 
 def _gains(seen: int, passed: float) -> tuple[float, float, float]:
-    """How much of what it is off by counts for its phase, its rate, and how that changes."""
+    """Return the shares of its error that correct its phase, its rate, and the change of that."""
     left = math.exp(-FADING * passed)
     growing, fading = 2 * (2 * seen - 1) / (seen * (seen + 1)), 1 - left**3
     if growing > fading:

@@ -40,10 +40,10 @@ class Mover(NamedTuple):
 
 
 def perform(scenes: Sequence[Mapping[Mover, Movement]], script: Sequence[SenseSpan]) -> Iterator[tuple[Mover, Moment]]:
-    """What each robot and each body part does, in order of time. Each scene lists all of them.
+    """Yield the moments of each robot and each body part, in order of time. Each scene lists all of them.
 
-    A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands,
-    unless it plays in no later scene.
+    A scene begins on the first whole beat at which everything before it is over. Until then a robot that is done
+    stands, unless it plays in no later scene.
     """
     last = {robot: place for place, scene in enumerate(scenes) for robot, each in scene.items() if _may_play(each)}
     changes = sorted({beat for sensing in script for beat in (sensing.start, sensing.end)})

@@ -1,7 +1,7 @@
 """Performs an open movement, one whose moments depend on what its robot senses. Standard library only.
 
-A closed movement is walked ahead (walk.py). An open one can't be: a performer is told what is sensed as time passes,
-and knows what the robot does until the next change that is certain. It never reads a clock.
+A closed movement is walked ahead (walk.py). An open one can't be: a performer gets the values of senses as time passes,
+and knows the robot's velocity until the next change that is certain. It never reads a clock.
 """
 
 from __future__ import annotations
@@ -14,16 +14,15 @@ from improv_core.score.performing import Decision, Performed, Sensed, Unforeseen
 from improv_core.score.throws import ROBOTS, dice_of
 
 MOST_SKIPPED = 1_000
-"""The most changes of all robots that are performed to find out what plays at a beat that playback jumps to."""
+"""The most changes of all robots that are performed to find what plays at a beat that playback jumps to."""
 
 
 class Performer:
     """The performance of a movement for one robot, from its beat `start` on, which is `beat` of the performance.
 
-    Beats are those of the performance. Up to the start, it is as if no sense had been true: raises UnforeseenError
-    where that has to be performed to be known.
-
-    Call `settle` when something may have changed, then ask, then `advance`.
+    Beats are those of the performance. Up to the start, it is as if no sense had been true: raises UnforeseenError if
+    that has to be performed to be known. Call `settle` when something may have changed, then read the properties, then
+    call `advance`.
     """
 
     def __init__(self, movement: Movement, beat: Exact = 0, start: Duration = 0) -> None:
@@ -33,7 +32,7 @@ class Performer:
         """The beat up to which it has been performed."""
 
     def settle(self, sensed: Sensed) -> list[Decision]:
-        """Do all that takes no time: begin what begins now, and read the senses that are watched now."""
+        """Do everything that takes no time: begin what begins now, and read the senses that are watched now."""
         decisions: list[Decision] = []
         unheard: set[str] = set()
 
@@ -51,22 +50,22 @@ class Performer:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing is left to perform."""
+        """True if nothing is left to perform."""
         return self._act.is_over(self.beat)
 
     @property
     def until(self) -> Duration:
-        """The beat of the next change, if what is sensed does not change before."""
+        """The beat of the next change, if no sense changes before."""
         return self.beat + self._act.left()
 
     def performed(self, sensed: Sensed) -> Performed:
-        """What is performed until then. If it reads a silent sense, the robot stands, and no word plays."""
+        """The velocity and the words until then. If it reads a silent sense, the robot stands, and no word plays."""
         self._missed = {sense for sense in self._missed if sensed(sense) is None}
         waits = self._missed or any(sensed(sense) is None for sense in self.watched())
         return (STILL, ()) if waits else self._act.velocity()
 
     def watched(self) -> frozenset[str]:
-        """The senses that may change that."""
+        """Return the senses that may change that."""
         return frozenset(self._act.watched())
 
     def advance(self, beat: Exact) -> None:
@@ -76,12 +75,12 @@ class Performer:
             self.beat = beat
 
     def foresee(self) -> None:
-        """Compute what comes next before its time, if no sense decides it. Not with poses, which depend on
+        """Compute what comes next before its time, if no sense decides it. Don't call this with poses, which depend on
         where joints stand then."""
         self._act.foresee()
 
     def fork(self) -> Performer:
-        """The same performance, which goes on by itself."""
+        """Return a copy of this performance, which continues by itself."""
         fork = copy(self)
         fork._act = self._act.fork()
         return fork

@@ -1,4 +1,4 @@
-"""The acts of an open movement: how each kind is performed, step by step, by what is sensed. Standard library only."""
+"""The acts of an open movement: each kind is performed step by step, by the values of senses. Standard library only."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from improv_core.score.throws import Dice
 from improv_core.score.walk import Moment, walk
 
 Sensed = Callable[[str], bool | None]
-"""Whether a sense is true at this moment; None if that is not known: then no condition about it holds."""
+"""A function that returns whether a sense is true now; None if that is unknown: then no condition about it holds."""
 Performed = tuple[Velocity, tuple[Source, ...]]
 """A velocity, and the words that play."""
 
 
 class UnforeseenError(Exception):
-    """Raised where a movement has to be performed to be known at a beat, even if no sense is true until then."""
+    """Raised if a movement has to be performed to be known at a beat, even if no sense is true until then."""
 
 
 def act(movement: Movement, dice: Dice | None, around: Around, start: Duration = 0) -> Act:
-    """The act of a movement from its beat `start` on, before it ends, with its dice and what surrounds it.
+    """Return the act of a movement from its beat `start` on, before it ends, with its dice and its surroundings.
 
     Up to that beat, it is as if no sense had been true. That is computed, not performed: it takes time in proportion to
-    how deeply the movement is nested. Raises UnforeseenError where that can't be.
+    the depth of the movement. Raises UnforeseenError if that can't be.
     """
     if start and start >= movement.duration:
         _require_foreseen(movement)
@@ -70,7 +70,7 @@ def _require_foreseen(movement: Movement) -> None:
 
 
 class Decision(NamedTuple):
-    """What a word of senses has decided at a beat: whether its condition held. `sources` ends with that word."""
+    """The decision of a word of senses at a beat: whether its condition held. `sources` ends with that word."""
 
     sources: tuple[Source, ...]
     beat: Exact
@@ -82,7 +82,7 @@ class Act(ABC):
 
     @abstractmethod
     def is_over(self, beat: Exact) -> bool:
-        """Whether no time is left. Begins what begins now, and reads no sense: an undecided `if` is not over."""
+        """Return whether no time is left. Begins what begins now, and reads no sense: an undecided `if` is not over."""
 
     @abstractmethod
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
@@ -90,7 +90,7 @@ class Act(ABC):
 
     @abstractmethod
     def left(self) -> Duration:
-        """The beats until the next change that is certain."""
+        """Return the beats until the next change that is certain."""
 
     @abstractmethod
     def velocity(self) -> Performed: ...
@@ -106,7 +106,7 @@ class Act(ABC):
         return
 
     def fork(self) -> Act:
-        """The same act, which goes on by itself."""
+        """Return a copy of this act, which continues by itself."""
         fork = copy(self)
         for name, value in vars(self).items():
             if isinstance(value, Act):
@@ -435,7 +435,7 @@ class _If(_Through):
 
 
 def to_next_whole(beat: Exact) -> Exact:
-    """The beats from a beat to the next whole one, which is later."""
+    """Return the beats from a beat to the next whole one, which is later."""
     return math.floor(beat) + 1 - beat
 
 

@@ -22,4 +22,4 @@ PRIMITIVES: Mapping[str, Velocity] = {
     "up": Velocity(z=1),
     "down": Velocity(z=-1),
 }
-"""Each moves for one beat."""
+"""The velocity of each word. Each moves for one beat."""

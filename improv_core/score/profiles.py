@@ -26,16 +26,16 @@ class Profile:
     """A kind of robot. Values that are not given impose no limit.
 
     `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `linear_scale` and `angular_scale`:
-    how many meters and radians the real robot is told to move for each one that it should. `left_right`: how far its
-    left wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the accelerations
-    (m/s², rad/s²): None if there is no limit. `turning_radius`: meters, of the tightest curve that a car can drive;
-    None for a robot that turns on the spot. `motions`: those of `MOTIONS` that it can make, in both directions.
-    `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in the simulator. `message`:
-    one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as the score says, or as
-    motors would. With motors, `wheel_error` holds how far its left and right wheels really roll for each meter that
-    their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether its movements begin
-    and end gently, stretch by stretch. `near`: meters ahead of it in which it senses what is near; None stands for one
-    step. `body`: what it has besides its base.
+    meters and radians in the real robot's command for each one that it should move. `left_right`: meters that its left
+    wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the accelerations (m/s²,
+    rad/s²): None if there is no limit. `turning_radius`: meters, of the tightest curve that a car can drive; None for a
+    robot that turns on the spot. `motions`: those of `MOTIONS` that it can make, in both directions. `command_rate`:
+    commands per second, in Hz. `radius`: meters, of its disc in the simulator. `message`: one of `MESSAGES`.
+    `dynamics`: one of `DYNAMICS`, for the simulator: it moves exactly as the score says, or as motors would. With
+    motors, `wheel_error` holds the meters that its left and right wheels really roll for each meter that their encoders
+    count, and `noise` the standard deviation of that, as a share. `smooth`: true if its movements begin and end gently,
+    stretch by stretch. `near`: meters ahead of it in which it senses what is near; None stands for one step. `body`:
+    its body parts, besides its base.
     """
 
     name: str
@@ -54,7 +54,8 @@ class Profile:
     # 0.5 s; 20 Hz leaves room.
     command_rate: float = 20.0
     radius: float = 0.3
-    # Which message a TurtleBot3 or a TurtleBot 4 expects depends on the ROS release, so no built-in profile fixes it.
+    # The message that a TurtleBot3 or a TurtleBot 4 expects depends on the ROS release, so no built-in profile fixes
+    # it.
     message: str = "auto"
     dynamics: str = "ideal"
     wheel_error: Sequence[float] = (1.0, 1.0)
@@ -75,22 +76,22 @@ class Profile:
 
     @property
     def drives_anywhere(self) -> bool:
-        """Whether it can turn on the spot and drive forward, so that it gets to any place."""
+        """True if it can turn on the spot and drive forward, so that it gets to any place."""
         return not self.turning_radius and {"forward", "turn"} <= {*self.motions}
 
     def told(self, twist: Twist) -> Twist:
-        """What the real robot is told so that it moves like this: calibrated, and within its limits."""
+        """Return the command with which the real robot moves like this: calibrated, and within its limits."""
         return self.limited(self.calibrated(twist))
 
     def calibrated(self, twist: Twist) -> Twist:
-        """The twist with which a base moves like this although it drives or turns too little or pulls to one side."""
+        """Return the twist with which a base that drives or turns too little, or pulls to one side, moves like this."""
         if self.linear_scale != 1 or self.angular_scale != 1:
             linear = self.linear_scale
             twist = Twist(twist.x * linear, twist.y * linear, twist.z * linear, twist.yaw * self.angular_scale)
         return twist if self.left_right == 1 else twist.balanced(self.left_right, self.wheel_separation)
 
     def limited(self, twist: Twist) -> Twist:
-        """This twist, or a slower one if it exceeds a limit."""
+        """Return this twist, or a slower one if it exceeds a limit."""
         return twist.within(self.max_linear, self.max_angular)
 
     def __post_init__(self) -> None:
@@ -103,13 +104,13 @@ SLOW_SHARE, SLOW, SLOW_TURN = 0.2, 0.1, 0.5
 
 
 def slow_speeds(profile: Profile) -> tuple[float, float]:
-    """How fast a robot drives and turns on the way to a place, in m/s and rad/s."""
+    """Return the speeds with which a robot drives and turns on its way to a place, in m/s and rad/s."""
     linear, angular = profile.max_linear, profile.max_angular
     return linear * SLOW_SHARE if linear else SLOW, angular * SLOW_SHARE if angular else SLOW_TURN
 
 
 def beside_robots(profile: Profile) -> Profile:
-    """The profile of a simulated robot beside its real one: it keeps the limits that the real one has, and no others.
+    """Return the profile of a simulated robot beside its real one. It keeps only the limits that the real one has.
 
     Its speeds are sent within them, and its base limits its accelerations, so an ideal robot would be elsewhere.
     """
@@ -209,7 +210,7 @@ QUADROTOR = Profile("quadrotor", step=0.5, max_linear=1.0, max_angular=2.61, mot
 
 
 def _arm(side: str, left: float, roll: tuple[float, float]) -> tuple[BodyPart, Sequence[Joint]]:
-    """An arm of the puppet. `left` is the sign of the way to the left, and `roll` the limits of that joint."""
+    """Return an arm of the puppet. `left` is the sign of the way to the left, and `roll` the limits of that joint."""
     pitch, out, elbow = (f"{side}_{joint}" for joint in ("shoulder_pitch", "shoulder_roll", "elbow"))
     drives = (_drive("z", pitch, 45), _drive("yaw", out, 30), _drive("x", elbow, 40))
     poses = (BodyPose("high", {"z": 150 / 45}), BodyPose("wide", {"yaw": left * 80 / 30}))
@@ -227,7 +228,7 @@ def _joint(name: str, least: float, most: float) -> Joint:
 
 
 def is_simulated(profile: Profile) -> bool:
-    """Whether only the simulator has such a robot."""
+    """Return whether only the simulator has such a robot."""
     return profile == PUPPET
 
 

@@ -1,4 +1,4 @@
-"""What one body part performs of a movement, as a movement like any other. Standard library only."""
+"""The movement of one body part within a movement, as a movement like any other. Standard library only."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ FINEST_STEP = 10**12
 
 
 class Posture(Protocol):
-    """Where the joints of a body part stand now. Who performs the part's movement keeps it up to date before asking
+    """The positions of a body part's joints now. The code that performs the part's movement updates it before asking
     for the next moment."""
 
     def steps(self, direction: str) -> float:
-        """How many steps the joint of a direction is from its zero."""
+        """Return the steps of a direction's joint from its zero."""
         ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach(Through):
-    """A pose that is reached from where the joints stand when this begins, which decides its velocity.
+    """A movement to a pose from the positions of joints when it begins, which decide its velocity.
 
-    `goal` has a number of steps for each direction that moves. It is `mirrored` if what is around it negates its
-    velocity to the left.
+    `goal` has a number of steps for each direction that moves. It is `mirrored` if its surroundings negate its velocity
+    to the left.
     """
 
     goal: Velocity
@@ -55,8 +55,8 @@ class Reach(Through):
 
 
 class _Under(NamedTuple):
-    """What surrounds a part of a movement: whether our body part performs it, and whether there is an odd number of
-    reflections that swap sides, in all and outside the word for the body part."""
+    """The surroundings of a part of a movement: whether our body part performs it, and whether there is an odd number
+    of reflections that swap sides, in all and outside the word for the body part."""
 
     mine: bool
     flipped: bool = False
@@ -68,9 +68,9 @@ _At = tuple[Movement, _Under]
 
 
 def project(whole: Movement, part: str, body: Body, posture: Posture) -> Movement:
-    """What a body part performs of a movement: it has the same duration, dice, and senses, and rests while others move.
+    """Return the movement of a body part: as long, with the same dice and senses, and with rests while others move.
 
-    What no word for a body part stands in is shared, and rests are as short as they can be. `BASE` is the base.
+    Parts of it without a word for a body part are shared, and rests are as short as they can be. `BASE` is the base.
     """
     begin = (whole, _Under(part == BASE))
     made: dict[tuple[int, _Under], Movement] = {}
@@ -85,7 +85,7 @@ def _key(at: _At) -> tuple[int, _Under]:
 
 
 def _inside(at: _At, part: str, body: Body) -> list[_At]:
-    """What has to be projected to project a part of a movement."""
+    """Return the parts to project before a part of a movement."""
     whole, under = at
     if not whole.body_words.asked and (under.mine or not (whole.dice or whole.open)):
         return []
@@ -113,7 +113,7 @@ def _projected(
     if isinstance(whole, ByPart):
         return inner[0]
     if isinstance(whole, Use) and not under.mine and not whole.body_words.asked:
-        return use(inner[0], None, whole.statement)  # what rests is not lit
+        return use(inner[0], None, whole.statement)  # a rest isn't highlighted
     if isinstance(whole, Reaction):  # pictures and checks may assume something else than `made_of` does
         *items, assumed = inner
         made = whole.made_of(items)
@@ -123,7 +123,7 @@ def _projected(
 
 
 def base_of(whole: Movement) -> Movement:
-    """What the base performs, without the words that body parts perform: these are rests."""
+    """Return the movement of the base, with rests in place of the words that body parts perform."""
     return project(whole, BASE, Body(), _Nowhere()) if whole.body_words.asked else whole
 
 
@@ -137,8 +137,8 @@ def _rest(duration: Duration) -> Movement:
 
 
 def _reach(word: ToPose, under: _Under, part: str, body: Body, posture: Posture) -> Movement:
-    """A pose as this part reaches it. A reflection negates a pose unless it exchanges the part for its mirror, or the
-    pose is its start."""
+    """Return a pose as this part reaches it. A reflection negates a pose unless it exchanges the part for its mirror,
+    or the pose is its start."""
     if part == BASE or not body.part[part].has_pose(word.pose):
         return stand(1)
     goal = dict(goal_of(part, word.pose, body))
@@ -151,7 +151,7 @@ def _reach(word: ToPose, under: _Under, part: str, body: Body, posture: Posture)
 
 
 def goal_of(part: str, pose: str, body: Body) -> Iterator[tuple[str, float]]:
-    """Where a pose leads the directions of a part, in steps."""
+    """Yield the directions of a part that a pose moves, and their targets in steps."""
     found = body.part[part].pose(pose)
     for drive in body.part[part].drives:
         if pose == START:

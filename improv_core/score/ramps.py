@@ -54,7 +54,7 @@ class Phase(NamedTuple):
         return self.start + (self.end - self.start) * Fraction(2 * step + 1, 2 * self.steps)
 
     def played(self, beats: Exact) -> Fraction:
-        """How many beats of the body are played within the first `beats` of this phase."""
+        """Return the beats of the body that are played within the first `beats` of this phase."""
         step_beats = self.beats / self.steps
         step = min(int(beats // step_beats), self.steps - 1)
         # The rates of the first n steps add up to n * start + n² / 2N * (end - start).
@@ -92,7 +92,7 @@ class Stepped(Single, Piecewise, Through):
     def pieces(
         self, at: Duration, backward: bool, dice: Dice | None, walk: Callable[[Visit], Iterator[Piece]]
     ) -> Iterator[Piece]:
-        """Each piece ends as soon as the body or the rate changes."""
+        """Yield pieces, each of which ends as soon as the body or the rate changes."""
         assert not isinstance(at, float)
         steps = self.steps_from(at, backward)
         beats, rate = next(steps)
@@ -108,7 +108,7 @@ class Stepped(Single, Piecewise, Through):
                 beats -= left / rate
 
     def played(self, beats: Exact) -> Fraction:
-        """How many beats of the body are played within the first `beats`."""
+        """Return the beats of the body that are played within the first `beats`."""
         total = Fraction(0)
         for phase in self.phases:
             total += phase.played(min(beats, phase.beats))
@@ -118,7 +118,7 @@ class Stepped(Single, Piecewise, Through):
         return total
 
     def steps_from(self, beats: Exact, backward: bool) -> Iterator[Step]:
-        """The rest of the step that is due at `beats`, and the steps that follow, or precede it if `backward`."""
+        """Yield the rest of the step that is due at `beats`, and the steps that follow, or precede it if `backward`."""
         phases: Sequence[Phase] = self.phases
         if backward:
             phases = [Phase(each.beats, each.end, each.start, each.steps) for each in reversed(phases)]
@@ -133,7 +133,7 @@ class Stepped(Single, Piecewise, Through):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ramp(Stepped):
-    """Begun `start` times as fast and ended `end` times as fast."""
+    """A movement that begins `start` times as fast and ends `end` times as fast."""
 
     start: Exact
     end: Exact
@@ -144,14 +144,14 @@ class Ramp(Stepped):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ease(Stepped):
-    """Begun and ended gently."""
+    """A movement that begins and ends gently."""
 
     NAME = "ease"
 
 
 @makes(Ramp)
 def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
-    """The same path, begun `start` times as fast and ended `end` times as fast.
+    """Return the same path, begun `start` times as fast and ended `end` times as fast.
 
     Raises ValueError if one of them is below 0, both are 0, or the movement is endless or open.
     """
@@ -166,7 +166,7 @@ def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
 
 @makes(Ease)
 def ease(body: Movement) -> Movement:
-    """The same path in the same time, begun and ended gently.
+    """Return the same path in the same time, begun and ended gently.
 
     Raises ValueError if the movement is endless or open.
     """
@@ -193,8 +193,8 @@ def _phase(beats: Fraction, start: Exact, end: Exact) -> Phase:
 def _stepped(
     inner: Bounds, *spans: tuple[Fraction, Exact, Exact]
 ) -> tuple[tuple[Exact, None, Bounds], tuple[Phase, ...]]:
-    """The duration, the uniform velocity, the bounds, and the phases of a body with these bounds that is played for so
-    many beats each from one rate to another."""
+    """Return the duration, the uniform velocity, the bounds, and the phases of a body with these bounds that is played
+    for so many beats each from one rate to another."""
     phases = tuple([_phase(*span) for span in spans])
     duration = sum(phase.beats for phase in phases)
     rate = max(max(phase.rate(0), phase.rate(phase.steps - 1)) for phase in phases)

@@ -1,7 +1,7 @@
 """Movements that senses decide: `until`, `pause`, and `if`. Standard library only.
 
-A movement with one of them in it is *open*: it is performed by a `performer.Performer`, which is told what is sensed.
-Everything else (`duration`, `uniform`, the walk, paths) assumes that no sense ever holds.
+A movement with one of them in it is *open*: a `performer.Performer` performs it, by the values of senses. Everything
+else (`duration`, `uniform`, the walk, paths) assumes that no sense ever holds.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from improv_core.text import Span
 
 
 class Condition(NamedTuple):
-    """A sense, and whether it has to hold, or `not`."""
+    """A sense, and whether it has to hold (`wanted`), or `not`."""
 
     sense: str
     wanted: bool
@@ -30,7 +30,7 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reaction(Several, Through):
-    """A word of senses, written at `span`. `assumed` is what is performed if no sense ever holds."""
+    """A word of senses, written at `span`. `assumed` is performed if no sense ever holds."""
 
     condition: Condition
     span: Span | None
@@ -51,7 +51,7 @@ class Reaction(Several, Through):
         return self.condition.wanted
 
     def __str__(self) -> str:
-        """`until near`, `pause not near`."""
+        """Return its words, such as `until near` or `pause not near`."""
         return f"{self.NAME}{'' if self.wanted else ' not'} {self.sense}"
 
     def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
@@ -60,7 +60,7 @@ class Reaction(Several, Through):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Until(Reaction):
-    """Ended once the condition holds."""
+    """A movement that ends once the condition holds."""
 
     NAME = "until"
 
@@ -76,7 +76,7 @@ class Until(Reaction):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pause(Reaction):
-    """Interrupted while the condition holds."""
+    """A movement that is interrupted while the condition holds."""
 
     NAME = "pause"
 
@@ -87,7 +87,7 @@ class Pause(Reaction):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class If(Reaction):
-    """The first of two items is performed if the condition holds, else the second."""
+    """The first of two items if the condition holds, else the second."""
 
     NAME = "if"
 
@@ -95,7 +95,7 @@ class If(Reaction):
         return throw.inside(index)
 
     def side(self, holds: bool, dice: Dice | None) -> tuple[Movement, Dice | None]:
-        """What is performed, and its dice."""
+        """Return the side that is performed, and its dice."""
         index = 0 if holds else 1
         return self.items[index], dice and dice.inside(index)
 
@@ -115,7 +115,7 @@ F = TypeVar("F", bound=Callable[..., Movement])
 
 
 def _reacts(kind: type[Reaction]) -> Callable[[F], F]:
-    """Marks the function that makes a kind of reaction, of its parts."""
+    """Mark the function that makes a kind of reaction, of its parts."""
 
     def marked(make: F) -> F:
         def of_parts(parts: Sequence[Movement], sense: str, wanted: bool, span: Span | None) -> Movement:
@@ -129,21 +129,21 @@ def _reacts(kind: type[Reaction]) -> Callable[[F], F]:
 
 @_reacts(Until)
 def until(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
-    """The movement, ended on the next whole beat once the condition holds, with the robot standing from then on."""
+    """End the movement on the next whole beat once the condition holds, with the robot standing from then on."""
     assumed = body if condition.wanted else _first_beat(body)
     return Until(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
 @_reacts(Pause)
 def pause(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
-    """The movement, interrupted for whole beats while the condition holds."""
+    """Return the movement, interrupted for whole beats while the condition holds."""
     assumed = body if condition.wanted or not body.duration else STANDING
     return Pause(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
 @_reacts(If)
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
-    """One movement or the other: the condition decides when it begins."""
+    """Return one movement or the other: the condition decides when it begins."""
     bounds = opened(in_series((body.bounds, otherwise.bounds)))
     if bounds.dice:
         bounds = replace(bounds, throws=1)
@@ -152,7 +152,7 @@ def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Spa
 
 
 def reactions(movement: Movement) -> Iterator[Reaction]:
-    """The words of senses in a movement, each once."""
+    """Yield the words of senses in a movement, each once."""
     seen, waiting = set(), [movement]
     while waiting:
         part = waiting.pop()
@@ -164,11 +164,11 @@ def reactions(movement: Movement) -> Iterator[Reaction]:
 
 
 def senses_read(movement: Movement) -> frozenset[str]:
-    """The senses that a movement may read."""
+    """Return the senses that a movement may read."""
     return frozenset(each.condition.sense for each in reactions(movement))
 
 
 def _first_beat(body: Movement) -> Movement:
-    """What is left of a movement that ends as it begins: standing until the next whole beat, or its end if that is
+    """Return the rest of a movement that ends as it begins: it stands until the next whole beat, or its end if that is
     sooner."""
     return stand(1 if isinstance(body.duration, float) else min(1, body.duration))

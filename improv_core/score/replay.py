@@ -1,7 +1,7 @@
-"""What robots play of a score, found again from what they have sensed. Standard library only.
+"""Computes what robots play of a score from what they have sensed. Standard library only.
 
-The one answer for everything that shows what plays: editors, the page, and what can be watched in ROS 2. It never reads
-a clock: whoever asks says at which beat.
+Everything that shows what plays uses this: editors, the page, and the topics in ROS 2 that others watch. It never reads
+a clock; callers pass in the beat.
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ from improv_core.score.senses import CUE, BuiltIn
 from improv_core.score.walk import Moment, walk
 
 MOST_PAST = 500
-"""The moments of each robot that are kept of what senses have decided. Older ones are forgotten."""
+"""The most moments of each robot that senses have decided and that are kept. Older ones are forgotten."""
 MOST_AHEAD = 20_000
-"""The most moments of what senses decide that are performed for one answer."""
+"""The most moments that senses decide and that are performed for one answer."""
 
 
 class _Track(NamedTuple):
-    """What is replayed of a robot: what its base performs (`BASE`), or a body part; None is all of it together."""
+    """A part of a robot in a replay: its base (`BASE`), or a body part; None is all of it together."""
 
     robot: str
     part: str | None = None
 
 
 class Replay:
-    """What robots play of a score from a beat on, and will play if no sense changes any more.
+    """The replay of a score: all that robots play from a beat on, and will play if no sense changes any more.
 
-    Parts that began before that beat are performed up to it as if no sense were true, except those that play on as
-    they did `before`: what senses have decided in these stays.
+    Parts that began before that beat are performed up to it as if no sense were true, except those that play on as they
+    did `before`: they keep the decisions of senses.
     """
 
     def __init__(self, score: Score, beat: Exact = 0, before: Replay | None = None) -> None:
         self.score = score
         self._now: dict[str, tuple[Iterator[Moment], Moment | None]] = {}
         self._open: dict[_Track, _OpenPart] = {}
-        self._closed: dict[_Track, Movement] = {}  # that have been projected
+        self._closed: dict[_Track, Movement] = {}  # movements that have been projected
         changes, visits = Budget(MOST_SKIPPED), Budget(MOST_VISITED)
         for robot, part in score.parts.items():
             whole = part.of_scene(score.scene)
@@ -62,20 +62,20 @@ class Replay:
                 self._open[track] = kept or _OpenPart(score, part, movement, beat, changes, visits)
 
     def body_parts(self, robot: str) -> Sequence[str]:
-        """The body parts that a robot's part moves."""
+        """Return the body parts that a robot's part moves."""
         return [limb.part.name for limb in limbs_of(self.score.parts[robot], self.score.tempo)]
 
     def sense(self, robot: str, sense: str, value: bool | None, beat: Exact) -> None:
-        """A sense of a robot has become true, false, or silent (None). Changes come in the order of their beats."""
+        """Take a robot's sense that has become true, false, or silent (None). Changes come in the order of beats."""
         for track, part in self._open.items():
             if track.robot == robot:
                 part.sense(sense, value, beat)
         self._now.pop(robot, None)
 
     def moments(self, robot: str, start: Exact, body_part: str | None = None) -> Iterator[Moment]:
-        """What a robot plays from a beat on: all of it, with the velocities of its base, or only what a body part or
-        `BASE` performs. Beats are those of the performance. How fast a pose is reached can't be known here.
-        """
+        """Yield the moments that a robot plays from a beat on: all of it, with the velocities of its base, or only
+        those of a body part or `BASE`. Beats are those of the performance. The speed at which a pose is reached is
+        unknown here."""
         part, track = self.score.parts[robot], _Track(robot, body_part)
         if not part.movement.body_words.asked and body_part == BASE:
             track = _Track(robot)
@@ -89,7 +89,7 @@ class Replay:
             if over > start:
                 begin = max(moment.start, start)
                 yield moment._replace(start=begin, duration=over - begin)
-        for begin in self.score.scene_begins[1:2]:  # what comes then is as if no sense ever held
+        for begin in self.score.scene_begins[1:2]:  # from there on, it is as if no sense ever held
             yield from _walked(part, self._projected(track, part.movement), max(begin, over, start))
 
     def now(self, robot: str, beat: Exact) -> Moment | None:
@@ -104,13 +104,13 @@ class Replay:
         return moment
 
     def pose(self, robot: str, beat: Exact) -> Pose | None:
-        """Where a robot ideally is at a beat; None if that can't be known."""
+        """Return a robot's ideal pose at a beat; None if that can't be known."""
         part, open_part = self.score.parts[robot], self._open.get(_Track(robot))
         return open_part.pose(beat) if open_part else pose_at(part, beat)
 
     def line(self, robot: str, beat: Exact) -> tuple[int, Exact] | None:
-        """The line that a robot plays at a beat of a scene that senses decide: its statement, and the beat at which it
-        began; None if nothing is left."""
+        """Return the line that a robot plays at a beat of a scene that senses decide: its statement, and the beat at
+        which it began; None if nothing is left."""
         open_part = self._open[_Track(robot)]
         line = open_part.line()
         for moment in open_part.moments():
@@ -122,7 +122,7 @@ class Replay:
         return None
 
     def is_open(self, robot: str) -> bool:
-        """Whether senses decide what a robot plays in this scene."""
+        """Return whether senses decide what a robot plays in this scene."""
         return _Track(robot) in self._open
 
     def _part_that_plays_on(self, part: Part, track: _Track, beat: Exact) -> _OpenPart | None:
@@ -136,7 +136,7 @@ class Replay:
         return self._closed[track]
 
     def _performed(self, part: Part, whole: Movement, body_part: str | None) -> Movement:
-        """What a body part or the base performs of a movement."""
+        """Return the movement of a body part or the base within a movement."""
         if body_part is None:
             return whole
         if body_part == BASE:
@@ -146,7 +146,7 @@ class Replay:
 
 
 class _OpenPart:
-    """A part of a scene that senses decide. `past` is what has certainly been performed; the rest is tried out."""
+    """A part of a scene that senses decide. `past` has certainly been performed; the rest is tried out."""
 
     def __init__(
         self, score: Score, part: Part, movement: Movement, beat: Exact, changes: Budget, visits: Budget
@@ -155,13 +155,13 @@ class _OpenPart:
         self._part = part
         self._movement = movement
         self._performer = Performer(self._movement, part.begins)
-        self._statements: dict[int, int] = {}  # that a later version of the program has in the places of these
-        self._edges: deque[tuple[Exact, str, bool | None]] = deque()  # that have not been performed
+        self._statements: dict[int, int] = {}  # the statements of a later version of the program in place of these
+        self._edges: deque[tuple[Exact, str, bool | None]] = deque()  # edges that have not been performed
         self._past: deque[Moment] = deque()
         self._entered: Pose | None = part.entered or part.start  # where the robot is at the beginning of the past
         self._cue = isinstance(part.senses.get(CUE), BuiltIn)  # it holds for an instant
         self._values: dict[str, bool | None] = dict.fromkeys(part.senses, False)
-        self._line: tuple[int, Exact] | None = None  # that played before the past
+        self._line: tuple[int, Exact] | None = None  # the line that played before the past
         if part.begins < beat:
             try:
                 self._perform(beat, changes)
@@ -171,12 +171,12 @@ class _OpenPart:
         self._values = {CUE: False} if self._cue else {}
 
     def written_as(self, movement: Movement) -> None:
-        """The part plays on, and is written in other statements now."""
+        """Note that the part plays on, and is written in other statements now."""
         was, now = _statements(self._movement), _statements(movement)
         self._statements = dict(zip(was, now, strict=True)) if len(was) == len(now) else {}
 
     def line(self) -> tuple[int, Exact] | None:
-        """The line that played before the moments that are known, and the beat at which it began."""
+        """Return the line that played before the moments that are known, and the beat at which it began."""
         return self._line and (self._statements.get(self._line[0], self._line[0]), self._line[1])
 
     def sense(self, sense: str, value: bool | None, beat: Exact) -> None:
@@ -184,7 +184,7 @@ class _OpenPart:
         self._edges.append((beat, sense, value))
 
     def moments(self) -> Iterator[Moment]:
-        """All that is known, and what comes if no sense changes any more."""
+        """Yield all moments that are known, and those to come if no sense changes any more."""
         ahead = copy(self)
         ahead._performer = self._performer.fork()
         ahead._edges, ahead._values = self._edges.copy(), self._values.copy()
@@ -201,7 +201,7 @@ class _OpenPart:
         return pose
 
     def _jump(self, beat: Exact, visits: Budget) -> None:
-        """Be at a beat without a past. It begins there if that takes too long to find."""
+        """Move to a beat without a past. If that takes too long to compute, begin there."""
         self._past.clear()
         try:
             self._performer = performer_at(self._movement, self._part.begins, beat, Budget(MOST_SKIPPED))
@@ -210,7 +210,7 @@ class _OpenPart:
             self._performer, self._entered = Performer(self._movement, beat), None
 
     def _perform(self, beat: Exact, budget: Budget | None = None) -> None:
-        """Perform up to a beat. Changes that come later can't alter that."""
+        """Perform up to a beat. Later changes can't alter that."""
         for _ in range(MOST_AHEAD):
             if self._performer.beat >= beat or not (moment := self._step(beat)):
                 return
@@ -223,7 +223,7 @@ class _OpenPart:
                 self._entered = self._entered and self._moved(self._entered, first, first.duration)
 
     def _step(self, end: Duration) -> Moment | None:
-        """Perform up to a beat, or the next change before it; None if nothing is left."""
+        """Perform up to a beat, or the next change before it. Return the moment, or None if nothing is left."""
         performer, values, edges = self._performer, self._values, self._edges
         while edges and edges[0][0] <= performer.beat:
             _, sense, values[sense] = edges.popleft()
@@ -251,14 +251,14 @@ class _OpenPart:
 
 
 def _walked(part: Part, movement: Movement, start: Exact) -> Iterator[Moment]:
-    """What a part that no sense decides plays from a beat on, of this movement."""
+    """Yield the moments of this movement from a beat on, in a part that no sense decides."""
     if start < part.ends:
         for moment in walk(movement, max(start - part.begins, 0)):
             yield moment._replace(start=part.begins + moment.start)
 
 
 def _statements(movement: Movement) -> list[int]:
-    """The statements that a movement is written in, each once, in the order in which they play."""
+    """Return the statements that a movement is written in, each once, in the order in which they play."""
     found, seen, left = dict[int, None](), set[int](), [movement]
     while left:
         part = left.pop()
@@ -271,7 +271,7 @@ def _statements(movement: Movement) -> list[int]:
 
 
 def _line(line: tuple[int, Exact] | None, moment: Moment) -> tuple[int, Exact] | None:
-    """The line that a moment belongs to, after another one. A robot that stands stays in its line."""
+    """Return the line that a moment belongs to, after another one. A robot that stands stays in its line."""
     if not moment.sources or (line and line[0] == moment.sources[0].statement):
         return line
     return moment.sources[0].statement, moment.start

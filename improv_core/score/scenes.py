@@ -15,7 +15,7 @@ NOTHING = series(())
 def scene_begins(
     parts: Iterable[Sequence[Movement]], since: Exact = 0, entered: Sequence[Exact] | None = None
 ) -> tuple[Exact, ...]:
-    """The beats at which scenes begin, given the scenes of each robot: the first whole beat at which all above is over.
+    """Return the beats at which scenes begin: each on the first whole beat at which all robots' scenes above are over.
 
     The first scene begins at beat `since`, and each robot's part of it at a beat of `entered`, if they differ. A scene
     below one that never ends does not begin.

@@ -1,4 +1,4 @@
-"""A score: which robot plays which movement, and how fast. The stage plays it. Standard library only."""
+"""A score: a part for each robot, and the tempo. The stage plays it. Standard library only."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BASE_FRAME = "base_link"
 OdomFrame = Literal["own", "world"]
 """The frame that poses are in: one of the source's own, or the world of the score, which all robots share."""
 LINK_PATIENCE = 0.5
-"""Seconds without a word from us after which a stage on another machine stops its robots, by default."""
+"""Seconds without a message from us after which a stage on another machine stops its robots, by default."""
 UNNUMBERED = 0
 """The edition of a part that has not been compared with others."""
 
@@ -36,7 +36,7 @@ _HOST = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}@)?[A-Za-z0-9_][A-Za-z0-
 
 
 def is_host(name: str) -> bool:
-    """Whether a machine's name has the form `machine`, `user@machine`, or `user@machine:port`.
+    """Return whether a machine's name has the form `machine`, `user@machine`, or `user@machine:port`.
 
     Nothing else reaches ssh: no option, and no character that any shell would understand.
     """
@@ -46,8 +46,8 @@ def is_host(name: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """Another machine, whose stage moves a robot: what ssh calls it, and ROS's domain and middleware there (None: as
-    they are set there). After `patience` seconds without a word from us, that stage stops its robots."""
+    """Another machine, whose stage moves a robot: its name for ssh, and ROS's domain and middleware there (None: as
+    they are set there). After `patience` seconds without a message from us, that stage stops its robots."""
 
     name: str
     domain: int | None = None
@@ -60,18 +60,18 @@ class Part:
     """One robot's part: its scenes, its profile, its start pose, and its topic.
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
-    that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame
-    that they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic that says how full its
-    battery is. `namespace` is that of the robot's own topics. `host` is where its stage runs; None stands for here. It
-    is `elsewhere` if the stage that plays it is not the one that moves the robot; then it has no `odom`, and another
-    stage tells where it is if its poses are in the world. With `use_sim_time`, its messages are
-    stamped with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its movements read.
-    `editions` has a number for each scene: two parts of a robot with the same number move it alike.
+    that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame that
+    they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic of its battery's charge.
+    `namespace` is that of the robot's own topics. `host` runs its stage; None stands for this machine. It is
+    `elsewhere` if another stage than the one that plays it moves the robot; then it has no `odom`, and the other stage
+    reports its pose if its poses are in the world. With `use_sim_time`, its messages are stamped with the time on
+    /clock. `frame` is the frame of its velocities. `senses` are those that its movements read. `editions` has a number
+    for each scene: two parts of a robot with the same number move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
-    beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
-    In between it stands until each scene begins, at `scene_begins`. These beats depend on all robots, so the `Score`
-    sets them; by itself, a part performs as if it were alone.
+    beginning of all, `entered` is the robot's ideal pose then. `movement` is all that it performs from there on. In
+    between it stands until each scene begins, at `scene_begins`. These beats depend on all robots, so the `Score` sets
+    them; by itself, a part performs as if it were alone.
     """
 
     robot: str
@@ -103,16 +103,16 @@ class Part:
         object.__setattr__(self, "movement", performance(scenes, [0, *(begin - self.begins for begin in begins[1:])]))
 
     def of_scene(self, scene: int) -> Movement:
-        """What it performs in a scene."""
+        """Return its movement in a scene."""
         return self.scenes[scene] if scene < len(self.scenes) else NOTHING
 
     def edition(self, scene: int) -> int:
-        """The number of what it performs in a scene."""
+        """Return the number of its movement in a scene."""
         return self.editions[scene] if scene < len(self.editions) else UNNUMBERED
 
     @property
     def stands(self) -> bool:
-        """Whether its robot only stands there: it plays nothing in any scene. (Without scenes, it is to be stopped.)"""
+        """True if its robot only stands there: it plays nothing in any scene. (A robot without scenes has to stop.)"""
         return bool(self.scenes) and not any(scene.duration or scene.open for scene in self.scenes)
 
     @property
@@ -134,8 +134,8 @@ class OutsideClock:
 
 
 Rejoin = Literal["continue", "scene", "return", "next", "pause"]
-"""When a robot listens again: it continues with the others, or stands still until the next scene or the next play, or
-drives to where its part has it first, or all waited for it."""
+"""The behavior of a robot that listens again: it continues with the others, or stands still until the next scene or the
+next play, or first drives to the place that its part has reached, or all wait for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,8 +151,7 @@ class Deadman:
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
-    """How far from its place a robot may stand when it begins, in meters, and by how much it may be turned, in
-    radians."""
+    """The distance from its place, in meters, and the angle, in radians, by which a robot may be off when it begins."""
 
     distance: float = 0.1
     turn: float = math.radians(10)
@@ -160,10 +159,10 @@ class Preflight:
 
 @dataclass(frozen=True, slots=True)
 class Safety:
-    """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency.
+    """Conditions that stop real robots besides the score. `stop` is a topic of std_msgs/Bool, true in an emergency.
 
-    `faults` says what follows from what is wrong with a robot, and `start_without` whether to begin although some
-    don't listen. With `sight`, all robots stand while it isn't known where one of them is.
+    `faults` has the responses to faults of a robot. With `start_without`, the dance begins although some robots don't
+    listen. With `sight`, all robots stand while the pose of one of them is unknown.
     """
 
     stop: str | None = None
@@ -180,12 +179,11 @@ class Score:
     """All parts, which play together at `tempo` beats per minute.
 
     It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
-    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
-    the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch,
-    and `osc` says who else does, which stages aren't told.
-    `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
-    With a `clock`, it is played as fast as that clock says.
-    `music` is the song that pages play. With `count_in`, a bar is counted before beat 0.
+    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For viewers, `text` is the
+    program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch, and `osc`
+    names other viewers, which stages don't know. `bar` is the number of beats in a bar, if the program sets it, and
+    `scene_names` has "" for scenes without a name. With a `clock`, it plays as fast as that clock runs. `music` is the
+    song that pages play. With `count_in`, a bar is counted before beat 0.
     """
 
     tempo: Fraction
@@ -218,17 +216,17 @@ class Score:
         object.__setattr__(self, "parts", parts)
 
     def moving(self) -> Score:
-        """Without the parts whose robots only stand there: nothing of them is to be sent."""
+        """Return the score without the parts whose robots only stand there: nothing of them has to be sent."""
         return replace(self, parts={name: part for name, part in self.parts.items() if not part.stands})
 
     @cached_property
     def hosts(self) -> frozenset[Host]:
-        """The other machines whose stages move robots, whatever the patience of each."""
+        """The other machines whose stages move robots, regardless of the patience of each."""
         return frozenset(replace(part.host, patience=LINK_PATIENCE) for part in self.parts.values() if part.host)
 
     def on(self, host: str) -> Score:
-        """As the stage of a host plays it ("": the one here): others move the robots elsewhere and measure where they
-        are, but when scenes begin depends on all."""
+        """Return the score as the stage of a host plays it ("": the one here): others move the robots elsewhere and
+        measure their poses, but the beats at which scenes begin depend on all."""
         there = {
             name: part
             for name, part in self.parts.items()
@@ -249,16 +247,16 @@ class Score:
 
     @cached_property
     def scenes(self) -> int:
-        """How many scenes it has."""
+        """The number of its scenes."""
         return max((len(part.scenes) for part in self.parts.values()), default=0)
 
     @cached_property
     def open(self) -> bool:
-        """Whether senses decide what is performed in it."""
+        """True if senses decide what is performed in it."""
         return any(scene.open for part in self.parts.values() for scene in part.scenes[self.scene :])
 
     def scene_at(self, beat: Exact) -> tuple[int, Exact]:
-        """The scene that plays at a beat, and the beat at which it begins, if no sense ever holds.
+        """Return the scene that plays at a beat, and the beat at which it begins, if no sense ever holds.
 
         Of several that begin at this beat, it is the first: senses may decide that it isn't empty.
         """
@@ -268,7 +266,7 @@ class Score:
         return self.scene + passed, self.scene_begins[passed] if self.scene_begins else self.since
 
     def begins(self, robot: str, scene: int) -> Exact:
-        """The beat at which a robot's part of a scene begins, if no sense ever holds."""
+        """Return the beat at which a robot's part of a scene begins, if no sense ever holds."""
         part = self.parts[robot]
         return part.begins if scene <= self.scene else self.scene_begins[scene - self.scene]
 
@@ -278,12 +276,12 @@ class Score:
         return max((part.ends for part in self.parts.values()), default=0)
 
     def seconds(self, beats: Duration) -> float:
-        """How long these beats take, in seconds."""
+        """Return the seconds that these beats take."""
         return float(beats * 60 / self.tempo)
 
 
 def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
-    """A velocity in SI units: steps per beat times meters per step times beats per second."""
+    """Return a velocity in SI units: steps per beat times meters per step times beats per second."""
     per_second = tempo / 60
     x, y, z, yaw = (float(value * per_second) if value else 0.0 for value in velocity)
     return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)

@@ -1,4 +1,4 @@
-"""Scores as JSON values: what a stage is sent, without what it has already. Standard library only."""
+"""Scores as JSON values: the message to a stage, without anything that it already has. Standard library only."""
 
 from __future__ import annotations
 
@@ -63,18 +63,18 @@ _KINDS: Mapping[str, type[Movement]] = {
 
 @dataclass(slots=True)
 class RowsWritten:
-    """The rows that a reader of scores has been written, numbered in their order, and the parts of the latest score."""
+    """The rows that were written for a reader of scores, numbered in order, and the parts of the latest score."""
 
     rows: dict[tuple[Any, ...], int] = field(default_factory=dict)
     numbers: dict[int, int] = field(default_factory=dict)
-    """By the id() of movements, which are kept, so that their id() stays their own."""
+    """The numbers of movements by their id(). Movements are kept, so that their id() stays their own."""
     movements: list[Movement] = field(default_factory=list)
     parts: dict[str, _Written] = field(default_factory=dict)
     whole: int = 0
     """The number of rows of the first score, which was written whole."""
 
     def renewed(self) -> RowsWritten:
-        """This, or a new one once most of its rows may belong to scores that no longer play."""
+        """Return this, or a new one once most of its rows may belong to scores that no longer play."""
         return RowsWritten() if len(self.rows) > 2 * self.whole + MOST_KNOWN else self
 
 
@@ -97,18 +97,18 @@ class _Written(NamedTuple):
 
 @dataclass(slots=True)
 class RowsRead:
-    """The movements that a reader of scores has, numbered in their order, and the parts of the latest score."""
+    """The movements that a reader of scores has, numbered in order, and the parts of the latest score."""
 
     movements: list[Movement] = field(default_factory=list)
     parts: Mapping[str, Part] = field(default_factory=dict)
 
 
 class LackingError(Exception):
-    """A score builds on movements or parts that its reader does not have."""
+    """Raised if a score builds on movements or parts that its reader does not have."""
 
 
 def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
-    """The score as JSON values, without what the reader has: `written` is what was written for it before.
+    """Return the score as JSON values, except what the reader has: `written` is what was written for it before.
 
     Each distinct movement is listed once, after the movements inside it. A part that is the same as in the score before
     is null.
@@ -232,10 +232,10 @@ class _ScoreJson(TypedDict):
 
 
 def from_json(data: Mapping[str, Any], read: RowsRead | None = None) -> Score:
-    """The score that `to_json` wrote. `read` is what was read before it, on which its writer builds. It is emptied if
-    this score can't be read.
+    """Return the score that `to_json` wrote. `read` is what was read before it, on which its writer builds. It is
+    emptied if this score can't be read.
 
-    Raises `LackingError` if that is not what the writer builds on, and an exception on anything that is no score or is
+    Raises `LackingError` if the writer builds on something else, and an exception on anything that is no score or is
     too much to play.
     """
     if not fits(data, _ScoreJson):
@@ -312,7 +312,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
 
 
 def _playable(movement: Movement) -> Movement:
-    """A movement that the language would accept too, so walking it costs no more. Raises ValueError."""
+    """Return a movement that the language would accept too, so walking it costs no more. Raises ValueError."""
     duration = movement.duration
     is_long = not isinstance(duration, float) and (duration > _LONGEST or bits(duration) > _MOST_DURATION_BITS)
     if is_long or not _are_playable(movement.bounds):

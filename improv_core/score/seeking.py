@@ -14,11 +14,11 @@ from improv_core.score.performer import MOST_SKIPPED, performer_at
 from improv_core.score.score import Part, Score
 
 MOST_VISITED = 10_000
-"""The most parts of movements that are visited to find out where all robots are. It takes 0.1 s, or a little longer."""
+"""The most parts of movements to visit for the poses of all robots. That takes 0.1 s, or a little longer."""
 
 
 class TooFarError(Exception):
-    """Raised where it takes too long to find out what `robot` does at a beat."""
+    """Raised if it takes too long to compute what `robot` does at a beat."""
 
     def __init__(self, robot: str) -> None:
         super().__init__(robot)
@@ -26,7 +26,7 @@ class TooFarError(Exception):
 
 
 def known_poses(parts: Collection[Part], beat: Exact, paths: Paths) -> dict[str, Pose]:
-    """Return the ideal poses of robots at a beat, if no sense is true until then, as far as they are found soon."""
+    """Return the ideal poses of robots at a beat, if no sense is true until then, unless that takes too long."""
     poses = {}
     for part in parts:
         with suppress(TooLongError):
@@ -37,7 +37,7 @@ def known_poses(parts: Collection[Part], beat: Exact, paths: Paths) -> dict[str,
 def arrive(score: Score, beat: Exact, paths: Paths) -> Mapping[str, Pose]:
     """Return the ideal poses of all robots at a beat, if no sense is true until then.
 
-    Raises TooFarError if it takes too long to find one out, or what a robot plays there.
+    Raises TooFarError if it takes too long to compute one of them, or what a robot plays there.
     """
     visits, changes = Budget(MOST_VISITED), Budget(MOST_SKIPPED)
     scene, _ = score.scene_at(beat)

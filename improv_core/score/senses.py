@@ -1,4 +1,4 @@
-"""Senses: what is true or false of a robot at every moment, and where that comes from. Standard library only."""
+"""Senses: facts about a robot that are true or false at every moment, and their sources. Standard library only."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Topic:
 
     `below` or `above` is the limit of a number: of the nearest reading of a scan or a range (meters), of a Float32, of
     the speed in an odometry message (m/s). `start` and `end` are the sector of a scan, in radians counterclockwise from
-    straight ahead. `button` of a gamepad is counted from 0; None is any. After `timeout` seconds without a message,
-    nothing is known; 0 if messages come only when something changes.
+    straight ahead. `button` of a gamepad is counted from 0; None is any. After `timeout` seconds without a message, its
+    value is unknown; 0 if messages come only when something changes.
     """
 
     topic: str
@@ -49,7 +49,7 @@ class Topic:
     timeout: float = 1.0
 
     def compare(self, number: float) -> bool:
-        """Whether a number is beyond the limit."""
+        """Return whether a number is beyond the limit."""
         return number < self.below if self.below is not None else number > (self.above or 0.0)
 
 
@@ -69,7 +69,7 @@ class OscName:
 
 @dataclass(frozen=True, slots=True)
 class BuiltIn:
-    """A sense that is not declared: the simulator knows `bump` and `near`, and people give the cue."""
+    """A sense that is not declared: the simulator computes `bump` and `near`, and people give the cue."""
 
     built_in: Literal["bump", "near", "cue"]
 
@@ -77,7 +77,7 @@ class BuiltIn:
 BUILT_IN: Mapping[str, BuiltIn] = {BUMP: BuiltIn("bump"), NEAR: BuiltIn("near"), CUE: BuiltIn("cue")}
 """Senses that every robot has: it touches something, something stands ahead of it, somebody gives the cue."""
 Source = Topic | Key | OscName | BuiltIn
-"""Where a sense comes from."""
+"""The source of a sense."""
 Senses = Mapping[str, Source]
 """The senses that a robot's part reads, by name."""
 
@@ -88,12 +88,12 @@ def to_json(senses: Senses) -> dict[str, Any]:
 
 
 def from_json(data: Mapping[str, Mapping[str, Any]]) -> dict[str, Source]:
-    """The senses that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
+    """Return the senses that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
     return {name: source_from_json(each) for name, each in data.items()}
 
 
 def source_from_json(data: Mapping[str, Any]) -> Source:
-    """One source. Raises ValueError or TypeError if it is none."""
+    """Return one source. Raises ValueError or TypeError if it is none."""
     if "topic" in data:
         topic = checked(Topic, data)
         if not _TOPIC.fullmatch(topic.topic):
@@ -107,4 +107,4 @@ def source_from_json(data: Mapping[str, Any]) -> Source:
 
 
 _TURN = 2 * math.pi
-_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # rclpy raises an exception when it is asked about another name
+_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # rclpy raises an exception for any other name

@@ -1,4 +1,4 @@
-"""Robots' paths from the side, where some of them climb: x to the right, z up. Standard library only."""
+"""Robots' paths from the side, if some of them climb: x to the right, z up. Standard library only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Point = tuple[float, float]
 
 
 class Segment(NamedTuple):
-    """A straight piece of a path. If not `certain`, what is sensed may decide otherwise."""
+    """A straight piece of a path. If it isn't `certain`, senses may decide otherwise."""
 
     start: Point
     end: Point
@@ -37,7 +37,7 @@ class Side:
 
 
 def sides(drawn: Sequence[Path], most_pieces: int) -> list[Side]:
-    """Each path from the side, repeated pieces only once; none if no robot climbs."""
+    """Return each path from the side, repeated pieces only once; none if no robot climbs."""
     if not any(leg.moving.z for path in drawn for leg in path.legs):
         return []
     return [_side(path, most_pieces) for path in drawn]

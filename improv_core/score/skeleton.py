@@ -1,4 +1,4 @@
-"""Skeletons: how the joints of a robot carry one another, so that it can be drawn. Standard library only."""
+"""Skeletons: joints of a robot that carry one another, so that it can be drawn. Standard library only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from improv_core.score.fits import Long, checked
 
 BASE = -1
-"""What carries the first joints of a skeleton."""
+"""The carrier of the first joints of a skeleton."""
 MOST_BONES = 1_000
 Vector = Annotated[Sequence[float], Long(3, 3)]
 Way = Literal["turns", "slides", "stays"]
@@ -17,11 +17,11 @@ Way = Literal["turns", "slides", "stays"]
 
 @dataclass(frozen=True, slots=True)
 class Bone:
-    """A joint as far as it is drawn, after the one that carries it: `carrier` is its number in the skeleton.
+    """A joint as it is drawn, after the one that carries it: `carrier` is its number in the skeleton.
 
-    `place` (meters) and `turn` (roll, pitch, and yaw in radians, about fixed axes) are where it is in the frame of its
-    carrier, and `axis` is what it turns about or slides along, of length 1. Its position is `rest` unless something
-    else is known, in radians or meters; one that `follows` another joint is `ratio` times where that is, plus `shift`.
+    `place` (meters) and `turn` (roll, pitch, and yaw in radians, about fixed axes) are its pose in the frame of its
+    carrier, and `axis` is its axis of turning or sliding, of length 1. Its position is `rest` unless another one is
+    known, in radians or meters; one that `follows` another joint is at `ratio` times its position, plus `shift`.
     """
 
     joint: str
@@ -41,7 +41,7 @@ class Bone:
 
 
 def from_json(data: Sequence[Mapping[str, Any]]) -> tuple[Bone, ...]:
-    """The skeleton that `asdict` wrote. Raises ValueError or TypeError on anything else."""
+    """Return the skeleton that `asdict` wrote. Raises ValueError or TypeError on anything else."""
     bones = tuple(checked(Bone, each) for each in data)
     if len(bones) > MOST_BONES or any(not BASE <= bone.carrier < number for number, bone in enumerate(bones)):
         raise ValueError("a skeleton is too large, or is no tree")

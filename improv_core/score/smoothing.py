@@ -29,16 +29,17 @@ from improv_core.score.ramps import FASTEST_EASE, ease
 from improv_core.score.reactions import Reaction
 
 _ROOM = 10
-"""How many more levels a movement may get around a stretch before it is too deep to be eased."""
+"""The number of levels that a movement may still get around a stretch before it is too deep to be eased."""
 
 Fits = Callable[[Velocity], bool]
 
 
 def smoothed(whole: Movement, fits: Fits = lambda velocity: True) -> Movement:
-    """The movement with its stretches eased.
+    """Return the movement with its stretches eased.
 
-    A stretch whose highest velocity does not fit somewhere stays as it is, and so do one that never ends, voices that
-    change at different times, ramps, and what senses may interrupt. Takes time in proportion to the distinct parts.
+    A stretch whose highest velocity does not fit in one place stays as it is, and so do endless stretches, voices that
+    change at different times, ramps, and movements that senses may interrupt. Takes time in proportion to distinct
+    parts.
     """
     order = list(inner_first(whole, _inside))
     fastest = _fastest(order)
@@ -55,7 +56,7 @@ def smoothed(whole: Movement, fits: Fits = lambda velocity: True) -> Movement:
 
 
 def _eased_items(items: Sequence[Movement], made: dict[int, Movement], rate: Exact, fits: Fits) -> list[Movement]:
-    """The items of a series. Neighbors with the same velocity are one stretch."""
+    """Return the items of a series. Neighbors with the same velocity are one stretch."""
     found: list[Movement] = []
     for velocity, run in groupby(items, _stretch):
         if velocity:
@@ -66,7 +67,7 @@ def _eased_items(items: Sequence[Movement], made: dict[int, Movement], rate: Exa
 
 
 def _eased(part: Movement, rate: Exact, fits: Fits) -> Movement:
-    """A stretch, eased if its highest velocity fits when it is played at this rate."""
+    """Return a stretch, eased if its highest velocity fits when it is played at this rate."""
     assert part.uniform is not None
     if not fits(part.uniform.times(all_by(exact(rate * FASTEST_EASE)))):
         return part
@@ -75,18 +76,18 @@ def _eased(part: Movement, rate: Exact, fits: Fits) -> Movement:
 
 
 def _stretch(part: Movement) -> Velocity | None:
-    """The velocity of a part that is a stretch, or a piece of one."""
+    """Return the velocity of a part that is a stretch, or a piece of one."""
     return None if part.uniform == STILL or part.duration in (0, ENDLESS) or part.open else part.uniform
 
 
 def _inside(part: Movement) -> Sequence[Movement]:
-    """The parts in which to look for stretches."""
+    """Return the parts in which to look for stretches."""
     is_whole = part.uniform is not None or isinstance(part, (Piecewise, Reaction))
     return () if is_whole else part.parts
 
 
 def _fastest(order: Sequence[Movement]) -> dict[int, Exact]:
-    """The highest rate at which each part is played, wherever it stands."""
+    """Return the highest rate at which each part plays, in any of its places."""
     fastest: dict[int, Exact] = {id(order[-1]): 1}
     for part in reversed(order):
         around = part.within(NOTHING_AROUND)

@@ -39,7 +39,7 @@ class Stroke(NamedTuple):
 class Leg(NamedTuple):
     """A stretch of one velocity, from a pose on and for so many seconds; `start` is its beat.
 
-    If it isn't `certain`, what is sensed may decide otherwise.
+    If it isn't `certain`, senses may decide otherwise.
     """
 
     pose: Pose
@@ -53,8 +53,8 @@ class Leg(NamedTuple):
 class Path:
     """One robot's path. `whole` is false if something had to be left out.
 
-    Strokes from `certain` on are as they are pictured, but what is sensed may decide otherwise. `legs` is all that the
-    robot does, as far as it was walked, also what can't be seen from above.
+    Strokes from `certain` on are as they are pictured, but senses may decide otherwise. `legs` is everything that the
+    robot does, as far as it was walked, including what can't be seen from above.
     """
 
     robot: str
@@ -68,14 +68,14 @@ class Path:
 
 
 def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
-    """The ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
+    """Return the ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
     certain = {name: part.movement for name, part in score.parts.items()}
     drawn = pictured(score)
     return [_path(drawn, part, certain[name], most_moments) for name, part in drawn.parts.items()]
 
 
 def outermost(path: Path) -> Iterator[tuple[float, float]]:
-    """The outermost points of a path, among others."""
+    """Yield the outermost points of a path, among others."""
     yield path.start.x, path.start.y
     for stroke in path.strokes:
         yield stroke.end.x, stroke.end.y
@@ -84,10 +84,10 @@ def outermost(path: Path) -> Iterator[tuple[float, float]]:
 
 
 def _extremes(stroke: Stroke) -> Iterator[tuple[float, float]]:
-    """The points of an arc that are farthest along x or y, except its ends."""
+    """Yield the points of an arc that are farthest along x or y, except its ends."""
     x, y = stroke.end.x - stroke.start.x, stroke.end.y - stroke.start.y
     sweep = math.copysign(2 * math.asin(min(math.hypot(x, y) / 2 / stroke.radius, 1.0)), stroke.turn)
-    begin = math.atan2(y, x) - sweep / 2 - math.copysign(math.pi / 2, sweep)  # where it begins, seen from its center
+    begin = math.atan2(y, x) - sweep / 2 - math.copysign(math.pi / 2, sweep)  # the angle of its start at its center
     first, last = sorted((begin, begin + sweep))
     for quarter in range(math.ceil(first * 2 / math.pi), math.floor(last * 2 / math.pi) + 1):
         angle = quarter * math.pi / 2
@@ -96,7 +96,7 @@ def _extremes(stroke: Stroke) -> Iterator[tuple[float, float]]:
 
 
 def apex(stroke: Stroke) -> tuple[float, float]:
-    """The point of an arc that is farthest from the line between its ends."""
+    """Return the point of an arc that is farthest from the line between its ends."""
     (x0, y0), (x1, y1) = (stroke.start.x, stroke.start.y), (stroke.end.x, stroke.end.y)
     half = math.dist((x0, y0), (x1, y1)) / 2
     # The difference of squares could be too large for a float, so take two square roots.
@@ -106,7 +106,7 @@ def apex(stroke: Stroke) -> tuple[float, float]:
 
 
 def pictured(score: Score) -> Score:
-    """The score as it is pictured where senses decide."""
+    """Return the score as it is pictured, with an assumption for each decision of a sense."""
     if not any(scene.open for part in score.parts.values() for scene in part.scenes):
         return score
     parts = {
@@ -150,7 +150,7 @@ def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Pat
 
 
 def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
-    """A moment as a line, or as arcs of less than half a circle that make up at most one full circle."""
+    """Yield a moment as a line, or as arcs of less than half a circle that make up at most one full circle."""
     speed = math.hypot(moving.x, moving.y)
     turn = moving.yaw * seconds
     if abs(turn) < _FLAT or not speed:

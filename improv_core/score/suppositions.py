@@ -1,4 +1,4 @@
-"""What pictures and checks assume of open movements, since nothing is sensed there. Standard library only."""
+"""Assumptions of pictures and checks about open movements, since nothing is sensed there. Standard library only."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from improv_core.score.reactions import Reaction, Until
 from improv_core.score.walk import walk
 
 PICTURED_BEATS = 4
-"""An `until` of an endless movement is pictured as if it were over after so many beats."""
+"""Beats after which an `until` of an endless movement is pictured as over."""
 CHECKED_BEATS = 64
-"""How many beats are checked of an endless movement that senses may end."""
+"""The number of beats that are checked of an endless movement that senses may end."""
 _Supposing = Callable[[Reaction, Sequence[Movement]], Movement]
 
 
 def as_pictured(movement: Movement) -> Movement:
-    """The movement as it is pictured: no sense ever holds, and an `until` of an endless movement ends all the same."""
+    """Return the movement as it is pictured: no sense ever holds, and an `until` of an endless movement still ends."""
     return _supposed(movement, _ending)
 
 
 def as_passed(movement: Movement) -> Movement:
-    """The movement as it is pictured, except that robots that would wait forever go on: all that follows begins."""
+    """The movement as it is pictured, except that robots that would wait forever continue, and all after it begins."""
     return _supposed(
         movement, lambda reaction, items: items[0] if _waits_forever(reaction) else _ending(reaction, items)
     )
@@ -37,7 +37,7 @@ def with_all_sides(movement: Movement) -> Movement:
 
 
 def certain_beats(movement: Movement, pictured: Movement, most: int) -> Duration:
-    """The beats for which a movement is performed as it is pictured if no sense holds; `most` moments are compared."""
+    """Return the beats for which a movement plays as it is pictured if no sense holds; `most` moments are compared."""
     moments = zip(walk(movement), walk(pictured), strict=False)
     for one, other in islice(moments if movement.open else (), most):
         if one.velocity != other.velocity:
@@ -55,17 +55,17 @@ def _ending(reaction: Reaction, items: Sequence[Movement]) -> Movement:
 
 
 def _waits_forever(reaction: Reaction) -> bool:
-    """Whether what is pictured is that the robot stands still, and nothing ever ends that."""
+    """Return whether the picture shows a robot that stands still, and nothing ever ends that."""
     return reaction.assumed.duration == ENDLESS and all(own is not reaction.assumed for own in reaction.items)
 
 
 def _cut(movement: Movement, beats: int) -> Movement:
-    """The first beats of a movement that never ends."""
+    """Return the first beats of a movement that never ends."""
     return parallel([movement, stand(beats)]) if movement.duration == ENDLESS else movement
 
 
 def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
-    """The movement with something else assumed for each reaction."""
+    """Return the movement with another assumption for each reaction."""
     made: dict[int, Movement] = {}
     for part in inner_first(whole, lambda part: [each for each in part.parts if each.open]):
         items = [made.get(id(each), each) for each in part.parts]

@@ -42,7 +42,7 @@ _MARGIN = 26.0  # room for names
 
 
 def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
-    """A small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
+    """Return a small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
     drawn = paths(score, most_moments)
     seen = sides(drawn, _FEW_PIECES)
     frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _rise(seen))
@@ -57,8 +57,8 @@ def plot(
     size: float = LARGE,
     meetings: Sequence[Meeting] = (),
 ) -> str:
-    """A large SVG of the paths, the world, names, and a scale on white, with two discs wherever robots meet. Below it
-    are a chart of each joint that moves, and the timeline if asked for."""
+    """Return a large SVG of the paths, the world, names, and a scale on white, with two discs wherever robots meet.
+    Below it are a chart of each joint that moves, and the timeline if asked for."""
     drawn = paths(score, most_moments)
     seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
@@ -85,7 +85,7 @@ def plot(
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Converts meters to pixels: x to the right, y up."""
+    """A conversion from meters to pixels: x to the right, y up."""
 
     left: float
     top: float
@@ -95,8 +95,8 @@ class _Frame:
 
     @classmethod
     def around(cls, points: Iterable[tuple[float, float]], size: float, rise: float, wide: float = 0.0) -> _Frame:
-        """A frame for points as seen from above, at least so wide. What rises so many meters must fit into a picture
-        from the side."""
+        """Return a frame for points as seen from above, at least so wide. A path that rises so many meters must fit
+        into a picture from the side."""
         (left, right), (bottom, top) = (
             (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
         )
@@ -114,7 +114,7 @@ class _Frame:
         )
 
     def below(self, bottom: float, top: float) -> _Frame:
-        """The frame for the same paths from the side, between two heights in meters."""
+        """Return the frame for the same paths from the side, between two heights in meters."""
         return replace(self, top=top, height=(top - bottom) * self.scale + 2 * _MARGIN)
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
@@ -125,7 +125,7 @@ class _Frame:
 
 
 def _outline(world: World) -> Iterator[tuple[float, float]]:
-    """Points that mark the extent of a world."""
+    """Yield points that mark the extent of a world."""
     for x1, y1, x2, y2 in world.all_walls():
         yield from ((x1, y1), (x2, y2))
     for x, y, radius in world.circles:
@@ -153,7 +153,7 @@ def _obstacles(world: World, frame: _Frame) -> list[str]:
 
 
 def _discs(score: Score, meetings: Sequence[Meeting], frame: _Frame) -> Iterator[str]:
-    """The discs of robots that meet, as they stand then, with the beat in a tooltip."""
+    """Yield the discs of robots that meet, as they stand then, with the beat in a tooltip."""
     colors = {name: _color(place) for place, name in enumerate(score.parts)}
     for meeting in meetings:
         shapes = [f"<title>{escape(' and '.join(meeting.robots))} meet at beat {meeting.beat:.2f}</title>"]
@@ -176,7 +176,7 @@ def _drawn(path: Path, frame: _Frame, place: int) -> str:
 
 
 def _group(place: int, whole: bool, shapes: str) -> str:
-    """What belongs to the robot at this place."""
+    """Return the SVG group of the robot at this place."""
     dashes = "" if whole else _DASHES
     joined = 'stroke-linejoin="round" stroke-linecap="round"'
     return f'<g fill="none" stroke="{_color(place)}" stroke-width="2" {joined}{dashes}>{shapes}</g>'
@@ -192,7 +192,7 @@ _FEW_PIECES, _MANY_PIECES = 250, 4_000
 
 
 def _rise(seen: Sequence[Side]) -> float:
-    """Meters from the lowest point to the highest."""
+    """Return the meters from the lowest point to the highest."""
     heights = _heights(seen)
     return max(heights) - min(heights)
 
@@ -202,7 +202,7 @@ def _heights(seen: Sequence[Side]) -> list[float]:
 
 
 def _from_the_side(seen: Sequence[Side], above: _Frame) -> tuple[list[str], float]:
-    """The paths from the side, below those from above, and the height of both in pixels."""
+    """Return the paths from the side, below those from above, and the height of both in pixels."""
     if not seen:
         return [], above.height
     heights = _heights(seen)
@@ -251,7 +251,7 @@ def _line(strokes: Sequence[Stroke], frame: _Frame, style: str = "") -> str:
 
 
 def _arrow(pose: Pose, frame: _Frame) -> str:
-    """A small triangle that points in the robot's final direction. It fits into the ring at a start."""
+    """Return a small triangle that points in the robot's final direction. It fits into the ring at a start."""
     corners = []
     for angle, far in ((0.0, 9.0), (2.5, 7.0), (-2.5, 7.0)):
         x = pose.x + math.cos(pose.heading + angle) * far / frame.scale
@@ -288,7 +288,7 @@ def _named(drawn: Sequence[Path], frame: _Frame) -> list[str]:
 
 
 def _around(x: float, y: float, wide: float, far: float) -> Iterator[_Box]:
-    """Where a text of this width may stand around a point, the most usual place first."""
+    """Yield the boxes that a text of this width may have around a point, the most usual place first."""
     near = far * 0.7
     for left, top in (
         (x + near, y - near - _LINE),
@@ -304,7 +304,7 @@ def _around(x: float, y: float, wide: float, far: float) -> Iterator[_Box]:
 
 
 def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
-    """Points along a path, a few pixels apart."""
+    """Yield points along a path, a few pixels apart."""
     yield frame.pixel(path.start.x, path.start.y)
     yield frame.pixel(path.end.x, path.end.y)
     for stroke in path.strokes:
@@ -321,7 +321,7 @@ def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
 
 
 def _scale(frame: _Frame, top: float) -> str:
-    """A bar of a round length in meters, about a quarter of the picture's width."""
+    """Return a bar of a round length in meters, about a quarter of the picture's width."""
     about = frame.width / frame.scale / 4
     power = 10.0 ** math.floor(math.log10(about))
     meters = max(step * power for step in (1, 2, 5) if step * power <= about)
@@ -332,23 +332,23 @@ def _scale(frame: _Frame, top: float) -> str:
 
 _QUIET = "#808080"
 _FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
-"""By name: the PNG renderer doesn't look for another font if it has none that is called sans-serif."""
+"""Names of fonts: the PNG renderer doesn't look for another font if it has none with the name sans-serif."""
 _GROUND = "#ffffff"
 _RING = 9.0
 """The radius of the ring at a start, in pixels."""
 _DOT = 4.0
 """The radius of the dot at an end, from the side."""
 _LETTER, _LINE = 7.5, 15.0
-"""About how wide a letter of a name is, and how high a line."""
+"""The approximate width of a letter of a name, and the height of a line."""
 _DISTANCES = (13.0, 19.0, 28.0)
 """Pixels between a start and a name."""
 _OF_A_NAME = 50
-"""How many points of a path count as much as a name."""
+"""The number of points of a path that count as much as a name."""
 _ROW = 30.0
 
 
 def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
-    """A row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
+    """Return a row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
     assumed, score = score, pictured(score)
     beats = _beats(score)
     room = width - 2 * _MARGIN
@@ -373,7 +373,7 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
 
 
 def _beats(score: Score) -> float:
-    """The beats that are drawn."""
+    """Return the number of beats that are drawn."""
     longest = pictured(score).beats
     return float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
 

@@ -11,7 +11,7 @@ from hashlib import blake2b
 from typing import NamedTuple, Protocol, TypeVar
 
 SIDES = 64
-"""A throw is a whole number below 2 to the power of this."""
+"""The number of bits of a throw: it is a whole number below 2 to the power of this."""
 ROBOTS = "0"
 """The stream from which robots throw."""
 
@@ -22,15 +22,15 @@ class Throw(Protocol):
     """A place in a stream of throws, from which the places of other throws follow."""
 
     def after(self: T, throws: int) -> T:
-        """So many throws later in the same stream."""
+        """Return the place so many throws later in the same stream."""
         ...
 
     def inside(self: T, index: int) -> T:
-        """The beginning of the stream of part `index` of what this throw decides."""
+        """Return the beginning of the stream of part `index` of a movement that this throw decides."""
         ...
 
     def of(self: T, stream: str, throw: int = 0) -> T:
-        """A throw of the stream with this name."""
+        """Return a throw of the stream with this name."""
         ...
 
 
@@ -52,11 +52,12 @@ class Dice(NamedTuple):
         return dice_of(stream, throw)
 
     def choice(self, count: int) -> int:
-        """Which of `count` items."""
+        """Return the index of one of `count` items."""
         return self._thrown(f"{self.throw}") * count >> SIDES
 
     def order(self, count: int) -> list[int]:
-        """In which order `count` items play: a Fisher-Yates shuffle, Knuth, The Art of Computer Programming, 3.4.2."""
+        """The order in which `count` items play: a Fisher-Yates shuffle, Knuth, The Art of Computer Programming,
+        3.4.2."""
         order = list(range(count))
         for last in range(count - 1, 0, -1):
             other = self._thrown(f"{self.throw}.{last}") * (last + 1) >> SIDES
@@ -73,5 +74,5 @@ class Dice(NamedTuple):
 
 
 def dice_of(stream: str, throw: int = 0) -> Dice:
-    """The dice of a stream, at a throw."""
+    """Return the dice of a stream, at a throw."""
     return Dice(blake2b(stream.encode(), digest_size=SIDES // 8), throw)

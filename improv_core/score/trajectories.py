@@ -1,4 +1,4 @@
-"""Where a robot is at each beat: lines and arcs, with boxes around them. Times are beats. Standard library only."""
+"""Places of a robot at each beat: lines and arcs, with boxes around them. Times are beats. Standard library only."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from improv_core.score.walk import walk
 from improv_core.slices import checkpoint
 
 BLOCK = 16
-"""How many beats are computed at a time. Robots that are far apart for a whole block need no closer look."""
+"""The number of beats that are computed at a time. Robots that are far apart for a whole block need no closer look."""
 MOST_STRETCHES = 4_000
 """The most stretches of a block. A robot with more is not followed any further."""
 
@@ -41,7 +41,7 @@ class Stretch(NamedTuple):
 
 
 class Volume(NamedTuple):
-    """All that lies between these coordinates."""
+    """Everything between these coordinates."""
 
     x0: float
     y0: float
@@ -51,7 +51,7 @@ class Volume(NamedTuple):
     z1: float
 
     def larger(self, sideways: float, up: float) -> Volume:
-        """The box with so much space around it."""
+        """Return the box with so much space around it."""
         x0, y0, z0, x1, y1, z1 = self
         return Volume(x0 - sideways, y0 - sideways, z0 - up, x1 + sideways, y1 + sideways, z1 + up)
 
@@ -66,7 +66,7 @@ class Volume(NamedTuple):
         )
 
     def is_within(self, other: Volume, far: float) -> bool:
-        """Whether the boxes, seen from above, are so near each other."""
+        """Return whether the boxes, seen from above, are so near each other."""
         return (
             self.x0 <= other.x1 + far
             and other.x0 <= self.x1 + far
@@ -83,7 +83,7 @@ class Beat(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Some beats in a row, a box around them, and how many stretches they have."""
+    """Some beats in a row, a box around them, and the number of their stretches."""
 
     beats: Sequence[Beat]
     box: Volume
@@ -91,7 +91,7 @@ class Block(NamedTuple):
 
 
 def moving_at(stretch: Stretch, beat: float) -> tuple[float, float, float, float]:
-    """The place along x and y at a beat of a stretch, and the velocity in the world there."""
+    """Return the place along x and y at a beat of a stretch, and the velocity in the world there."""
     passed, turn = beat - stretch.start, stretch.turn
     along_x, along_y = stretch.along_x, stretch.along_y
     if not turn:
@@ -109,7 +109,7 @@ def moving_at(stretch: Stretch, beat: float) -> tuple[float, float, float, float
 
 
 class Trajectory:
-    """Where a robot ideally is from beat `start` on. It is computed block by block, as far as someone asks."""
+    """The ideal trajectory of a robot from beat `start` on, computed block by block, as far as it is needed."""
 
     def __init__(self, part: Part, start: float = 0) -> None:
         self.part = part
@@ -120,7 +120,7 @@ class Trajectory:
         self._is_lost = False
 
     def is_of(self, part: Part, start: float) -> bool:
-        """Whether another part would lead a robot along the same trajectory from a beat on."""
+        """Return whether another part would lead a robot along the same trajectory from a beat on."""
         mine = self.part
         return (
             not self._is_lost
@@ -132,17 +132,17 @@ class Trajectory:
 
     @cached_property
     def cycle(self) -> Cycle | None:
-        """When the robot begins to repeat itself."""
+        """The cycle in which the robot repeats itself."""
         return closed_cycle(self.part)
 
     def block(self, number: int) -> Block | None:
-        """A block, counted from 0; None if there are too many stretches to get there."""
+        """Return a block, counted from 0; None if there are too many stretches to get there."""
         while number >= len(self._blocks) and not self._is_lost:
             self._add()
         return self._blocks[number] if number < len(self._blocks) else None
 
     def pose(self, beat: float) -> Pose:
-        """Where the robot is at a beat that has been computed."""
+        """Return the robot's pose at a beat that has been computed."""
         number, within = divmod(math.floor(beat - self.start), BLOCK)
         stretches = self._blocks[number].beats[within].stretches
         stretch = next((each for each in stretches if each.end > beat), stretches[-1])
@@ -175,7 +175,7 @@ def _body(part: Part) -> tuple[float, float, float]:
 
 
 def _stretches(part: Part, start: float) -> Iterator[Stretch]:
-    """All that a robot does from a beat on. It stands until it begins, and where it has ended for good."""
+    """Yield all stretches of a robot from a beat on. It stands until it begins, and after it has ended for good."""
     pose = part.entered or part.start
     begins = float(part.begins)
     if begins > start:
@@ -209,7 +209,7 @@ def _stretch(pose: Pose, moving: Twist, begin: float, end: float) -> Stretch:
 
 
 def _velocities(movement: Movement) -> Iterator[tuple[float, float, Velocity]]:
-    """The velocities of a movement, from beat to beat. What repeats itself for good is walked once."""
+    """Yield the velocities of a movement, from beat to beat. A part that repeats itself for good is walked once."""
     found = cycle(movement) if isinstance(movement.duration, float) else None
     again: list[tuple[float, float, Velocity]] = []
     for moment in walk(movement, merge=True):
@@ -230,9 +230,9 @@ def _velocities(movement: Movement) -> Iterator[tuple[float, float, Velocity]]:
 
 
 def _box(stretch: Stretch, begin: float, end: float) -> Volume:
-    """A box around a stretch between two beats.
+    """Return a box around a stretch between two beats.
 
-    No point of a curve is farther from the line between its ends than half of what makes it longer than that line.
+    No point of a curve is farther from the line between its ends than half the difference between the lengths of both.
     """
     begin, end = max(begin, stretch.start), min(end, stretch.end)
     x0, y0, _, _ = moving_at(stretch, begin)

@@ -1,4 +1,4 @@
-"""The playback position: the current beat, when the score ends, and when another takes over. Standard library only."""
+"""The playback position: the current beat, the end of the score, and the time of a takeover. Standard library only."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
 
 Switch = Literal["now", "beat", "bar", "end"]
-"""When a score takes over from another: at once, at the next whole beat, at the next bar, or at the end."""
+"""The time at which a score takes over: at once, at the next whole beat, at the next bar, or at the end."""
 BEATS_PER_BAR = 4
 """The usual number of beats in a bar."""
 
@@ -30,20 +30,20 @@ class Transport:
     tempo: Fraction
 
     def performed(self, now: float) -> float:
-        """The performance time at a time on the clock."""
+        """Return the performance time at a time on the clock."""
         return now - self.zero
 
     def clock(self, performed: float) -> float:
-        """The time on the clock at a performance time."""
+        """Return the time on the clock at a performance time."""
         return performed + self.zero
 
     def beat(self, now: float, beats: Duration) -> Exact:
-        """The beat at a time on the clock, in a score that lasts `beats`."""
+        """Return the beat at a time on the clock, in a score that lasts `beats`."""
         passed = self.origin + Fraction(max(self.performed(now) - self.since, 0.0)) * self.tempo / 60
         return near(float(min(passed, beats)))
 
     def end(self, beats: Duration) -> float:
-        """The performance time at which a score that lasts `beats` ends."""
+        """Return the performance time at which a score that lasts `beats` ends."""
         return math.inf if beats == ENDLESS else self.since + float((beats - self.origin) * 60 / self.tempo)
 
     def switch_time(self, when: Switch, performed: float, beats: Duration, beats_per_bar: int = BEATS_PER_BAR) -> float:

@@ -1,6 +1,6 @@
 """The walk of a movement: its stretches of constant velocity, one by one, however often it repeats.
 
-It may start at any beat and go backward. What comes before that beat is computed, not walked: that takes time in
+It may start at any beat and go backward. Everything before that beat is computed, not walked: that takes time in
 proportion to the depth of the movement and to the items of the shuffles around that beat.
 """
 
@@ -49,7 +49,7 @@ def walk(
     dice: Dice | None = None,
     statement: int = NOWHERE,
 ) -> Iterator[Moment]:
-    """The moments of a movement from beat `start` on, in order, without gaps. None is empty.
+    """Yield the moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
     With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
     `dice` are those at its beginning: by default, the first of the robots' stream. `statement` is the ID of the
@@ -65,7 +65,7 @@ def walk(
 
 
 def _pieces(visit: Visit, merge: bool, statement: int) -> Iterator[Piece]:
-    """Uses an explicit stack, so long chains of names need no recursion. Only pieces made of others' pieces recurse."""
+    """Yield pieces, with an explicit stack instead of recursion. Only pieces made of others' pieces recurse."""
     stack = [(iter((visit,)), Around(statement=statement))]
     while stack:
         checkpoint()
@@ -96,5 +96,5 @@ def _pieces(visit: Visit, merge: bool, statement: int) -> Iterator[Piece]:
 
 
 def _at_rate(beats: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact, Velocity]:
-    """Most movements play at their normal rate, which needs no arithmetic."""
+    """Apply a rate. Most movements play at their normal rate, which needs no arithmetic."""
     return (beats, velocity) if rate is NORMAL else (beats / rate, velocity.times(all_by(rate)))

@@ -41,9 +41,9 @@ class Box(NamedTuple):
 class World:
     """All obstacles, and the size of the floor along x and y if it has walls around it.
 
-    The origin is the center of the floor. Obstacles are infinitely high. `margin` is how far robots should stay from
-    each other and from all that. Real robots pause if their edges come nearer to each other than `keep_apart`; None if
-    nobody guards that.
+    The origin is the center of the floor. Obstacles are infinitely high. `margin` is the distance that robots should
+    keep from each other and from all obstacles. Real robots pause if their edges come nearer to each other than
+    `keep_apart`; None if nothing guards that.
     """
 
     size: tuple[float, float] | None = None
@@ -58,7 +58,7 @@ class World:
         return bool(self.size or self.walls or self.circles or self.boxes)
 
     def all_walls(self) -> Iterator[Wall]:
-        """The walls that are listed and those around the floor."""
+        """Yield the listed walls and those around the floor."""
         yield from self.walls
         if self.size:
             x, y = self.size[0] / 2, self.size[1] / 2
@@ -67,7 +67,7 @@ class World:
                 yield Wall(*one, *other)
 
     def holds(self, x: float, y: float) -> bool:
-        """Whether a point is on the floor."""
+        """Return whether a point is on the floor."""
         return self.size is None or (abs(x) <= self.size[0] / 2 and abs(y) <= self.size[1] / 2)
 
 
@@ -75,7 +75,7 @@ EMPTY = World()
 
 
 def to_json(world: World) -> dict[str, Any] | None:
-    """The world as JSON values; None if it is empty."""
+    """Return the world as JSON values; None if it is empty."""
     if world == EMPTY:
         return None
     return {

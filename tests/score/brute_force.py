@@ -1,9 +1,9 @@
-"""Random dances, and who meets whom in them, found by moving all robots a millisecond at a time.
+"""Random dances and the meetings in them, found by moving all robots a millisecond at a time.
 
 Nothing here computes an arc or a distance as the check does: the poses come from the segments of `improv compile`, and
 between two milliseconds each robot moves straight in the direction that it has halfway.
 
-`python -m tests.score.brute_force 200` holds the check against it, and says what it tried.
+`python -m tests.score.brute_force 200` compares the check with it, and prints the dances that it tried.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _WORDS = (
 
 
 def disagreements(seed: int, beats: int = MOST_BEATS) -> list[str]:
-    """How the check differs from brute force about the first beats of a random dance; nothing if it doesn't."""
+    """Return the differences between the check and brute force about the first beats of a random dance."""
     program, toml = random_dance(seed)
     analysis = analyze(program, read_robots(toml))
     assert analysis.ok, (program, toml, analysis.diagnostics, analysis.cast.diagnostics)
@@ -64,7 +64,7 @@ class Approach:
     latest: tuple[float, float] = (math.inf, math.inf)
 
     def add(self, beat: float, over: float) -> None:
-        """The next distance, by how much it is over the bound."""
+        """Add the next distance, by its excess over the bound."""
         before, last = self.latest
         if last < before and last <= over and abs(last) < TOO_CLOSE_TO_CALL:
             self.is_close = True
@@ -74,7 +74,7 @@ class Approach:
 
 
 def brute_force(analysis: Analysis, score: Score, beats: float) -> Mapping[tuple[str, str], Approach]:
-    """What happens to each pair, and to each robot and each thing in the world."""
+    """Return the approach of each pair, and of each robot to each thing in the world."""
     data = compiled(analysis, most_segments=100_000)
     seconds_per_beat = 60 / data["beat"]
     tracks = {name: _track(score, name, data["robots"][name], beats * seconds_per_beat) for name in score.parts}
@@ -139,7 +139,7 @@ def _things(score: Score) -> list[Any]:
 
 
 def _to_polygon(point: complex, corners: Sequence[complex]) -> float:
-    """How far a point is from a convex polygon, whose corners are counterclockwise."""
+    """Return the distance of a point from a convex polygon, whose corners are counterclockwise."""
     sides = [(one, corners[(place + 1) % len(corners)]) for place, one in enumerate(corners)]
     if len(corners) > 2 and all(((other - one).conjugate() * (point - one)).imag >= 0 for one, other in sides):
         return 0.0
@@ -210,7 +210,7 @@ def _term(random: Random, depth: int) -> str:
 
 
 def main() -> None:
-    """Try so many dances, and say what differs."""
+    """Try so many dances, and print the differences."""
     count = int(sys.argv[1])
     meetings, hits, dances = 0, 0, 0
     for seed in range(count):

@@ -1,4 +1,4 @@
-"""Dice: which throws decide what. Expected outcomes are those of the language's reference."""
+"""Dice: the throws and the movements that they decide. Expected outcomes are those of the language's reference."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ BACK = all_by(-1)
 
 
 def check(movement: Movement, words: str) -> None:
-    """The words that play, one after another, each as long as it lasts."""
+    """Check the words that play, one after another, each as long as it lasts."""
     moments = islice(walk(movement), len(words.split()))
     assert " ".join(WORDS.get(moment.velocity, "both") for moment in moments) == words
 
@@ -77,7 +77,7 @@ def check(movement: Movement, words: str) -> None:
         (series([throwing(choose([F, L]), 0), throwing(repeat(choose([F, L, R]), 3), 1)]), "left right right forward"),
     ],
 )
-def test_what_plays(movement: Movement, words: str) -> None:
+def test_dice_choose_the_words_that_play(movement: Movement, words: str) -> None:
     check(movement, words)
 
 
@@ -106,7 +106,7 @@ def test_what_plays(movement: Movement, words: str) -> None:
         (ease(ramp(repeat(choose([F, L]), 4), 1, 2)), 4),
     ],
 )
-def test_how_many_throws_a_movement_takes(movement: Movement, taken: int) -> None:
+def test_a_movement_takes_as_many_throws_as_defined(movement: Movement, taken: int) -> None:
     assert movement.throws == throws(movement) == taken
 
 
@@ -160,7 +160,7 @@ def _until(movement: Movement, start: Fraction, stop: Fraction) -> list[Moment]:
 
 
 def _joined(moments: Sequence[Moment]) -> list[tuple[Any, Any]]:
-    """When the velocity changes, and to what."""
+    """The times at which the velocity changes, and its new values."""
     changes: list[tuple[Any, Any]] = []
     for moment in moments:
         if not changes or changes[-1][1] != moment.velocity:
@@ -200,7 +200,7 @@ def _end(movement: Movement) -> tuple[float, ...]:
 
 
 def _walked_end(movement: Movement) -> tuple[float, ...]:
-    """The pose at the end by all moments, step by step."""
+    """The pose at the end, computed from all moments, step by step."""
     pose = walked(part_of(movement), Fraction(movement.duration))
     return pose.x, pose.y, pose.z, pose.heading
 
@@ -241,7 +241,7 @@ def test_equal_items_are_not_merged_where_dice_decide() -> None:
 
 
 def test_steps_are_no_items() -> None:
-    """What is shortest in a ramp is an item of its body."""
+    """The shortest item of a ramp is an item of its body."""
     assert ramp(F, 1, 1).peak.shortest == 1
     assert ease(series([F, F])).peak.shortest == 0.75
     assert ease(F).peak.x == pytest.approx(4 / 3)

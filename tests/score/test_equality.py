@@ -1,4 +1,4 @@
-"""Which movements are the same apart from where they are written."""
+"""Movements that are the same apart from where they are written."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_places_and_names_do_not_matter(one: str, other: str) -> None:
         ("x = forward\nr $ x left", "x = left\nr $ x left"),
     ],
 )
-def test_what_plays_matters(one: str, other: str) -> None:
+def test_movements_that_play_otherwise_differ(one: str, other: str) -> None:
     assert not same(part(one), part(other))
 
 

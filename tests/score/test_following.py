@@ -1,4 +1,4 @@
-"""Feedback that pulls a robot back to its ideal path: its bounds, its stability, and that it converges."""
+"""Feedback that pulls a robot back to its ideal path: its bounds, its stability, and its convergence."""
 
 from __future__ import annotations
 
@@ -56,18 +56,18 @@ def test_a_robot_that_is_to_stand_is_not_moved(ideal: Pose, measured: Pose) -> N
         (Pose(1, 2), Twist(x=0.2), STILL),
         (Pose(0.99, 2), Twist(x=0.2), Twist(x=0.02)),  # it is behind: faster
         (Pose(1.01, 2), Twist(x=-0.2), Twist(x=-0.02)),
-        (Pose(1, 2, heading=math.tau + 0.01), Twist(yaw=1), Twist(yaw=-0.02)),  # turned too far: less
+        (Pose(1, 2, heading=math.tau + 0.01), Twist(yaw=1), Twist(yaw=-0.02)),  # it has turned too far: less
         (Pose(1, 1.9), Twist(x=0.306), Twist(yaw=0.1 / 0.306)),  # it is to the right: steer to the left
         (Pose(1, 1.9), Twist(x=-0.306), Twist(yaw=-0.1 / 0.306)),  # backward, to the right
     ],
 )
-def test_where_it_pulls(measured: Pose, twist: Twist, expected: Twist) -> None:
+def test_it_pulls_toward_the_path(measured: Pose, twist: Twist, expected: Twist) -> None:
     added = correction(Pose(1, 2), twist, measured, (0.306, 100))
     assert (added.x, added.yaw) == pytest.approx((expected.x, expected.yaw), abs=1e-4)
 
 
 def off_after(seconds: float, start: Pose, wheels: Wheels, late: int, *, follows: bool = True) -> tuple[float, float]:
-    """How far off a unicycle is that drives slow curves, corrected by poses that are so many periods old."""
+    """The error of a unicycle that drives slow curves, corrected by poses that are so many periods old."""
     ideal, real, seen = Pose(), start, deque[tuple[Pose, Pose]]()
     for count in range(round(seconds / PERIOD)):
         twist = Twist(x=0.2, yaw=0.5 if count % 200 < 100 else -0.3)
@@ -129,7 +129,7 @@ def test_a_robot_with_limits_that_drives_and_turns_may_follow() -> None:
         (replace(HUSKY, max_angular_acceleration=0.5), "would correct up to 0.45 s too late"),
     ],
 )
-def test_what_is_refused(profile: Profile, why: str) -> None:
+def test_profiles_that_can_not_follow_are_refused(profile: Profile, why: str) -> None:
     assert (refusal(profile) or "").startswith(why)
 
 

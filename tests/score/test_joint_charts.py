@@ -1,4 +1,4 @@
-"""Charts of joints: where each is, from beat to beat, and where a limit holds it."""
+"""Charts of joints: the position of each from beat to beat, and the stretches in which a limit holds it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ profile = "lifter"
 
 
 def drawn(program: str, robots: str = "", beats: float = 8.0) -> dict[str, str]:
-    """`0 0, 1 30` for each joint: beats and degrees, or centimeters, and after `|` where a limit holds it."""
+    """`0 0, 1 30` for each joint: beats and degrees, or centimeters, and after `|` the beats at which a limit holds
+    it."""
     found = {}
     for curve in curves(score_of(analyze(program, read_robots(robots))), beats, 1000):
         unit = 100.0 if curve.joint.slides else 180 / math.pi

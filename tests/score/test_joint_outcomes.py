@@ -1,4 +1,4 @@
-"""Joints after movements, computed without performing them, held against performing every moment."""
+"""Joints after movements, computed without performing them, compared with performing every moment."""
 
 from __future__ import annotations
 

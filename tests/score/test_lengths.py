@@ -1,4 +1,4 @@
-"""How long open movements may last."""
+"""The lengths of open movements."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_every_performance_lasts_so_long(movement: Movement, script: list[SenseS
     lasted: Duration = 0
     for _, moment in perform([{Mover("robot"): movement}], script):
         lasted = moment.start + moment.duration
-        if lasted > 200:  # pausing for ever
+        if lasted > 200:  # pausing forever
             lasted = ENDLESS
             break
     assert found.shortest <= lasted <= found.longest

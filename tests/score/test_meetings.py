@@ -1,4 +1,4 @@
-"""Who meets whom, and who hits what, before anybody moves."""
+"""Robots that meet each other or hit something, found before any of them moves."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tests.score.brute_force import disagreements
 
 
 def checked(program: str, toml: str = "") -> RoomCheck:
-    """What is found about a program. Robots without a place stand 3 m apart along y, the first at the origin; they
-    are 0.6 m wide, and a step is 2 m."""
+    """Check a program. Robots without a place stand 3 m apart along y, the first at the origin; they are 0.6 m wide,
+    and a step is 2 m."""
     return check_room(score_of(analyze(program, read_robots(toml))))
 
 
@@ -153,7 +153,7 @@ def test_it_is_checked_until_all_have_ended_or_repeat_themselves(program: str, e
     assert (result.end, result.is_all) == (end, is_all)
 
 
-def test_what_never_repeats_is_checked_for_a_thousand_beats() -> None:
+def test_a_score_that_never_repeats_is_checked_for_a_thousand_beats() -> None:
     crossing = "ada $ repeat {} rest repeat forward\nbo $ right forward"
     toml = "[robots]\nada.start = {}\nbo.start = { x = 1.5, y = 2 }"
     assert found(checked(crossing.format(990), toml)) == ["ada bo 990.5 0.00 +0"]
@@ -222,7 +222,7 @@ def test_a_score_that_plays_is_checked_from_where_robots_are() -> None:
         ("ada bo $ repeat 1000000 (forward left)", 1000),
     ],
 )
-def test_what_is_too_much_is_checked_for_fewer_beats(program: str, end: float) -> None:
+def test_too_much_work_is_checked_for_fewer_beats(program: str, end: float) -> None:
     assert checked(program).end == end
 
 

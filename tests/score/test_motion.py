@@ -31,7 +31,7 @@ def test_a_twist_is_scaled_by_one_factor(asked: Twist, told: Twist) -> None:
     assert asked.within(0.22, 2.84) == told
 
 
-def test_what_is_a_hair_over_a_limit_only_by_rounding_is_put_right() -> None:
+def test_a_twist_over_a_limit_only_by_rounding_is_put_right() -> None:
     assert 0.2 * 1.1 > 0.22
     assert 0.22 - 1e-15 < Twist(0.2 * 1.1).within(0.22, None).x <= 0.22
 
@@ -62,8 +62,6 @@ def test_a_balanced_twist_drives_both_wheels_equally_far() -> None:
 
 
 @pytest.mark.parametrize(("x", "y", "ahead", "left"), [(1, 0, 2, 2), (0, 1, -2, 2), (1, 1, 0, 4)])
-def test_who_turns_left_by_a_quarter_drives_an_arc_whichever_way_it_looks(
-    x: float, y: float, ahead: float, left: float
-) -> None:
+def test_a_quarter_turn_to_the_left_is_an_arc_in_any_direction(x: float, y: float, ahead: float, left: float) -> None:
     pose = Pose().after(Twist(x, y, yaw=math.pi / 2), 1)
     assert (pose.x, pose.y, pose.heading) == pytest.approx((ahead / math.pi, left / math.pi, math.pi / 2))

@@ -1,4 +1,4 @@
-"""The laws of movements, held against an independent sampling of velocities."""
+"""The laws of movements, compared with an independent sampling of velocities."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ factors = st.fractions(min_value=Fraction(1, 4), max_value=4, max_denominator=4)
 
 
 def velocity_at(movement: Movement, beat: Fraction, stream: str = "0", throw: int = 0) -> Velocity:
-    """V(t) straight from the definitions of the language: no walk, no merging, dice by the text of their streams."""
+    """Compute V(t) from the definitions of the language: no walk, no merging, dice by the text of their streams."""
     within = partial(velocity_at, stream=stream, throw=throw)
     if isinstance(movement, algebra.Hold):
         return movement.velocity
@@ -193,7 +193,7 @@ rates = st.just(Fraction(0)) | factors
 
 
 def chosen_of(items: list[Movement]) -> Movement:
-    """One of the items, all of which are made as long as the first that is not empty."""
+    """Choose one of the items, all of which become as long as the first that is not empty."""
     lasting = [item for item in items if item.duration]
     return choose([algebra.fit(item, Fraction(lasting[0].duration)) for item in lasting])
 
@@ -330,7 +330,7 @@ def test_retrograde_leads_back_and_repeat_forever_is_repeat(m: Movement) -> None
         ("forward || ()", "forward"),
     ],
 )
-def test_what_means_the_same(one: str, other: str) -> None:
+def test_equivalent_movements_are_the_same(one: str, other: str) -> None:
     text = f"a = forward left\nb = slow 3/2 right\nc = halfleft up\nr1 $ {one}\nr2 $ {other}\n"
     robots = analyze(text).robots
     assert _segments(robots["r1"]) == _segments(robots["r2"])

@@ -1,4 +1,4 @@
-"""Where movements lead, held against walking every moment."""
+"""The poses at which movements end, compared with walking every moment."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def check(part: Part, beat: Fraction) -> None:
 
 
 @given(movements | dances, st.fractions(0, 12, max_denominator=24))
-def test_it_is_where_walking_leads(movement: Movement, beat: Fraction) -> None:
+def test_the_pose_is_where_walking_leads(movement: Movement, beat: Fraction) -> None:
     check(part_with(movement), beat)
 
 

@@ -1,4 +1,4 @@
-"""How well another clock is known from what is heard of it: simulated clocks, their sightings, and what follows."""
+"""The estimate of another clock from its messages: simulated clocks, their sightings, and the results."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from improv_core.score.peer_clock import MOST_BENT, Anchor, Estimate, bent, first_seen, jumped, sighted
 
 Phase = Callable[[float], float]
-"""Where a simulated clock is at a time, in beats."""
+"""The position of a simulated clock at a time, in beats."""
 JITTER = 0.005
 DRIFT = 1 + 200e-6
 RAMP = 10.0, 40.0
@@ -45,7 +45,7 @@ def follow(sightings: Iterable[Anchor], estimate: Estimate | None = None) -> Ite
 
 
 def check(phase: Phase, sightings: Iterable[Anchor], within: float) -> None:
-    """After 4 s, 99 of 100 estimates are off by less than this many seconds."""
+    """Check that after 4 s, 99 of 100 estimates are off by less than this many seconds."""
     known = [each for each in follow(sightings) if each.anchor.at >= 4]
     off = sorted(abs(each.anchor.phase - phase(each.anchor.at)) / each.anchor.rate for each in known)
     assert off[int(0.99 * len(off))] <= within, off[-1]
@@ -59,7 +59,7 @@ def test_a_clock_is_known_to_a_few_milliseconds(phase: Phase, every: float) -> N
 
 @pytest.mark.parametrize("phase", [steady(120), ramp])
 def test_sightings_that_were_held_up_count_little(phase: Phase) -> None:
-    """Every thirtieth comes 50 ms late, as on a machine that has much to do."""
+    """Every thirtieth comes 50 ms late, as on a busy machine."""
     sightings = [*heard(phase, 60, 0.02)]
     late = [replace(each, at=each.at + 0.05 * (not number % 30)) for number, each in enumerate(sightings)]
     check(phase, sorted(late, key=lambda each: each.at), within=0.006)
@@ -100,13 +100,13 @@ def test_a_jump_is_one_after_a_quarter_of_a_second_and_brings_its_tempo() -> Non
     assert after.anchor.phase == pytest.approx(3 + 2.5 * after.anchor.at, abs=0.02)
 
 
-def test_what_says_that_it_starts_again_counts_at_once() -> None:
+def test_a_start_of_the_clock_counts_at_once() -> None:
     *_, before = follow(heard(steady(120), 10, 0.02))
     after = jumped(before, 10.0, 0.0).anchor
     assert (after.phase, after.rate, after.jumps) == (0.0, before.anchor.rate, 1)
 
 
-def test_what_comes_twice_or_runs_backward_is_no_rate() -> None:
+def test_sightings_at_one_time_or_backward_give_no_rate() -> None:
     first = first_seen(1.0, 5.0)
     assert sighted(first, 1.0, 6.0) == sighted(first, 2.0, 4.0) == first
 

@@ -1,4 +1,4 @@
-"""Open movements as they are performed: what is sensed, and when, decides."""
+"""Open movements in performance: the values of senses and their times decide."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FORWARD, LEFT, REST = hold(Velocity(x=1)), hold(Velocity(yaw=1)), hold(Velocity(
 NOTHING = series(())
 NEAR, BUMP, FAR = Condition("near", True), Condition("bump", True), Condition("near", False)
 SHORT = 12
-"""Beats of an endless performance that are looked at."""
+"""The beats of an endless performance to look at."""
 
 
 def near(start: str, end: str | float = ENDLESS) -> SenseSpan:
@@ -35,7 +35,7 @@ def bump(start: str, end: str | float = ENDLESS) -> SenseSpan:
 
 
 def performed(movement: Movement, *script: SenseSpan) -> str:
-    """What is done, and up to which beat: `forward 2.3, rest 3`."""
+    """The movements and the beats at which they end: `forward 2.3, rest 3`."""
     words = {FORWARD.uniform: "forward", LEFT.uniform: "left", REST.uniform: "rest"}
     parts: list[tuple[str, float]] = []
     for _, moment in perform([{Mover("robot"): movement}], script):
@@ -69,7 +69,7 @@ ROAMER = repeat(series([until(repeat(FORWARD), NEAR), LEFT]))
         (until(until(FORWARD, NEAR), BUMP), [bump("1")], "forward 1"),
     ],
 )  # fmt: skip
-def test_what_is_performed(movement: Movement, script: Sequence[SenseSpan], expected: str) -> None:
+def test_senses_decide_the_performance(movement: Movement, script: Sequence[SenseSpan], expected: str) -> None:
     assert performed(movement, *script) == expected
 
 
@@ -99,7 +99,7 @@ def test_looking_more_often_changes_nothing(beats: list[Fraction]) -> None:
 
 @given(finite_movements | finite_dances, st.booleans())
 def test_looking_ahead_changes_nothing(movement: Movement, forks: bool) -> None:
-    """Also for a performance that goes on by itself from there."""
+    """Also for a performance that continues by itself from there."""
 
     def moments(foresees: bool) -> list[tuple[Exact, Velocity]]:
         performer = Performer(movement)
@@ -117,7 +117,7 @@ def test_looking_ahead_changes_nothing(movement: Movement, forks: bool) -> None:
     assert moments(True) == moments(False)
 
 
-def test_decisions_are_told() -> None:
+def test_decisions_are_reported() -> None:
     performer = Performer(series([until(repeat(FORWARD), NEAR), if_else(LEFT, REST, NEAR)]))
     sensed: Callable[[str], bool] = lambda sense: False  # noqa: E731
     assert performer.settle(sensed) == []

@@ -1,4 +1,4 @@
-"""The words that move robots are the same in the language, in the score's messages, and in what robots do."""
+"""The words that move robots are the same in the language, in the score's messages, and in the movements of robots."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_every_primitive_of_the_language_moves_as_the_table_says() -> None:
         assert [moment.velocity for moment in walk(movement)] == [velocity]
 
 
-def test_the_page_is_told_the_words_with_the_score() -> None:
+def test_the_page_gets_the_words_with_the_score() -> None:
     words = about(score_of(analyze("ada $ halfright")), 1, takes_start_poses=False)["words"]
     assert words.keys() == PRIMITIVES.keys()
     assert words["halfright"] == [0.0, 0.0, 0.0, -0.5]

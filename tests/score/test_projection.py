@@ -1,4 +1,4 @@
-"""What body parts perform: projections are movements like any other."""
+"""Movements of body parts: projections are movements like any other."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def limb(part: str) -> Limb:
 
 
 def performed(movement: Movement, part: str) -> list[tuple[Fraction | int, Velocity]]:
-    """What a part, or the base, does: the beats at which its velocity changes."""
+    """The beats at which the velocity of a part, or the base, changes, and its new values."""
     found: list[tuple[Fraction | int, Velocity]] = []
     for moment in walk(project(movement, part, BODY, limb("head" if part == BASE else part))):
         if not found or found[-1][1] != moment.velocity:
@@ -58,7 +58,7 @@ def performed(movement: Movement, part: str) -> list[tuple[Fraction | int, Veloc
 
 
 def without_parts(movement: Movement) -> Movement:
-    """The movement with rests in the places of words for parts and what they apply to."""
+    """The movement with rests in place of the words for parts and their movements."""
     if movement.NAME == "by_part":
         assert not isinstance(movement.duration, float)
         return stand(movement.duration)
@@ -99,7 +99,7 @@ def test_a_reflection_exchanges_the_arms_and_negates_left(movement: Movement) ->
     assert performed(gain(movement, YZ), "right_arm") == mirrored
 
 
-def test_what_no_part_stands_in_is_shared() -> None:
+def test_movements_without_words_for_parts_are_shared() -> None:
     turns = repeat(hold(PRIMITIVES["left"]), 1_000_000)
     head = by_part(turns, "head")
     assert project(series([head, turns]), "head", BODY, limb("head")).parts[0] is turns

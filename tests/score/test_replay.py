@@ -1,4 +1,4 @@
-"""What robots play, found again from what they sensed, is what a stage has them play."""
+"""The replay of a score from what robots sensed is the same as what a stage has them play."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def made(program: str) -> Score:
 
 
 def sensing(program: str, *near: tuple[Exact, bool | None]) -> Replay:
-    """What `r` plays if `near` is so from these beats on."""
+    """The replay of `r` if `near` has these values from these beats on."""
     replayed = Replay(made(program))
     for beat, value in near:
         replayed.sense("r", "near", value, beat)
@@ -58,7 +58,7 @@ def words(replayed: Replay, start: Exact, program: str, count: int = 4, body_par
     return ", ".join(found)
 
 
-def test_what_was_sensed_last_goes_on() -> None:
+def test_the_latest_sense_stays() -> None:
     replayed = sensing(TURNER, (0, False), (2, True))
     assert words(replayed, 0, TURNER) == "0 forward, 1 forward, 2 left, 3 left"
 
@@ -98,7 +98,7 @@ def test_each_body_part_plays_its_own_words_and_rests_while_others_move() -> Non
 
 
 def test_thousands_of_edges_are_remembered() -> None:
-    """Whatever was sensed first still counts, though most of what was performed is forgotten."""
+    """The first senses still count, though most of the performance is forgotten."""
     program = "r $ until near (repeat forward)\nr $ repeat (if near left else forward)\n"
     replayed = sensing(program, (0, False))
     for edge in range(2 * replay.MOST_PAST):
@@ -113,7 +113,7 @@ def test_thousands_of_edges_are_remembered() -> None:
     assert replayed.pose("r", last) is not None
 
 
-def test_what_was_decided_stays_when_a_part_plays_on() -> None:
+def test_decisions_stay_when_a_part_plays_on() -> None:
     program = "r $ until near (repeat forward) repeat left\ns $ repeat forward\n"
     before = sensing(program, (0, False), (2, True), (3, False))
     score = before.score
@@ -144,7 +144,7 @@ def test_after_a_jump_no_sense_was_true_before() -> None:
 
 
 @pytest.mark.parametrize("beat", [0, Fraction(1, 2), 3])
-def test_now_is_what_plays_at_a_beat(beat: Exact) -> None:
+def test_now_is_the_moment_at_a_beat(beat: Exact) -> None:
     replayed = Replay(made("r $ left right\ns $ repeat 8 forward\n"))
     now = replayed.now("r", beat)
     assert (now and (now.start, now.start + now.duration)) == (None if beat == 3 else (0, 1) if not beat else (beat, 1))
@@ -159,7 +159,7 @@ EDGES = st.lists(
 def test_the_performance_is_that_of_a_performer(
     program: str, edges: list[tuple[Fraction, str, bool]], start: Fraction
 ) -> None:
-    """Performed in steps, forked at each edge, and asked from any beat, it is what one performer performs at once."""
+    """A performance in steps, forked at each edge, and read from any beat, is the same as one performer's at once."""
     score, edges = made(program), sorted(edges, key=lambda edge: edge[0])
     replayed = Replay(score)
     for sense in ("near", "bump"):
@@ -188,7 +188,7 @@ def _at_once(score: Score, edges: list[tuple[Fraction, str, bool]]) -> list[Mome
 
 
 def _parts(moments: Iterable[Moment], start: Exact, end: int) -> Mapping[Fraction, object]:
-    """What plays in each 64th of a beat."""
+    """The words that play in each 64th of a beat."""
     found: dict[Fraction, object] = {}
     for moment in moments:
         if moment.start >= end:
@@ -201,8 +201,8 @@ def _parts(moments: Iterable[Moment], start: Exact, end: int) -> Mapping[Fractio
 
 
 @pytest.mark.parametrize("turns", [1, 10**6, 10**14])
-def test_what_plays_far_away_is_what_plays_a_turn_later(turns: int) -> None:
-    """Nothing is performed to there, so a page that is opened after a day takes no longer."""
+def test_a_far_turn_plays_like_the_next_one(turns: int) -> None:
+    """Nothing is performed up to there, so a page that is opened after a day takes no longer."""
     program, beat = "r $ repeat (until near (repeat 3 forward) left)\n", 4 * turns + Fraction(1, 2)
     replayed = Replay(made(program), beat)
     replayed.sense("r", "near", False, beat)
@@ -213,7 +213,7 @@ def test_what_plays_far_away_is_what_plays_a_turn_later(turns: int) -> None:
     assert replayed.pose("r", beat) == pose_at(replayed.score.parts["r"], beat)
 
 
-def test_where_a_robot_is_that_takes_too_long_to_find_out_is_unknown() -> None:
+def test_a_pose_that_takes_too_long_to_compute_is_unknown() -> None:
     program = "r $ repeat (until not near (repeat forward) left)\n"
     replayed = Replay(made(program), 10**6)
     assert replayed.pose("r", 10**6) is None

@@ -1,4 +1,4 @@
-"""Scenes: when they begin, and what each robot performs."""
+"""Scenes: the beats at which they begin, and the movements of each robot."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def score_of(robots: Mapping[str, Sequence[Movement]]) -> Score:
 
 
 def played(part: Part, most: int = 8) -> list[tuple[Exact, str]]:
-    """When which words play; nothing is standing still."""
+    """The beats at which words play; nothing is standing still."""
     found = []
     for moment, _ in zip(walk(part.movement), range(most), strict=False):
         found.append((moment.start, "still" if moment.velocity == STILL else "moves"))
@@ -41,7 +41,7 @@ def played(part: Part, most: int = 8) -> list[tuple[Exact, str]]:
 
 
 def check(robots: Mapping[str, Sequence[str]], *begins: int, **performed: Sequence[tuple[Exact, str]]) -> Score:
-    """The beats at which scenes begin, and which robot moves or stands from which beat on."""
+    """Check the beats at which scenes begin, and the robots that move or stand from these beats on."""
     score = score_of({name: scenes(*lines) for name, lines in robots.items()})
     assert score.scene_begins == begins
     assert {name: played(score.parts[name]) for name in performed} == performed
@@ -139,7 +139,7 @@ def test_each_scene_is_performed_as_by_itself(robots: list[list[Movement]]) -> N
 
 
 def test_a_scene_that_shifts_is_still_the_same() -> None:
-    """What is compared at a save is the scene that plays."""
+    """A save compares the scene that plays."""
     before = score_of({"a": scenes("forward", "left"), "b": scenes("forward", "right")})
     after = score_of({"a": scenes("forward", "left"), "b": scenes("slow 2 forward", "right")})
     assert not same(before.parts["a"].movement, after.parts["a"].movement)

@@ -1,4 +1,4 @@
-"""A score is written without what its reader has."""
+"""A score is written without anything that its reader already has."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Line:
 
 
 def check(read: Score, analysis: Analysis) -> None:
-    """What was read is what was written, down to the places in the text."""
+    """Check that the score that was read is the one that was written, down to the places in the text."""
     assert read.text == analysis.text
     assert read.offsets == dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
     assert list(read.parts) == list(analysis.robots)
@@ -50,7 +50,7 @@ def edited(analysis: Analysis, before: str, after: str) -> Analysis:
     return analysis.edited(at, at + len(before), after)
 
 
-def test_only_what_an_edit_has_changed_is_written() -> None:
+def test_only_the_changes_of_an_edit_are_written() -> None:
     line, analysis = Line(), analyze(PROGRAM)
     check(line.read(line.write(analysis)), analysis)
     analysis = edited(analysis, "x4 x5", "x4 left x5")
@@ -88,7 +88,7 @@ def test_a_part_that_nobody_has_sent_is_lacking() -> None:
 
 
 def test_after_an_unreadable_score_the_next_one_has_to_be_whole() -> None:
-    """Its writer counts on it: what it calls the same as before must not be what was before that."""
+    """Its writer counts on it: a part that is the same as before must not be the part before that."""
     line, first = Line(), analyze(PROGRAM)
     second = edited(first, "x4 x5", "x4 left x5")
     line.read(line.write(first))
@@ -114,7 +114,7 @@ def test_the_movements_that_are_kept_do_not_grow_forever(monkeypatch: pytest.Mon
 
 
 def numbered(programs: Sequence[str]) -> tuple[Editions, list[Score]]:
-    """What is known once these have been saved, and their scores with the editions of their parts."""
+    """The editions after these programs have been saved, and their scores with the editions of their parts."""
     editions, scores = Editions(), []
     for generation, program in enumerate(programs, 1):
         editions, score = editions.number(score_of(analyze(program)), generation)

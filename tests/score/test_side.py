@@ -1,4 +1,4 @@
-"""The view from the side: only where a robot climbs, every turn of a helix, and small enough for a hover."""
+"""The view from the side: only for a robot that climbs, with every turn of a helix, and small enough for a hover."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is smoothed, what is not, and that robots end where they would without it."""
+"""Smoothed movements, movements that stay as they are, and the unchanged ends of robots."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from improv_core.score.walk import walk
 
 
 def movement(program: str) -> Movement:
-    """What `r` does in the first scene."""
+    """The movement of `r` in the first scene."""
     analysis = analyze(program if "$" in program else f"r $ {program}")
     assert analysis.ok, analysis.diagnostics
     return analysis.parts["r"][0]
 
 
 def check(program: str, written: str) -> None:
-    """The first is smoothed as if the other had been written."""
+    """Check that the first program is smoothed as if the other had been written."""
     eased = movement(written)
     found = list(islice(walk(smoothed(movement(program))), 1_000))
     expected = list(islice(walk(eased), 1_000))
@@ -69,12 +69,12 @@ def check(program: str, written: str) -> None:
         ),
     ],
 )
-def test_what_is_smoothed(program: str, written: str) -> None:
+def test_stretches_are_smoothed(program: str, written: str) -> None:
     check(program, written)
 
 
 def test_movements_that_would_become_too_fast_are_not_smoothed() -> None:
-    """A name of several stretches that is too fast somewhere is left everywhere."""
+    """A name of several stretches that is too fast in one place stays as it is everywhere."""
 
     def fits(velocity: Velocity) -> bool:
         return abs(float(velocity.x)) < 2 and abs(float(velocity.yaw)) < 2
@@ -97,7 +97,7 @@ def test_movements_that_would_become_too_fast_are_not_smoothed() -> None:
     ],
 )
 def test_the_end_is_exact_from_any_beat(program: str) -> None:
-    """Where a robot is after each beat, wherever it was before, goes by what is played."""
+    """The pose of a robot after each beat, from any pose before, depends on the smoothed movement."""
     plain = movement(program)
     eased = smoothed(plain)
     assert eased.duration == plain.duration

@@ -1,4 +1,4 @@
-"""Pictures of dances: where their lines go, and how large they are."""
+"""Pictures of dances: the paths of their lines, and their sizes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def path(program: str) -> Path:
 
 
 def check(program: str, *strokes: tuple[float, float, float]) -> None:
-    """Where each stroke ends, and its radius."""
+    """Check the end of each stroke, and its radius."""
     assert [(stroke.end.x, stroke.end.y, stroke.radius) for stroke in path(program).strokes] == [
         pytest.approx(stroke, abs=1e-9) for stroke in strokes
     ]
@@ -125,7 +125,7 @@ def place(x: float, y: float) -> str:
 
 
 def dashed(program: str) -> tuple[int, int]:
-    """How many strokes are drawn solid, and how many with dashes because what is sensed decides."""
+    """The numbers of solid strokes and of dashed ones, which senses decide."""
     drawn = path(program)
     return drawn.certain, len(drawn.strokes) - drawn.certain
 

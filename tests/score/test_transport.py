@@ -1,4 +1,4 @@
-"""Where playing stands, as a clock's time passes."""
+"""The playback position, as a clock's time passes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from improv_core.score.movement import ENDLESS, Duration
 from improv_core.score.transport import Switch, Transport
 
-# Performance time 0 was at 1000 s by the clock; at 10 s of it, playing was taken up at beat 2.5, at two beats a second.
+# Performance time 0 was at 1000 s on the clock; at 10 s of it, playing began at beat 2.5, at two beats a second.
 TRANSPORT = Transport(1000.0, 10.0, Fraction(5, 2), Fraction(120))
 
 

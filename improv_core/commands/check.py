@@ -72,7 +72,8 @@ def command(files: tuple[Path, ...], layout: str) -> None:
         found = [*analysis.diagnostics, *(checked.diagnostics if checked else ()), *check_joints(analysis)]
         tell(path, analysis.lines, analysis.ok, sorted(found, key=lambda each: each.span), checked)
         if checked and layout != "json":
-            echo(f"{path}: the robots' meetings are {checked}", err=True)  # what other programs read holds only problems
+            # Not on standard output, where other programs read only problems.
+            echo(f"{path}: the robots' meetings are {checked}", err=True)
         if analysis.cast.diagnostics:
             tell_robots(analysis.cast)
 

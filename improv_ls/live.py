@@ -15,7 +15,7 @@ from typing import Any
 from improv_core.ide.moments import Places, lit_words
 from improv_core.protocol.messages import TransportMessage, beat_at, counted, is_silent
 from improv_core.score.movement import Duration
-from improv_core.session.state import Show
+from improv_core.session.state import SessionState
 from improv_core.text import Span
 from improv_ls.documents import Document
 from improv_ls.editor import Editor
@@ -35,12 +35,12 @@ Range = tuple[int, int, int, int]
 
 
 class Live:
-    """Sends these messages. `show` returns what plays, and on what, if anything has played."""
+    """Sends these messages. `state` returns the state of the session, if anything has played."""
 
-    def __init__(self, editor: Editor, playing: Playing, show: Callable[[], Show | None]) -> None:
+    def __init__(self, editor: Editor, playing: Playing, state: Callable[[], SessionState | None]) -> None:
         self._editor = editor
         self._playing = playing
-        self._show = show
+        self._state = state
         self._framed = 0  # how many pages are in a frame, which ends with the editor's window
         self._timer: asyncio.TimerHandle | None = None  # what is lit, or the beat, is about to change
         self._lit: Mapping[str, Any] = {"ranges": []}  # as told last
@@ -141,7 +141,7 @@ class Live:
         return self._ranges[span]
 
     def _tell_transport(self, message: TransportMessage, beat: float) -> None:
-        document, self._counted, show = self._playing.document, counted(message, beat), self._show()
+        document, self._counted, state = self._playing.document, counted(message, beat), self._state()
         told = {
             "state": message["state"],
             "backend": message["backend"],
@@ -155,9 +155,9 @@ class Live:
             "soloed": message["soloed"],
             "robots": sorted(self._playing.replay.score.parts) if self._playing.replay else [],
             "uri": document.uri if document else None,
-            "page": show.page if show else None,
+            "page": state.page if state else None,
             "framed": self._framed,
-            "real": show is not None and show.is_real,
+            "real": state is not None and state.is_real,
         }
         self._notify(TRANSPORT, told)
 

@@ -73,7 +73,7 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, lambda: self._playback.show if self._playback else None)
+        self.live = Live(editor, self.playing, lambda: self._playback.state if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
@@ -149,7 +149,7 @@ class Performance:
         return settings.switch_at if settings.on_save == "continue" else "restart"
 
     def _refuse(self, why: str) -> None:
-        keeps = "; the previous dance keeps playing" if self._playback and self._playback.show.is_on else ""
+        keeps = "; the previous dance keeps playing" if self._playback and self._playback.state.is_on else ""
         self._editor.warn(f"✗ {why}{keeps}")
 
     async def _play(
@@ -187,10 +187,10 @@ class Performance:
         self._only = only
         if keep:
             self._records.played(document)
-        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.show.status}")
+        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.state.status}")
         if only and only.note:
             self._editor.say(only.note)
-        if self._editor.settings.page_open and playback.show.page and not self._page_shown:
+        if self._editor.settings.page_open and playback.state.page and not self._page_shown:
             self._show(playback)
 
     async def play_before(self, document: Document, asked: int) -> None:
@@ -232,7 +232,7 @@ class Performance:
         except StageError as error:
             self._say_why(error)
             return None
-        if not playback.show.page:
+        if not playback.state.page:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
         if not self.playing.latest and self._documents:
@@ -268,7 +268,7 @@ class Performance:
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
         """The muted robots, and the soloed ones."""
-        return self._playback.show.silenced if self._playback else (frozenset(), frozenset())
+        return self._playback.state.silenced if self._playback else (frozenset(), frozenset())
 
     @property
     def robots(self) -> set[str]:

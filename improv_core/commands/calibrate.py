@@ -115,7 +115,7 @@ class _Conversation:
         self._robot = robot
         self._counts_wheels = robots.robots[robot].odom_frame == "own"  # unless a person says that it doesn't
         self._tempo = tempo
-        self._asks = tape or (performing.playback.show.is_real and not robots.robots[robot].odom)
+        self._asks = tape or (performing.playback.state.is_real and not robots.robots[robot].odom)
 
     @property
     def _profile(self) -> Profile:

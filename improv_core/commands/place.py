@@ -71,7 +71,7 @@ def check(score: Score) -> None:
 async def _place(score: Score, path: Path, options: Options, *, browser: bool, yes: bool) -> int:
     """Drive all robots; the exit code. Raises StageError and CommandError."""
     async with performance(options, browser=browser, hears_keys=False, begins_with=path.name) as performing:
-        if not performing.playback.show.is_real:
+        if not performing.playback.state.is_real:
             raise CommandError("no real robots can be reached: simulated ones begin in their places")
         performing.present(path)
         placing = asyncio.ensure_future(_Placing(performing, score, path.name).drive(yes=yes))
@@ -167,7 +167,7 @@ class _Placing:
         ends = unseen if performing.has_page else unseen | self._score.parts.keys()
         while waited < PATIENCE:
             await asyncio.sleep(LOOK_PERIOD)
-            waits = ends & {*performing.playback.show.waits_for}
+            waits = ends & {*performing.playback.state.waits_for}
             waited = waited + LOOK_PERIOD if waits else 0.0
         why = f"no pose came for {PATIENCE:g} s: start what publishes them" if waits & unseen else "make room by hand"
         performing.screen.complain(f"improv: {why}, then place robots again")

@@ -201,7 +201,7 @@ class TerminalSession:
 
     @property
     def has_page(self) -> bool:
-        return self.playback.show.page is not None
+        return self.playback.state.page is not None
 
     def listen(self) -> StopSocket | None:
         """Have `improv stop` reach this performance from now on."""
@@ -227,12 +227,12 @@ class TerminalSession:
 
     def begin(self) -> None:
         """Begin what is armed."""
-        if self.playback.show.armed:
+        if self.playback.state.armed:
             self.playback.ask({"type": "resume"}, self.stops.count)
 
     def enter(self) -> None:
         """Begin what is armed, or open the page if nothing is."""
-        (self.begin if self.playback.show.armed else self.open_again)()
+        (self.begin if self.playback.state.armed else self.open_again)()
 
     def open_again(self) -> None:
         """Open the page with a new ticket: in a browser, or by an address that is printed."""
@@ -279,7 +279,7 @@ class TerminalSession:
         if await self.playback.play(wanted):
             self._keep(path, analysis.text)
             named = f"{only.name}: " if only.name else ""
-            self.screen.say(f"▶ {named}{summary(only.analysis)}, {self.playback.show.status}")
+            self.screen.say(f"▶ {named}{summary(only.analysis)}, {self.playback.state.status}")
             if only.note:
                 self.screen.say(only.note)
             return True
@@ -342,7 +342,7 @@ class TerminalSession:
     def report(self) -> dict[str, Any]:
         """Where the robots of the latest program started and ended, how near they came to each other, and how far off
         they were if that was measured; also those that are not in their places, so that it doesn't begin."""
-        played = self.playback.show.played
+        played = self.playback.state.played
         found = outcome(self._latest, self._poses, self._errors, played.score if played else None)
         return {**found, "misplaced": self._misplaced} if self._misplaced else found
 
@@ -408,7 +408,7 @@ class TerminalSession:
         ways = [
             *(["Space or Enter"] if self._hears_keys else []),
             *(["Play on the page"] if self.has_page else []),
-            *(["the service ~/play"] if self.playback.show.is_real else []),
+            *(["the service ~/play"] if self.playback.state.is_real else []),
         ]
         at = ""
         if begins:

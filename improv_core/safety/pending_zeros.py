@@ -1,7 +1,7 @@
-"""Zeros that robots may not have heard: when to send them again, and when to stop. It never reads a clock.
+"""Zeros that robots may not have received: when to send them again, and when to give up. It never reads a clock.
 
-A robot that was told to move is owed a zero until it is known to have heard one: a radio link may be down just when it
-is told to stop. Times are in seconds.
+A radio link may be down just when a robot should stop. So after a robot has moved, its zero is pending until the robot
+is known to have received one. Times are in seconds.
 """
 
 from __future__ import annotations
@@ -9,106 +9,109 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 PERIOD = 0.2
-"""Seconds between two zeros that are owed: slow, so that they cost nothing and disturb nobody."""
+"""Seconds between two tries: slow, so that they cost nothing and disturb nobody."""
 UNCONFIRMED = 30.0
 """Seconds for which zeros go to listeners that confirm nothing (best effort). After a cut, Fast DDS needs up to 20 s to
 drop a participant, and took up to 3.1 s after the link was back until they had found each other again."""
 LATER = 1.0
-"""Seconds for which zeros go to a listener that appears later: it hears us up to 0.2 s after we have found it."""
+"""Seconds for which zeros go to a listener that appears later: it receives them up to 0.2 s after we have found it."""
 OVERDUE = 5.0
 """Seconds after which a confirmation is overdue: Fast DDS asks for it after ten messages, or every 3 s."""
 LIMIT = 60.0
-"""Seconds after which nothing more is sent."""
+"""Seconds after which to give up."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopicFacts:
-    """What is known of a topic. `others` are other nodes that publish there."""
+    """The facts known about a topic. `others` are other nodes that publish there."""
 
     listeners: int
     confirms: bool = True
-    """Whether all of them are reliable, so that they confirm what they hear."""
+    """True if all of them are reliable, so that they confirm what they receive."""
     confirmed: bool = False
-    """Whether those that are reliable have confirmed all that was sent."""
+    """True if those that are reliable have confirmed all that was sent."""
     others: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
-class Owed:
-    """A zero that is owed to the listeners of a topic since a time."""
+class PendingZero:
+    """A zero that the listeners of a topic may not have received, since a time."""
 
     since: float
     due: float
-    """When to look at it next."""
+    """The time of the next check."""
     expected: int
-    """The most listeners that it had: that many have to hear it."""
+    """The most listeners that the topic had: that many have to receive the zero."""
     listeners: int
-    """How many it had at the latest look."""
+    """The number of listeners at the latest check."""
     until: float
-    """Until when zeros go to listeners that confirm nothing."""
+    """The time until which zeros go to listeners that confirm nothing."""
     appeared: float
-    """When the latest listener appeared, or the robot was told to stop."""
+    """The time at which the latest listener appeared, or the first zero was sent."""
     others: frozenset[str] | None = None
-    """Other nodes that published there at the first look."""
+    """Other nodes that published there at the first check."""
     cut: bool = False
-    """Whether a confirmation was overdue, so that the link must have been cut."""
+    """True if a confirmation was overdue, so that the link must have been cut."""
     inherited: bool = False
-    """Whether somebody else has moved the robot, so that nobody knows how many listeners there were."""
+    """True if another stage has moved the robot, so that nobody knows how many listeners there were."""
 
-    def sent(self, now: float) -> Owed:
-        """After a zero was sent for another reason."""
+    def sent(self, now: float) -> PendingZero:
+        """Return it after a zero was sent for another reason."""
         return replace(self, due=now + PERIOD)
 
 
 @dataclass(frozen=True, slots=True)
 class FollowUp:
-    """What follows from a look: the zero that is still owed, if any, and what to do."""
+    """The result of a check: the zero, if it is still pending, and what to do."""
 
-    owed: Owed | None
+    pending: PendingZero | None
     sends: bool = False
-    tells: bool = False
-    """Whether to tell people that the robot may not have heard it."""
+    warns: bool = False
+    """True if people have to be warned that the robot may not have received it."""
 
 
-PAID = FollowUp(None)
+DONE = FollowUp(None)
 
 
-def owe(now: float, listeners: int, listened: bool, inherited: bool = False) -> Owed:
-    """A robot that moved was told to stop. Its topic has this many listeners, and perhaps had some before."""
-    expected = listeners or int(listened)
-    return Owed(now, now + PERIOD, expected, listeners, now + UNCONFIRMED, now, inherited=inherited)
+def pending_zero(now: float, listeners: int, listened: bool, inherited: bool = False) -> PendingZero:
+    """Return the pending zero of a robot that moved and was sent a zero now.
 
-
-def look(owed: Owed, now: float, facts: TopicFacts) -> FollowUp:
-    """Check whether listeners have heard a zero that is owed, when it is `due`.
-
-    It is paid if all listeners have confirmed it, if those that confirm nothing have been sent it for so long that a
-    listener that is still known must have heard it, or if another node has begun to publish there.
+    Its topic has this many `listeners`; `listened` is true if it ever had any.
     """
-    before = facts.others if owed.others is None else owed.others
-    comes = facts.listeners > owed.listeners
-    if facts.others - before or (comes and facts.others):
-        return PAID  # somebody else moves the robot now, and must not be disturbed
-    if now >= owed.since + LIMIT:
-        heard = owed.inherited and facts.confirmed and facts.listeners >= owed.expected
-        return replace(PAID, tells=owed.expected > 0 and not heard)
-    owed = replace(
-        owed,
+    expected = listeners or int(listened)
+    return PendingZero(now, now + PERIOD, expected, listeners, now + UNCONFIRMED, now, inherited=inherited)
+
+
+def check(pending: PendingZero, now: float, facts: TopicFacts) -> FollowUp:
+    """Check whether listeners have received a pending zero, when it is `due`.
+
+    It is done if all listeners have confirmed it, if those that confirm nothing have been sent it for so long that a
+    listener that is still known must have received it, or if another node has begun to publish there.
+    """
+    before = facts.others if pending.others is None else pending.others
+    joined = facts.listeners > pending.listeners
+    if facts.others - before or (joined and facts.others):
+        return DONE  # somebody else moves the robot now, and must not be disturbed
+    if now >= pending.since + LIMIT:
+        received = pending.inherited and facts.confirmed and facts.listeners >= pending.expected
+        return replace(DONE, warns=pending.expected > 0 and not received)
+    pending = replace(
+        pending,
         due=now + PERIOD,
-        expected=max(owed.expected, facts.listeners),
+        expected=max(pending.expected, facts.listeners),
         listeners=facts.listeners,
-        until=max(owed.until, now + LATER) if comes else owed.until,
-        appeared=now if comes else owed.appeared,
+        until=max(pending.until, now + LATER) if joined else pending.until,
+        appeared=now if joined else pending.appeared,
         others=before,
     )
     if not facts.listeners:
-        return FollowUp(owed)
+        return FollowUp(pending)
     if not facts.confirmed:
-        return FollowUp(replace(owed, cut=owed.cut or now > owed.appeared + OVERDUE), sends=True)
-    if owed.appeared > owed.since and now < owed.appeared + LATER:
-        return FollowUp(owed, sends=True)
-    if not facts.confirms and now < owed.until:
-        return FollowUp(owed, sends=True)
-    if owed.cut:  # what was confirmed may be from before the link was back: another one has to be, too
-        return FollowUp(replace(owed, cut=False, appeared=now), sends=True)
-    return PAID if facts.listeners >= owed.expected and not owed.inherited else FollowUp(owed)
+        return FollowUp(replace(pending, cut=pending.cut or now > pending.appeared + OVERDUE), sends=True)
+    if pending.appeared > pending.since and now < pending.appeared + LATER:
+        return FollowUp(pending, sends=True)
+    if not facts.confirms and now < pending.until:
+        return FollowUp(pending, sends=True)
+    if pending.cut:  # the confirmed one may be from before the link was back: another one has to be confirmed, too
+        return FollowUp(replace(pending, cut=False, appeared=now), sends=True)
+    return DONE if facts.listeners >= pending.expected and not pending.inherited else FollowUp(pending)

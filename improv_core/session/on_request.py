@@ -1,4 +1,4 @@
-"""What follows from what people ask for: `(show, request, now) -> (show, acts)`. Nothing here does anything.
+"""What follows from what people ask for: `(state, request, now) -> (state, acts)`. Nothing here does anything.
 
 Standard library only.
 """
@@ -14,11 +14,11 @@ from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.messages import Obeyed, Pressed, ProgramMessage, refused_by
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session.acts import Act, Announce, PassOn, Send, SendScore
-from improv_core.session.state import Change, PlayScore, Show
+from improv_core.session.state import Change, PlayScore, SessionState
 
 Wish = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
 """What may be asked of all stages: a change, to resume after a pause, or to show something on pages."""
-Decided = tuple[Show, list[Act]]
+Decided = tuple[SessionState, list[Act]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,115 +31,115 @@ class Now:
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 
 
-def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: Now) -> Decided:
+def asked(state: SessionState, request: PlayScore | Wish | PageRequest | Watched, now: Now) -> Decided:
     """What is known after a request, and what to do about it. Raises StageError if nothing can play it.
 
     A request goes to all stages from here, so they never disagree. A stop has been obeyed already, when it arrived.
     """
     if isinstance(request, PlayScore):
-        return _play(show, request, now)
+        return _play(state, request, now)
     if request["type"] == "program" or request["type"] == "source" or request["type"] == "answer":
-        return _inform(show, request)
+        return _inform(state, request)
     if (
         request["type"] == "place"
         or request["type"] == "form"
         or request["type"] == "tune"
         or request["type"] == "watched"
     ):
-        return show, [Announce(request)]
+        return state, [Announce(request)]
     if request["type"] == "editing":
-        return show, [PassOn(request, now.stops)]
+        return state, [PassOn(request, now.stops)]
     if request["type"] == "restart":
-        again = show.played and replace(
-            show.played,
+        again = state.played and replace(
+            state.played,
             when="restart",
             beats_per_bar=BEATS_PER_BAR,
             stops=now.stops,
             arming=None,
             by=request.get("by"),
         )
-        return _send_score(show, again) if again and show.leader else (show, [])
+        return _send_score(state, again) if again and state.leader else (state, [])
     if request["type"] == "resume" or request["type"] == "anyway":
         resume = request.copy()
         resume["at"] = now.at
-        twin = None if show.armed else show.twin  # it begins with the leader
-        return show, [Send(name, resume, unless=now.stops) for name in (show.leader, twin) if name]
+        twin = None if state.armed else state.twin  # it begins with the leader
+        return state, [Send(name, resume, unless=now.stops) for name in (state.leader, twin) if name]
     if request["type"] == "stop" and "mark" in request:
-        return _await_obeyed(show, request["mark"])
+        return _await_obeyed(state, request["mark"])
     if request["type"] == "stop" or request["type"] == "pause":
-        return show, []
-    return _change(show, request, now)
+        return state, []
+    return _change(state, request, now)
 
 
-def _await_obeyed(show: Show, mark: str) -> Decided:
+def _await_obeyed(state: SessionState, mark: str) -> Decided:
     """Let pages know who has to obey a stop, unless that is the simulator, which confirms it itself."""
-    if not show.real:
-        return show, []
-    return replace(show, unobeyed=show.unobeyed | {mark}), obeyed(show, mark, ["the real robots"])
+    if not state.real:
+        return state, []
+    return replace(state, unobeyed=state.unobeyed | {mark}), obeyed(state, mark, ["the real robots"])
 
 
-def obeyed(show: Show, mark: str, waits_for: Sequence[str] = ()) -> list[Act]:
+def obeyed(state: SessionState, mark: str, waits_for: Sequence[str] = ()) -> list[Act]:
     """Let pages know that a stop was obeyed, except by those that it waits for."""
     message: Obeyed = {"type": "obeyed", "mark": mark, "waits_for": waits_for}
-    return [Send(name, message) for name, ready in show.stages.items() if "page" in ready]
+    return [Send(name, message) for name, ready in state.stages.items() if "page" in ready]
 
 
-def _play(show: Show, play: PlayScore, now: Now) -> Decided:
-    first, on = show.idle or show.leader, now.pressed["topics"]
+def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
+    first, on = state.idle or state.leader, now.pressed["topics"]
     assert first
-    if on and show.stages[first]["real"] and not play.simulated:
+    if on and state.stages[first]["real"] and not play.simulated:
         line = refused_by(on, play.score.safety.stop)
         # Another stage may have heard it: this one has to hear its release.
-        return show, [Send(first, now.pressed), Announce({"type": "error", "message": line})]
-    show, acts = _let_lead(show, play.simulated)
-    show, more = _send_score(show, play)
-    return show, [*acts, *more]
+        return state, [Send(first, now.pressed), Announce({"type": "error", "message": line})]
+    state, acts = _let_lead(state, play.simulated)
+    state, more = _send_score(state, play)
+    return state, [*acts, *more]
 
 
-def _let_lead(show: Show, simulated: bool) -> Decided:
+def _let_lead(state: SessionState, simulated: bool) -> Decided:
     """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
-    assert show.leader
+    assert state.leader
     # Simulated robots must not keep dancing either, while real ones are waited for.
-    stop: list[Act] = [Send(show.leader, {"type": "stop"})]
-    if simulated and show.twin:
-        return replace(show, leader=show.twin, idle_score=show.played.score if show.played else None), stop
-    if simulated and show.is_real:
+    stop: list[Act] = [Send(state.leader, {"type": "stop"})]
+    if simulated and state.twin:
+        return replace(state, leader=state.twin, idle_score=state.played.score if state.played else None), stop
+    if simulated and state.is_real:
         raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
-    if not simulated and show.idle:
-        return replace(show, leader=show.idle), stop
-    return show, []
+    if not simulated and state.idle:
+        return replace(state, leader=state.idle), stop
+    return state, []
 
 
-def _send_score(show: Show, play: PlayScore) -> Decided:
-    assert show.leader
-    generation = show.generation + 1
-    editions, score = show.editions.number(play.score, generation)
+def _send_score(state: SessionState, play: PlayScore) -> Decided:
+    assert state.leader
+    generation = state.generation + 1
+    editions, score = state.editions.number(play.score, generation)
     play = replace(play, score=score, generation=generation)
-    return replace(show, editions=editions), [SendScore(show.leader, play, asked=True)]
+    return replace(state, editions=editions), [SendScore(state.leader, play, asked=True)]
 
 
-def _change(show: Show, change: Change, now: Now) -> Decided:
+def _change(state: SessionState, change: Change, now: Now) -> Decided:
     """Send it to all stages, effective at the same time."""
     row, change = COMMANDS[change["type"]], change.copy()
     change.pop("at", None)  # what is kept has no time
     if row.kept:
-        show = show.keeping(change)
-    elif change["type"] == "seek" and not show.played:
+        state = state.keeping(change)
+    elif change["type"] == "seek" and not state.played:
         line = "nothing has been played yet: save a program before you seek"
-        return show, [Announce({"type": "warning", "message": line})]
+        return state, [Announce({"type": "warning", "message": line})]
     timed, later = change.copy(), change.copy()
-    timed["at"], later["at"] = now.at, now.at + show.behind
-    acts = [Send(show.leader, timed)] if show.leader else []
-    if show.idle and row.kept:
-        acts.append(Send(show.idle, timed))  # it holds for what it plays next
-    if show.twin and not row.as_sensed:
-        acts.append(Send(show.twin, later, show.behind))
-    return show, [*acts]
+    timed["at"], later["at"] = now.at, now.at + state.behind
+    acts = [Send(state.leader, timed)] if state.leader else []
+    if state.idle and row.kept:
+        acts.append(Send(state.idle, timed))  # it holds for what it plays next
+    if state.twin and not row.as_sensed:
+        acts.append(Send(state.twin, later, state.behind))
+    return state, [*acts]
 
 
-def _inform(show: Show, message: ProgramMessage | ProgramSource | Answer) -> Decided:
+def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Answer) -> Decided:
     """Tell pages, and those that are opened later unless it is an answer."""
     if message["type"] != "answer":
-        show = show.keeping(message)
+        state = state.keeping(message)
     for_all = message["type"] == "program"
-    return show, [Send(name, message) for name, ready in show.stages.items() if for_all or "page" in ready]
+    return state, [Send(name, message) for name, ready in state.stages.items() if for_all or "page" in ready]

@@ -29,7 +29,7 @@ from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, N
 from improv_core.session.on_request import Decided, Now, Wish, asked
 from improv_core.session.on_stage_message import heard, heard_clock
 from improv_core.session.start import Options, SinkName, start_stage
-from improv_core.session.state import PlayScore, Show
+from improv_core.session.state import PlayScore, SessionState
 
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
@@ -90,7 +90,7 @@ class Playback:
     ) -> None:
         self.options = options
         self.stops = stops
-        self.show = Show()
+        self.state = SessionState()
         """All that is known; only to be read."""
         self.begins_with = ""
         """The program that is to be played once all has started, until somebody plays one; empty if there is none."""
@@ -117,7 +117,7 @@ class Playback:
 
         One that a browser is started with is to be this user's `own`, since others can see it in the list of processes.
         """
-        return f"{self.show.page}?ticket={issue(self._token, own=own)}" if self.show.page else None
+        return f"{self.state.page}?ticket={issue(self._token, own=own)}" if self.state.page else None
 
     def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
         """Have pages show which program is to be played, and what keeps it from being played."""
@@ -132,7 +132,7 @@ class Playback:
         """Start the stages, also those of these hosts, unless they are running. Raises StageError."""
         self._loop = asyncio.get_running_loop()
         async with self._opening:
-            if self.show.is_open and hosts <= self._hosts:
+            if self.state.is_open and hosts <= self._hosts:
                 return
             await self._close()
             self._hosts = hosts
@@ -146,8 +146,8 @@ class Playback:
                 await asyncio.wait(starting)
                 for each in starting:
                     each.result()
-                self.show = self.show.opened(sinks)
-                if self.show.is_real and self.stops.unreachable:
+                self.state = self.state.opened(sinks)
+                if self.state.is_real and self.stops.unreachable:
                     raise StageError(f"real robots need `improv stop`: {self.stops.unreachable}")
             except BaseException:
                 for each in starting:
@@ -172,21 +172,21 @@ class Playback:
             self._beginning.remove(play.name)
         if self._ends != ends:
             return None
-        before = self.show.generation
-        self._do(asked(self.show, play, self._now(play.stops)))
-        return self.show.generation if self.show.generation != before else None
+        before = self.state.generation
+        self._do(asked(self.state, play, self._now(play.stops)))
+        return self.state.generation if self.state.generation != before else None
 
     def ask(self, wish: Wish, stops: int = 0) -> None:
         """Have all stages do something, at the same time. To resume, `stops` is the count when somebody asked for it:
         after a stop since then, they don't."""
-        self._do(asked(self.show, wish, self._now(stops)))
+        self._do(asked(self.state, wish, self._now(stops)))
 
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.
 
         Dances are counted from its count on, so none here has the number of one there that may still be ending.
         """
-        self.show = replace(self.show, kept=other.show.kept, generation=other.show.generation)
+        self.state = replace(self.state, kept=other.state.kept, generation=other.state.generation)
         self._token = other._token
 
     async def close(self) -> None:
@@ -204,30 +204,30 @@ class Playback:
             self.stops.discard(stage)
         self._stages.clear()
         self._hear_clock(None)
-        self._do((self.show.closed(), []))
+        self._do((self.state.closed(), []))
 
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
-        show, moving = self.show, self._moving()
+        state, moving = self.state, self._moving()
         names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop()
-        if show.played and (show.is_on or moving):
-            names = [show.played.name]
+        if state.played and (state.is_on or moving):
+            names = [state.played.name]
         if not names:
             return IDLE
         if self._loop:
             with suppress(RuntimeError):  # the loop has been closed
                 line: News = {"type": "warning", "message": "stopped by `improv stop`"}
                 self._loop.call_soon_threadsafe(self._listen, line, True)
-        if not (show.is_on or moving):
+        if not (state.is_on or moving):
             return f"stopped {names[0]} before it began"
         count = f"{len(moving) or 'no'} robot{'' if len(moving) == 1 else 's'}"
-        moved = f": {count} {'was' if len(moving) == 1 else 'were'} moving" if show.is_real or moving else ""
-        return f"stopped {names[0]} on {show.status}{moved}"
+        moved = f": {count} {'was' if len(moving) == 1 else 'were'} moving" if state.is_real or moving else ""
+        return f"stopped {names[0]} on {state.status}{moved}"
 
     def _moving(self) -> list[str]:
         """The real robots that move, by what their stages say and not by what is to play."""
-        played = self.show.played
+        played = self.state.played
         robots = played.score.moving().parts if played else ()
         return [robot for stage in [*self._stages.values()] if stage.ready["real"] for robot in stage.moving(robots)]
 
@@ -236,7 +236,7 @@ class Playback:
 
     def _ask_for(self, request: PageRequest, stops: int) -> None:
         """Do what an OSC message asks for, as if a page did."""
-        self._do(asked(self.show, request, self._now(stops)))
+        self._do(asked(self.state, request, self._now(stops)))
 
     def _say(self, line: str) -> None:
         self._listen({"type": "warning", "message": line}, True)
@@ -249,11 +249,11 @@ class Playback:
             self._heard(name, message, stops)
 
     def _heard(self, name: SinkName, message: Heard | Loaded | Failed, stops: int = 0) -> None:
-        self._do(heard(self.show, name, message, self._now(stops)))
+        self._do(heard(self.state, name, message, self._now(stops)))
 
     def _do(self, decided: Decided) -> None:
-        self.show, acts = decided
-        (self._still.set if self.show.still else self._still.clear)()
+        self.state, acts = decided
+        (self._still.set if self.state.still else self._still.clear)()
         for act in acts:
             self._do_one(act)
 
@@ -289,9 +289,9 @@ class Playback:
         self._clock = None
         if clock:
             try:
-                self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.show, message)))
+                self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.state, message)))
             except OSError as error:
-                self._do(heard_clock(self.show, {"type": "clock_gone", "message": str(error.strerror)}))
+                self._do(heard_clock(self.state, {"type": "clock_gone", "message": str(error.strerror)}))
 
     def _send_score(self, act: SendScore) -> None:
         name, play, stage = act.name, act.play, self._stages[act.name]
@@ -301,7 +301,7 @@ class Playback:
             "generation": play.generation,
             "score": to_json(play.score, written),
             "when": play.when,
-            "backend": self.show.status,
+            "backend": self.state.status,
             "beats_per_bar": play.beats_per_bar,
         }
         if act.entry:
@@ -342,7 +342,7 @@ class Playback:
 
     async def _start_again(self, name: SinkName) -> None:
         async with self._opening:
-            if name not in self.show.gone:
+            if name not in self.state.gone:
                 return
             why = "no Python has rclpy"
             try:

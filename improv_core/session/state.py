@@ -55,7 +55,7 @@ class PlayScore:
 
 
 @dataclass(frozen=True, slots=True)
-class Show:
+class SessionState:
     """What plays, and on what. Only `asked` and `heard` make the next one, and whoever starts and ends stages.
 
     `stages` are those that have started, by name, and `gone` are those of them that have died. One is the `leader`; all
@@ -141,7 +141,7 @@ class Show:
             return frozenset(), frozenset()
         return frozenset(silence["muted"]), frozenset(silence["soloed"])
 
-    def with_muted(self, robot: str) -> Show:
+    def with_muted(self, robot: str) -> SessionState:
         """With a robot that stands because of a fault: it is muted until somebody unmutes it."""
         muted, soloed = self.silenced
         silence: Silence = {"type": "silence", "muted": sorted({*muted, robot}), "soloed": sorted(soloed)}
@@ -151,13 +151,13 @@ class Show:
         """Whether what this stage says counts for all."""
         return name == self.leader and name not in self.gone
 
-    def keeping(self, message: Kept) -> Show:
+    def keeping(self, message: Kept) -> SessionState:
         return replace(self, kept={**self.kept, message["type"]: message})
 
-    def opened(self, names: Iterable[SinkName]) -> Show:
+    def opened(self, names: Iterable[SinkName]) -> SessionState:
         """All stages that could be started have been: the first one of these leads."""
         return replace(self, leader=next(name for name in names if name in self.stages))
 
-    def closed(self) -> Show:
+    def closed(self) -> SessionState:
         """All stages have ended. What is known about people's wishes stays."""
-        return Show(played=self.played, generation=self.generation, editions=self.editions, kept=self.kept)
+        return SessionState(played=self.played, generation=self.generation, editions=self.editions, kept=self.kept)

@@ -142,7 +142,7 @@ def open_sink(
                 put(message)
 
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
-        return Opened(ros, tell_both, ros.announce, guard=ros.guard, owed=ros.owed), ready
+        return Opened(ros, tell_both, ros.announce, guard=ros.guard, pending_zeros=ros.pending_zeros), ready
 
     from improv_core.outputs.simulator.simulator import Simulator
     from improv_core.page.server import Viewer

@@ -57,15 +57,15 @@ class Clock(Protocol):
         """Return at this monotonic time, as precisely as the system can."""
 
 
-class ZerosToPay(Protocol):
-    """Zeros that robots may not have heard."""
+class ZeroRetries(Protocol):
+    """Zeros that robots may not have received (safety/pending_zeros.py)."""
 
     @property
     def due(self) -> float:
-        """When `pay` is due, in monotonic seconds; infinite if nothing is owed."""
+        """The time at which `retry` is due, in monotonic seconds; infinite if no zero is pending."""
 
-    def pay(self, now: float) -> None:
-        """Send them again, or find out that they were heard."""
+    def retry(self, now: float) -> None:
+        """Send them again, or find out that robots have received them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class Opened:
     show: Callable[[Score, int], None] = lambda score, generation: None
     present: Callable[[ToPages | Stop], None] = lambda message: None
     guard: Callable[[Collection[str]], None] = lambda topics: None
-    owed: ZerosToPay | None = None
+    pending_zeros: ZeroRetries | None = None
     leave: Callable[[], None] = lambda: None
 
 
@@ -142,9 +142,10 @@ class Loop:
         """The time at which `advance` must be called if nothing arrives."""
         deadline = now if self._in_order.is_busy else self.player.deadline(now)
         keys = min(self._keys.values(), default=math.inf)
-        owed = self._opened.owed.due if self._opened.owed else math.inf
+        zeros = self._opened.pending_zeros.due if self._opened.pending_zeros else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
-        return min(silent, self._held_until, keys, owed, self._in_order.due, math.inf if deadline is None else deadline)
+        playing = math.inf if deadline is None else deadline
+        return min(silent, self._held_until, keys, zeros, self._in_order.due, playing)
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
@@ -155,7 +156,7 @@ class Loop:
     def advance(self, now: float) -> None:
         """Do everything that is due."""
         if self._may_move and self._parent.is_silent(now):
-            self._desert(now)
+            self._parent_lost(now)
         if now >= self._held_until:
             self.hold(None, now)
         for key in [key for key, until in self._keys.items() if now >= until]:
@@ -165,8 +166,8 @@ class Loop:
         due = self.player.deadline(now) if self._in_order.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
-        if self._opened.owed and now >= self._opened.owed.due:
-            self._opened.owed.pay(now)
+        if self._opened.pending_zeros and now >= self._opened.pending_zeros.due:
+            self._opened.pending_zeros.retry(now)
         self._do_next()
 
     def take(self, arrival: Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor, now: float) -> None:
@@ -233,7 +234,7 @@ class Loop:
             with suppress(Exception):
                 player.advance(clock.now())
 
-    def _desert(self, now: float) -> None:
+    def _parent_lost(self, now: float) -> None:
         """Stop all robots because the parent is silent."""
         if not self._is_far:
             line = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"

@@ -96,8 +96,8 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
                 while not replayed.done():
                     await live.send_json({"type": "play", "numbers": [*range(1, TOGETHER + 1)]})
                     await asyncio.sleep(random.uniform(0.8, 1.6))
-                    played = performing.playback.show.played
-                    if not performing.playback.show.is_on or not played:
+                    played = performing.playback.state.played
+                    if not performing.playback.state.is_on or not played:
                         continue  # it is still being read
                     zeros.clear()
                     pressed = time.time_ns()

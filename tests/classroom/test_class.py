@@ -173,7 +173,7 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
         await pages.live.send_json({"type": "play", "numbers": [shown["number"]]})
         await pages.hear(lambda message: message == {"type": "playing", "line": "Ada <b>"})
         playback = pages.held.desk._playback
-        assert playback.show.is_on
+        assert playback.state.is_on
         before = playback.stops.stopped
         assert await pages.stop("wrong") == 403
         assert await pages.stop(pages.token, "http://evil.example") == 403
@@ -227,7 +227,7 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         await pages.live.send_json({"type": "play", "numbers": [done["Ada"]["number"], done["Bo"]["number"]]})
         playing = await pages.hear(lambda message: message["line"].startswith("Ada + Bo"))
         assert "Bo keeps its speed" in playing["line"]
-        played = pages.held.desk._playback.show.played
+        played = pages.held.desk._playback.state.played
         assert played
         assert [*played.score.parts] == ["Ada", "Bo"]
         await pages.live.send_json({"type": "remove", "numbers": [done["Cy"]["number"], done["Bo"]["number"]]})

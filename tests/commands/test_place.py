@@ -82,7 +82,7 @@ class Robots:
         self.stops = SimpleNamespace(count=0)
         self.finished, self.broken = asyncio.Event(), asyncio.Event()
         self.screen = SimpleNamespace(say=self.said.append, complain=self.said.append)
-        self.playback = SimpleNamespace(play=self._play, show=SimpleNamespace(waits_for=()))
+        self.playback = SimpleNamespace(play=self._play, state=SimpleNamespace(waits_for=()))
         self.has_page = False
         self._move, self._ends, self._frames = move, ends, frames or "w" * len(poses)
 
@@ -98,7 +98,7 @@ class Robots:
             told = {"frame": frame, "pose": to_pose_json(self.poses[robot])}
             self.measured[robot] = told, told
         if self._ends in WAITS:
-            self.playback.show.waits_for = WAITS[self._ends]
+            self.playback.state.waits_for = WAITS[self._ends]
         else:
             self.finished.set()
         return len(self.played)

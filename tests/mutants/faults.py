@@ -44,14 +44,14 @@ STAGE = (
     ),
     Fault(
         "safety/pending_zeros.py",
-        "if facts.others - before or (comes and facts.others):",
-        "if comes and facts.others:",
-        "zeros that are owed disturb another node that moves the robot now",
+        "if facts.others - before or (joined and facts.others):",
+        "if joined and facts.others:",
+        "pending zeros disturb another node that moves the robot now",
     ),
     Fault(
         "safety/pending_zeros.py",
-        "return PAID if facts.listeners >= owed.expected and not owed.inherited else FollowUp(owed)",
-        "return PAID if not owed.inherited else FollowUp(owed)",
+        "return DONE if facts.listeners >= pending.expected and not pending.inherited else FollowUp(pending)",
+        "return DONE if not pending.inherited else FollowUp(pending)",
         "a zero counts as heard although a listener that had been there is out of reach",
     ),
     Fault(

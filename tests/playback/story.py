@@ -15,7 +15,7 @@ from improv_core.session.acts import Act, Announce, Failed, HearClock, PassOn, S
 from improv_core.session.on_request import Now, Wish, asked
 from improv_core.session.on_stage_message import heard
 from improv_core.session.start import SinkName
-from improv_core.session.state import PlayScore, Show
+from improv_core.session.state import PlayScore, SessionState
 
 DANCE = score_of(analyze("r $ repeat forward\n"))
 READY: Mapping[SinkName, Ready] = {
@@ -59,10 +59,10 @@ def at(state: State, generation: int, beat: float = 0.0, monotonic: float = 500.
 
 
 class Story:
-    """A show from when its stages have started. `acts` are those that followed from the latest event."""
+    """A session from when its stages have started. `acts` are those that followed from the latest event."""
 
     def __init__(self, *names: SinkName) -> None:
-        self.show = Show()
+        self.state = SessionState()
         self.acts: list[Act] = []
         self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
         self._open(*names)
@@ -72,12 +72,12 @@ class Story:
         now = Now(NOW, stops, self.pressed)
         if isinstance(event, tuple):
             name, message = event
-            self.show, self.acts = heard(self.show, name, message, now)
+            self.state, self.acts = heard(self.state, name, message, now)
         else:
-            self.show, self.acts = asked(self.show, event, now)
+            self.state, self.acts = asked(self.state, event, now)
         for act in [*self.acts]:
             if isinstance(act, SendScore) and act.asked:
-                self.show, more = heard(self.show, act.name, {"type": "loaded", "play": act.play}, now)
+                self.state, more = heard(self.state, act.name, {"type": "loaded", "play": act.play}, now)
                 self.acts += more
         return [in_words(act) for act in self.acts]
 
@@ -94,15 +94,15 @@ class Story:
     def _open(self, *names: SinkName) -> None:
         for name in names or ("ros", "simulator"):
             assert self((name, READY[name])) == []
-        self.show = self.show.opened(["ros", "simulator"])
+        self.state = self.state.opened(["ros", "simulator"])
 
     @classmethod
     def playing(cls, *names: SinkName) -> Story:
         """The leading stage plays the first score from beat 0, and its twin follows."""
         story = cls(*names)
         story(play())
-        assert story.show.leader
-        story((story.show.leader, at("playing", 1)))
+        assert story.state.leader
+        story((story.state.leader, at("playing", 1)))
         return story
 
 

@@ -69,12 +69,12 @@ def test_what_moves_robots_carries_the_count_of_stops_when_it_was_asked_for() ->
 
 def test_a_score_counts_as_played_once_it_has_been_sent() -> None:
     """A stop on another thread may keep it back."""
-    show = Story().show
-    then, _ = asked(show, play(), Now())
+    state = Story().state
+    then, _ = asked(state, play(), Now())
     assert (then.generation, then.is_on, then.played) == (0, False, None)
     story = Story()
     story(play())
-    assert (story.show.generation, story.show.is_on, story.show.played) == (1, True, story.score.play)
+    assert (story.state.generation, story.state.is_on, story.state.played) == (1, True, story.score.play)
 
 
 def test_before_anything_has_been_played_there_is_nothing_to_seek_or_restart() -> None:
@@ -96,9 +96,9 @@ def test_a_restart_plays_the_same_score_with_the_same_senses() -> None:
 
 def test_what_is_muted_and_soloed_is_known() -> None:
     story = Story()
-    assert story.show.silenced == (frozenset(), frozenset())
+    assert story.state.silenced == (frozenset(), frozenset())
     story({"type": "silence", "muted": ["r"], "soloed": ["s", "t"]})
-    assert story.show.silenced == ({"r"}, {"s", "t"})  # type: ignore[comparison-overlap]
+    assert story.state.silenced == ({"r"}, {"s", "t"})  # type: ignore[comparison-overlap]
 
 
 def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -> None:
@@ -108,7 +108,7 @@ def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -
         (("simulator", at("playing", 2, 1.0)), ["transport"]),
         (("ros", at("stopped", 1)), ["transport (the other)"]),
     ])  # fmt: skip
-    assert (story.show.is_on, story.show.status, story.show.is_real) == (True, "simulator", False)
+    assert (story.state.is_on, story.state.status, story.state.is_real) == (True, "simulator", False)
     tell(story, [
         ({"type": "speed", "factor": 2.0}, ["simulator: speed", "ros: speed"]),  # it holds for what it plays next
         ({"type": "seek", "beat": 2.0}, ["simulator: seek"]),
@@ -122,17 +122,17 @@ def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -
 
 def test_pages_are_told_what_plays_while_the_stage_of_real_robots_is_starting() -> None:
     story = Story()
-    story.show = story.show.closed()
+    story.state = story.state.closed()
     story(("simulator", READY["simulator"]))
     assert story({"type": "program", "name": "d", "folder": "/", "problems": [], "count": 0}) == ["simulator: program"]
     assert story({"type": "speed", "factor": 2.0}) == ["simulator: speed"]
-    assert (story.show.is_open, story.show.status) == (False, "nothing")
+    assert (story.state.is_open, story.state.status) == (False, "nothing")
 
 
 def test_what_is_kept_has_no_time() -> None:
     story = Story.playing()
     story({"type": "speed", "factor": 2.0, "at": 3.0})
-    assert [*story.show.kept.values()] == [{"type": "speed", "factor": 2.0}]
+    assert [*story.state.kept.values()] == [{"type": "speed", "factor": 2.0}]
     assert story.sent("ros") == [{"type": "speed", "factor": 2.0, "at": NOW}]
 
 
@@ -152,7 +152,7 @@ def test_real_robots_play_nothing_while_an_emergency_stop_is_on() -> None:
         (play(simulated=True), ["ros: stop", "simulator: score 2"]),
         (play(GUARDED), ["ros: pressed", REFUSED]),
     ])  # fmt: skip
-    assert story.show.leader == "simulator"
+    assert story.state.leader == "simulator"
     story.pressed = {"type": "pressed", "topics": [], "count": 1}
     assert story(play(GUARDED)) == ["simulator: stop", "ros: score 3"]
 
@@ -176,9 +176,9 @@ def test_pages_are_told_what_may_be_edited_and_ros_is_not() -> None:
 def test_once_all_stages_have_ended_what_people_want_is_still_known() -> None:
     story = Story.playing()
     story({"type": "speed", "factor": 2.0})
-    show = story.show.closed()
-    assert (show.is_open, show.is_on, show.status, show.page) == (False, False, "nothing", None)
-    assert ({*show.kept}, show.generation, show.played) == ({"speed"}, 1, story.show.played)
-    assert show.editions == story.show.editions
-    story.show = show
+    state = story.state.closed()
+    assert (state.is_open, state.is_on, state.status, state.page) == (False, False, "nothing", None)
+    assert ({*state.kept}, state.generation, state.played) == ({"speed"}, 1, story.state.played)
+    assert state.editions == story.state.editions
+    story.state = state
     assert story(("simulator", READY["simulator"])) == ["simulator: speed"]

@@ -122,7 +122,7 @@ def test_a_clock_that_stands_pauses_all_and_they_come_in_when_it_is_at_their_bea
     hear(story, 21.0)
     assert (story.words or story.waits()) == both("bend", "resume")
     assert story.sent(PI)[1]["at"] == pytest.approx(NOW + 21 + 0.75)
-    assert story.troupe.mode == "playing"
+    assert story.group.mode == "playing"
 
 
 def test_who_seeks_while_all_wait_for_their_beat_has_them_come_in_at_another_one() -> None:
@@ -147,7 +147,7 @@ def test_what_a_person_has_paused_or_stopped_goes_on_only_if_a_person_says_so(ki
     story.told(kind)
     story.now += 1
     assert hear(story, 20.0) == []
-    assert (story.troupe.mode, story.troupe.enters) == ("paused" if kind == "pause" else "stopped", math.inf)
+    assert (story.group.mode, story.group.enters) == ("paused" if kind == "pause" else "stopped", math.inf)
     if kind == "pause":
         hear(story, 22.0, tempo=0.0)
         assert story.told("resume") == [], "the clock stands: all wait for it"
@@ -158,11 +158,11 @@ def test_what_a_person_has_paused_or_stopped_goes_on_only_if_a_person_says_so(ki
 def test_a_stop_while_they_wait_for_their_beat_begins_nothing() -> None:
     story = ready()
     hear(story, 1.0, tempo=60.0)
-    assert story.troupe.enters == NOW + 3
+    assert story.group.enters == NOW + 3
     story.told("stop")
     story.now += 2.5
     assert hear(story, 3.5, tempo=60.0) == []
-    story.troupe, acts = rules.waited(story.troupe, Times(story.now, story.now))
+    story.group, acts = rules.waited(story.group, Times(story.now, story.now))
     assert not any(isinstance(act, SendTo) for act in acts)
 
 
@@ -171,7 +171,7 @@ def test_a_stage_that_stops_while_they_wait_for_their_beat_begins_nothing() -> N
     hear(story, 1.0, tempo=60.0)
     story.is_at(PI, "stopped")
     story.now += 2.5
-    story.troupe, acts = rules.waited(story.troupe, Times(story.now, story.now))
+    story.group, acts = rules.waited(story.group, Times(story.now, story.now))
     assert not any(isinstance(act, SendTo) for act in acts)
 
 
@@ -185,7 +185,7 @@ def goes_on_by_itself(story: Story) -> bool:
         story.now += 0.1
         hear(story, 20 + 2 * (story.now - NOW - 10))
         told = list(story.acts)
-        story.troupe, acts = rules.waited(story.troupe, Times(story.now, story.now))
+        story.group, acts = rules.waited(story.group, Times(story.now, story.now))
         if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "anyway") for act in [*told, *acts]):
             return True
     return False
@@ -219,7 +219,7 @@ def test_who_was_to_begin_and_is_not_ready_any_more_waits_for_a_person_again() -
     story.told("resume")
     for armed in (False, True):
         story.said(PI, "armed", generation=1, armed=armed, begins=None)
-    assert (story.troupe.mode, story.troupe.enters) == ("armed", math.inf)
+    assert (story.group.mode, story.group.enters) == ("armed", math.inf)
 
 
 def test_a_person_who_begins_while_the_clock_stands_waits_for_it() -> None:
@@ -254,7 +254,7 @@ def test_a_host_that_joins_has_the_pace_of_the_others() -> None:
     for host in (HERE, PI):
         story.is_at(host, "playing", 20.0, pace=1.1)
     story.said(PI, "gone", message="it was rebooted")
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert story.sent(PI)[0]["entry"]["pace"] == 1.1
 
 
@@ -298,7 +298,7 @@ class Dance:
         self.heard[host] = len(told)
 
     def play(self, seconds: float) -> None:
-        self.story.troupe = replace(self.story.troupe, mode="playing", since=NOW)
+        self.story.group = replace(self.story.group, mode="playing", since=NOW)
         for number in range(round(seconds * 10)):
             self.at(NOW + number / 10, lambda: None)
         while self.due and self.due[0][0] < NOW + seconds:

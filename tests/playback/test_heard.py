@@ -184,7 +184,7 @@ def test_one_stage_alone_has_no_twin() -> None:
         (("simulator", GONE), ["start simulator", STOPPING]),
         (SIMULATOR, ["simulator: score 1 stop"]),
     ])  # fmt: skip
-    assert story.show.status == "simulator"
+    assert story.state.status == "simulator"
 
 
 @pytest.mark.parametrize(
@@ -216,8 +216,8 @@ def test_what_is_known_of_the_stages(heard: Any, is_open: bool, is_on: bool, sti
     story = Story.playing()
     for event in heard:
         story(event)
-    show = story.show
-    assert (show.is_open, show.is_on, show.still, show.status) == (is_open, is_on, still, status)
+    state = story.state
+    assert (state.is_open, state.is_on, state.still, state.status) == (is_open, is_on, still, status)
 
 
 def test_if_an_idle_stage_cannot_be_replaced_the_next_play_starts_all() -> None:
@@ -225,7 +225,7 @@ def test_if_an_idle_stage_cannot_be_replaced_the_next_play_starts_all() -> None:
     story(play(simulated=True))
     story(("ros", GONE))
     assert story(("ros", FAILED)) == ["no new stage could be started: no ROS (the other)"]
-    assert not story.show.is_open
+    assert not story.state.is_open
 
 
 def test_the_twin_enters_where_the_leading_stage_did() -> None:
@@ -321,9 +321,9 @@ def test_a_robot_that_stands_because_of_a_fault_is_known_as_muted_and_can_be_unm
     story({"type": "silence", "muted": ["s"], "soloed": ["t"]})
     fault: Any = {"type": "fault", "robot": "r", "response": "stand", "over": False, "message": "gone", **known}
     assert story((name, fault)) == (["simulator: fault", "gone"] if name == "ros" else ["gone (the other)"])
-    assert story.show.silenced == (frozenset(muted), frozenset("t"))
+    assert story.state.silenced == (frozenset(muted), frozenset("t"))
     story({"type": "silence", "muted": [], "soloed": []})
-    assert story.show.silenced == (frozenset(), frozenset())
+    assert story.state.silenced == (frozenset(), frozenset())
 
 
 def test_a_stage_that_starts_in_place_of_a_dead_one_has_a_robot_with_a_fault_stand() -> None:
@@ -346,7 +346,7 @@ def test_a_stage_that_lacks_something_is_sent_the_whole_score(
     story(play(when="beat"))
     story(("ros", at("playing", 2, 6.0)))
     assert story((name, {"type": "lacks", "generation": generation})) == follows
-    assert story.show.entered, "the leading stage plays on"
+    assert story.state.entered, "the leading stage plays on"
 
 
 def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() -> None:
@@ -378,7 +378,7 @@ def test_only_the_robots_of_an_idle_stage_are_stopped_when_it_dies() -> None:
     story(("ros", GONE))
     story(ROS)
     assert story.score.play.score.parts.keys() == {"r"}
-    assert story.show.is_on, "the simulator plays on"
+    assert story.state.is_on, "the simulator plays on"
 
 
 ON: Pressed = {"type": "pressed", "topics": ["/e_stop"], "count": 1}

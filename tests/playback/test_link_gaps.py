@@ -23,7 +23,7 @@ from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead, RowsWritten, to_json
 from improv_core.session.group import rules
 from improv_core.session.group.acts import Decided, Say, SendTo, Times
-from improv_core.session.group.state import HERE, Hosted, Troupe
+from improv_core.session.group.state import HERE, GroupState, Hosted
 from improv_core.stage.loop import Loop, Opened
 from improv_core.stage.stdio import arrival
 from tests.playback.test_together import PAD, PI, Story, on_hosts
@@ -71,9 +71,9 @@ class World:
         self._written = RowsWritten()
         self.says: list[Any] = []
         self.machines = {host: Machine(self, host) for host in hosts}
-        self.troupe = Troupe({host: Hosted(alive=False) for host in hosts})
+        self.group = GroupState({host: Hosted(alive=False) for host in hosts})
         for host in hosts:
-            self._do(rules.started(self.troupe, host, self._times))
+            self._do(rules.started(self.group, host, self._times))
             self._ping(host)
 
     def now(self) -> float:
@@ -103,16 +103,14 @@ class World:
         """A person asks for something."""
         message: Any = {"type": kind, **fields}
         if is_stop(message):
-            timed = rules.in_time(self.troupe, message, self._times)
+            timed = rules.in_time(self.group, message, self._times)
             for host in self.machines:
                 self._send(host, timed)
-        self._do(rules.told(self.troupe, message, self._times))
+        self._do(rules.told(self.group, message, self._times))
 
     def play(self, program: str = DANCE, when: str = "restart", **fields: Any) -> None:
         score = to_json(on_hosts(program), self._written if when != "restart" else RowsWritten())
-        self.ask(
-            "load", generation=self.troupe.generation + 1, score=score, when=when, backend="all", stops=0, **fields
-        )
+        self.ask("load", generation=self.group.generation + 1, score=score, when=when, backend="all", stops=0, **fields)
 
     def does(self, dice: random.Random) -> None:
         """A person does something, or a stage stops its robots by itself."""
@@ -136,7 +134,7 @@ class World:
             dues = [(machine.loop.deadline(self._now), machine) for machine in self.machines.values()]
             due, machine = min(dues, key=lambda each: each[0])
             comes = self._coming[0][0] if self._coming else math.inf
-            waited = rules.due(self.troupe, self._times)
+            waited = rules.due(self.group, self._times)
             at = min(due, comes, waited)
             if at > end:
                 break
@@ -146,7 +144,7 @@ class World:
             elif due <= at:
                 machine.loop.advance(self._now)
             else:
-                self._do(rules.waited(self.troupe, self._times))
+                self._do(rules.waited(self.group, self._times))
         self._now = end
 
     def comes_up(self, host: str, message: Any) -> None:
@@ -157,14 +155,14 @@ class World:
             self._pass(host, "up", lambda: self._hear(host, line))
 
     def _hear(self, host: str, line: bytes) -> None:
-        self._do(rules.said(self.troupe, host, read_from_stage(line), self._times))
+        self._do(rules.said(self.group, host, read_from_stage(line), self._times))
 
     @property
     def _times(self) -> Times:
         return Times(self._now, self._now)
 
     def _do(self, decided: Decided) -> None:
-        self.troupe, acts = decided
+        self.group, acts = decided
         for act in acts:
             if isinstance(act, SendTo):
                 self._send(act.host, act.message)
@@ -225,7 +223,7 @@ HOSTS = ((HERE, PI), (PI, PAD), (HERE, PI, PAD))
 
 def agree(world: World) -> None:
     """All dance at the same beat, or all stand; whoever decides for them and people know which."""
-    assert world.moving == ([*world.machines] if world.troupe.mode == "playing" else [])
+    assert world.moving == ([*world.machines] if world.group.mode == "playing" else [])
     assert (states(world)[-1] == "playing") == bool(world.moving)
     if world.moving:
         assert max(world.beats) - min(world.beats) < 0.1
@@ -238,7 +236,7 @@ def test_after_a_gap_all_dance_at_the_same_beat(hosts: Sequence[str], length: fl
     world = World(hosts, [Gap(PI, 2.0, 2.0 + length)], seed)
     world.play()
     world.run(2 + length + SETTLED)
-    assert world.troupe.mode == "playing"
+    assert world.group.mode == "playing"
     assert "stopped" not in states(world)
     agree(world)
 
@@ -251,7 +249,7 @@ def test_what_an_automation_has_all_play_again_goes_on_after_a_gap_too() -> None
     world.run(0.2)
     world.play(by="osc")
     world.run(SETTLED)
-    assert world.troupe.mode == "playing"
+    assert world.group.mode == "playing"
     agree(world)
 
 
@@ -276,7 +274,7 @@ def entering() -> Story:
     story.now += 1.0
     story.said(PI, "deserted", seconds=0.5)
     assert story.is_at(PI, "stopped", 1.0, deserted=True) == []
-    assert story.troupe.entering == {PI: 1}
+    assert story.group.entering == {PI: 1}
     return story
 
 
@@ -296,7 +294,7 @@ def test_a_stage_that_has_entered_after_a_gap_stops_all_although_it_has_yet_to_t
     story.plays(when="end")
     assert story.is_at(PI, "playing", 2.0, generation=1) == []
     assert story.said(PI, "lacks", generation=2) == [], "nobody plays that yet, so it waits for the others"
-    assert story.troupe.joining == {PI}
+    assert story.group.joining == {PI}
     story = entering()
     story.plays(when="end")
     assert story.is_at(PI, "stopped", 1.0, generation=1) == ["here: stop", f"{PAD}: stop", "say stopped"]
@@ -321,7 +319,7 @@ def test_a_new_stage_stops_robots_that_moved_when_the_one_before_died() -> None:
     story = Story.playing()
     story.said(PI, "gone", message="it hung")
     story.told("stop")
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert story.words == [f"{PI}: load"]
     play = arrival(json.dumps(story.sent(PI)[0]).encode(), RowsRead())
     assert isinstance(play, Play)
@@ -333,7 +331,7 @@ def test_a_new_stage_stops_robots_that_moved_when_the_one_before_died() -> None:
     for state in states:
         assert story.is_at(PI, state) == [], "nothing plays"
     story.said(PI, "gone", message="it hung")
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert story.words == [], "it had stopped them"
 
 

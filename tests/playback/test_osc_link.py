@@ -167,7 +167,7 @@ async def test_the_stages_learn_that_it_was_osc_which_asked(fakes: Fakes) -> Non
     await linked.ask({"type": "restart", "by": "osc"})
     assert leader.loads[-1]["by"] == "osc"
     await linked.play()
-    fakes.playback._do(asked(fakes.playback.show, {"type": "restart"}, Now(stops=fakes.stops.count)))
+    fakes.playback._do(asked(fakes.playback.state, {"type": "restart"}, Now(stops=fakes.stops.count)))
     assert ["by" in load for load in leader.loads] == [False, True, False, False]
     leader.tell("playing")
     assert "by" not in twin.loads[-1]  # the leader has decided

@@ -210,12 +210,12 @@ async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stoppe
 @performed
 async def test_a_dead_twin_is_replaced_and_the_leading_stage_keeps_playing(fakes: Fakes) -> None:
     leader, twin = await fakes.play()
-    page = fakes.playback.show.page
+    page = fakes.playback.state.page
     twin.die()
     assert fakes.lines == ["the stage exited unexpectedly: a new one will show the next dance"]
     await fakes.until(lambda: fakes.latest("simulator") is not twin)
     assert leader.kinds == ["load"]
-    await fakes.until(lambda: fakes.playback.show.page == page)
+    await fakes.until(lambda: fakes.playback.state.page == page)
     new = fakes.latest("simulator")
     await fakes.play()
     assert len(new.loads) == 1
@@ -248,7 +248,7 @@ async def test_if_one_stage_cannot_start_none_is_left_open(fakes: Fakes, failing
         await fakes.begin()
     (other,) = fakes.stages
     assert not other.alive
-    assert fakes.playback.show.status == "nothing"
+    assert fakes.playback.state.status == "nothing"
     fakes.fails.clear()
     assert await fakes.begin()
 
@@ -327,7 +327,7 @@ async def test_a_dance_on_other_stages_has_a_new_number_and_the_same_speed(fakes
     other.ask({"type": "speed", "factor": 2.0})
     assert await other.play(PlayScore(DANCE, "dance.improv", fakes.stops.count)) == 2
     assert fakes.latest("simulator").kinds == ["silence", "speed", "load"]
-    assert other.show.page == fakes.playback.show.page
+    assert other.state.page == fakes.playback.state.page
     await other.close()
 
 

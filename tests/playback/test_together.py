@@ -17,7 +17,7 @@ from improv_core.score.score import Host, Score
 from improv_core.score.score_json import RowsWritten, from_json, to_json
 from improv_core.session.group import rules, shared_poses
 from improv_core.session.group.acts import Act, Say, SendTo, StartHost, Times
-from improv_core.session.group.state import HERE, SPARE, Hosted, Troupe, beat_at
+from improv_core.session.group.state import HERE, SPARE, GroupState, Hosted, beat_at
 from improv_core.session.group.synced_start import EDGE
 from tests.playback.story import at
 
@@ -34,45 +34,45 @@ def on_hosts(text: str) -> Score:
 
 
 class Story:
-    """A troupe from when all its stages have started; `acts` are those that followed from the latest event."""
+    """A group from when all its stages have started; `acts` are those that followed from the latest event."""
 
     def __init__(self, *hosts: str) -> None:
         self.now = NOW
         self.acts: list[Act] = []
         self.written = RowsWritten()
-        self.troupe = Troupe({host: Hosted(alive=False) for host in hosts or (HERE, PI, PAD)})
-        for host in self.troupe.members:
-            self.troupe, acts = rules.started(self.troupe, host, Times(self.now))
+        self.group = GroupState({host: Hosted(alive=False) for host in hosts or (HERE, PI, PAD)})
+        for host in self.group.members:
+            self.group, acts = rules.started(self.group, host, Times(self.now))
             assert acts == []
 
     def told(self, kind: str, **fields: Any) -> list[str]:
         """What follows if the parent sends a message."""
         message: Any = {"type": kind, **fields}
-        self.troupe, self.acts = rules.told(self.troupe, message, Times(self.now, self.now))
+        self.group, self.acts = rules.told(self.group, message, Times(self.now, self.now))
         return self.words
 
     def said(self, host: str, kind: str, /, **fields: Any) -> list[str]:
         """What follows if the stage of a host says something."""
         message: Any = {"type": kind, **fields}
-        self.troupe, self.acts = rules.said(self.troupe, host, message, Times(self.now, self.now))
+        self.group, self.acts = rules.said(self.group, host, message, Times(self.now, self.now))
         return self.words
 
     def is_at(self, host: str, state: State, beat: float = 0.0, **known: Any) -> list[str]:
         """What follows if the stage of a host is in a state now, at 120 beats per minute."""
-        message: Any = {**at(state, self.troupe.generation, beat, self.now), **known}
+        message: Any = {**at(state, self.group.generation, beat, self.now), **known}
         return self.said(host, message.pop("type"), **message)
 
     def waits(self) -> list[str]:
         """What follows once the next time has come that it waits for."""
-        self.now = rules.due(self.troupe, Times(self.now, self.now))
-        self.troupe, self.acts = rules.waited(self.troupe, Times(self.now, self.now))
+        self.now = rules.due(self.group, Times(self.now, self.now))
+        self.group, self.acts = rules.waited(self.group, Times(self.now, self.now))
         return self.words
 
     def plays(self, text: str = "a p q o $ repeat forward\n", **fields: Any) -> list[str]:
         """What follows if a program is to be played."""
         rest = {"when": "restart", "backend": "all", **fields}
         score = to_json(on_hosts(text), self.written)
-        return self.told("load", generation=self.troupe.generation + 1, score=score, **rest)
+        return self.told("load", generation=self.group.generation + 1, score=score, **rest)
 
     @property
     def words(self) -> list[str]:
@@ -86,9 +86,9 @@ class Story:
         """All have begun at NOW."""
         story = cls(*hosts)
         story.plays()
-        for host in story.troupe.alive:
+        for host in story.group.alive:
             story.said(host, "armed", generation=1, armed=True, begins=None)
-        for host in story.troupe.alive:
+        for host in story.group.alive:
             story.is_at(host, "playing")
         return story
 
@@ -122,7 +122,7 @@ def test_a_pause_before_all_are_ready_means_that_nobody_begins() -> None:
     story.told("pause")
     story.said(HERE, "armed", generation=1, armed=True, begins=None)
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == []
-    assert (story.troupe.mode, story.told("resume")) == ("stopped", [])
+    assert (story.group.mode, story.told("resume")) == ("stopped", [])
 
 
 def test_beat_0_is_at_one_instant_once_all_are_ready() -> None:
@@ -195,7 +195,7 @@ def test_a_stop_ends_a_count_everywhere_and_people_are_told() -> None:
     story.told("stop")
     assert story.said(HERE, "armed", generation=1, armed=False, begins=None) == ["say armed"]
     assert story.is_at(HERE, "stopped") == ["say stopped"]
-    assert story.troupe.mode == "stopped"
+    assert story.group.mode == "stopped"
 
 
 def test_only_the_stage_that_leads_says_where_playback_is() -> None:
@@ -247,7 +247,7 @@ def test_what_a_stage_says_of_an_earlier_score_is_only_where_it_is_unless_it_sto
 def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     story = Story.playing()
     pause: Any = {"type": "pause"}
-    assert rules.in_time(story.troupe, pause, Times(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
+    assert rules.in_time(story.group, pause, Times(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
     assert story.told("pause") == []
     story.is_at(HERE, "paused", 2.26)
     story.is_at(PI, "paused", 2.26)
@@ -367,11 +367,11 @@ def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_paus
     story.is_at(PAD, "paused", 2.1)
     assert story.told("resume") == ["here: resume", f"{PAD}: seek", f"{PAD}: resume", f"{PI}: seek", f"{PI}: resume"]
     story.now += SPARE
-    for host in story.troupe.alive:
+    for host in story.group.alive:
         story.now += 0.02  # they are late to obey, and seek the beat while they are still paused
         assert story.is_at(host, "paused", 2.02, **near) == []
         story.is_at(host, "playing", 2.02)
-    assert story.troupe.mode == "playing"
+    assert story.group.mode == "playing"
     story.now += 1
     assert story.is_at(PI, "paused", 4.0, **near)[0] == "here: pause", "what comes later is another pause"
 
@@ -386,7 +386,7 @@ def test_a_stage_that_says_only_after_a_person_resumes_that_it_was_paused_too_pa
     story.now += 0.2
     story.told("resume")
     assert story.is_at(PAD, "paused", 2.0, **near, monotonic=late) == []
-    assert story.troupe.mode == "playing"
+    assert story.group.mode == "playing"
     story.now += SPARE
     held = {"waits_for": ["button 4 on /joy"]}
     assert story.is_at(PAD, "paused", 2.0, **held)[-1] == "say paused", "it can't go on: a button must be held"
@@ -416,7 +416,7 @@ def test_people_are_told_which_robots_have_not_confirmed_a_stop() -> None:
 def test_all_who_confirm_a_stop_are_no_news() -> None:
     story = Story.playing()
     story.told("stop")
-    for host in story.troupe.alive:
+    for host in story.group.alive:
         story.is_at(host, "stopped", 1.0)
     assert story.waits() == []
 
@@ -439,7 +439,7 @@ def test_a_host_that_died_while_it_moved_has_obeyed_once_its_next_stage_has_stop
     assert "say obeyed" not in story.said(PI, "gone", message="the link was silent")
     story.told("stop", mark="page 2")
     assert story.said(HERE, "obeyed", mark="page 2", waits_for=[]) == ["say obeyed"]
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert story.words == [f"{PI}: load"]
     story.is_at(PI, "stopped")
     assert story.acts == [Say({"type": "obeyed", "mark": f"page {number}", "waits_for": []}) for number in (1, 2)]
@@ -457,7 +457,7 @@ def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     ]
     story.now += 20.1
     story.is_at(HERE, "playing", 40.2)
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert story.words == [f"{PI}: load"]
     (load,) = story.sent(PI)
     assert load["entry"] == {"beat": pytest.approx(40.2 + 2 * SPARE), "monotonic": pytest.approx(story.now + SPARE)}
@@ -469,7 +469,7 @@ def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_go_on() -> 
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
     story.said(PI, "gone", message="it was rebooted")
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert story.words == []
     story.told("resume")
     assert story.is_at(HERE, "playing", 2.0) == ["say playing", f"{PI}: load"]
@@ -480,7 +480,7 @@ def test_a_host_that_comes_back_while_robots_are_waited_for_gets_ready_with_the_
     story.plays()
     story.said(PI, "gone", message="it was rebooted")
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == [], "what it said before is no news"
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert (story.words, story.sent(PI)[0]["arming"]) == ([f"{PI}: load"], {})
     assert story.said(HERE, "armed", generation=1, armed=True, begins=None) == []
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["here: resume", f"{PI}: resume"]
@@ -497,7 +497,7 @@ def test_if_all_who_are_left_have_yet_to_join_the_dance_is_over() -> None:
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
     story.said(PI, "gone", message="it was rebooted")
-    story.troupe, _ = rules.started(story.troupe, PI, Times(story.now))
+    story.group, _ = rules.started(story.group, PI, Times(story.now))
     assert story.said(HERE, "gone", message="it was killed") == [
         "say the stage here: it was killed",
         "start  again",
@@ -518,7 +518,7 @@ def test_the_only_host_whose_link_was_silent_stops_the_dance() -> None:
     story = Story.playing(PI)
     story.said(PI, "deserted", seconds=3.0)
     assert story.is_at(PI, "stopped", 3.0) == ["say stopped"]
-    assert story.troupe.mode == "stopped"
+    assert story.group.mode == "stopped"
 
 
 def test_another_stage_leads_if_the_one_that_did_is_gone() -> None:
@@ -555,7 +555,7 @@ def test_a_save_builds_on_what_the_stages_have_and_a_newcomer_gets_it_whole() ->
     story = Story.playing()
     story.plays("a p $ repeat left\no $ repeat forward\n", when="now")
     assert story.sent(HERE)[0]["score"]["known"] > 0
-    read = from_json(json.loads(json.dumps(story.troupe.load))["score"])
+    read = from_json(json.loads(json.dumps(story.group.load))["score"])
     saved = on_hosts("a p $ repeat left\no $ repeat forward\n")
     assert all(same(part.scenes[0], saved.parts[name].scenes[0]) for name, part in read.parts.items())
 
@@ -580,8 +580,8 @@ def test_what_is_for_pages_goes_to_the_stage_here_which_has_them() -> None:
 def test_what_holds_for_later_is_told_to_stages_that_start_later() -> None:
     story = Story(HERE)
     story.told("silence", muted=["a"], soloed=[])
-    story.troupe = replace(story.troupe, members={**story.troupe.members, PI: Hosted(alive=False)})
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(NOW))
+    story.group = replace(story.group, members={**story.group.members, PI: Hosted(alive=False)})
+    story.group, story.acts = rules.started(story.group, PI, Times(NOW))
     assert story.words == [f"{PI}: silence"]
 
 
@@ -597,7 +597,7 @@ def test_a_beat_may_be_told_ahead() -> None:
 def stopped(story: Story, by: list[str]) -> None:
     """All have stopped, and say what may have robots move without a person."""
     story.told("stop")
-    for host in story.troupe.alive:
+    for host in story.group.alive:
         story.is_at(host, "stopped", 2.0, startable_by=by)
 
 
@@ -609,7 +609,7 @@ def test_a_person_goes_on_from_where_somebody_has_sought_since_a_stop_and_an_aut
         story.is_at(host, "paused", 5.0, startable_by=[])
     assert story.told("resume", by="osc") == [f"say {STOPPED}"]
     assert story.told("resume") == ["here: resume", f"{PI}: resume"]
-    assert story.troupe.mode == "playing"
+    assert story.group.mode == "playing"
 
 
 def test_an_automation_plays_again_only_what_all_stages_let_it_play() -> None:
@@ -622,7 +622,7 @@ def test_an_automation_plays_again_only_what_all_stages_let_it_play() -> None:
     assert story.plays(by="osc") == ["here: load", f"{PI}: load"]
     assert [load["by"] for host in (HERE, PI) for load in story.sent(host)] == ["osc", "osc"]
     assert story.said(PI, "gone", message="it broke")[1:] == [f"start {PI} again"]
-    story.troupe, story.acts = rules.started(story.troupe, PI, Times(story.now))
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
     assert ["by" in load for load in story.sent(PI)] == [False]  # or a stage that is new would refuse it
 
 

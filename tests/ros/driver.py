@@ -175,14 +175,14 @@ def until_missing() -> None:
     until(sink.missing)
 
 
-def until_paid() -> None:
-    """Until no robot is owed a zero."""
+def until_no_zero_pends() -> None:
+    """Return once no zero is pending."""
 
-    def paid() -> bool:
-        sink.owed.pay(time.monotonic())
-        return sink.owed.due == math.inf
+    def none_pending() -> bool:
+        sink.pending_zeros.retry(time.monotonic())
+        return sink.pending_zeros.due == math.inf
 
-    until(paid)
+    until(none_pending)
 
 
 def until_no_warnings() -> None:
@@ -289,12 +289,12 @@ methods: dict[str, Callable[..., Any]] = {
     "pose": pose,
     "joints": joints,
     "alarm": alarm,
-    "pay": lambda: sink.owed.pay(time.monotonic()),
+    "retry": lambda: sink.pending_zeros.retry(time.monotonic()),
     "guard": lambda *topics: sink.guard(topics),
     "until_ready": until_ready,
     "until_missing": until_missing,
     "until_no_warnings": until_no_warnings,
-    "until_paid": until_paid,
+    "until_no_zero_pends": until_no_zero_pends,
     "offered": offered,
     "until_offered": until_offered,
 }

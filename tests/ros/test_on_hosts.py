@@ -93,7 +93,7 @@ def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joi
         await show.play("a p $ repeat forward\n")
         began = [(await asyncio.to_thread(robot.wait, moving))["at"] for robot in (here, there)]
         assert abs(began[1] - began[0]) < 5, "at one instant, on a busy machine"
-        assert "on robot" in show.playback.show.status
+        assert "on robot" in show.playback.state.status
         await show.until(lambda message: message["type"] == "link")
 
         os.kill(process_of(str(host.cache), "--sink"), signal.SIGKILL)

@@ -75,7 +75,7 @@ def test_velocities_are_owed_zeros_until_they_are_heard(sink: Sink, listen: List
     sink("send_joints", 1.0, pitch=0.0)
     listener.wait(lambda message: message["numbers"] == [0, 1])
     sink("send_joints", 1.5, yaw=0.0)
-    sink("until_paid")
+    sink("until_no_zero_pends")
     listener.wait(lambda message: message["numbers"] == [0, 0])
 
 

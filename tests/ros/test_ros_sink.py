@@ -144,7 +144,7 @@ def test_a_robot_that_an_earlier_stage_moved_is_told_to_stop_as_soon_as_it_comes
     sink("prepare", TURTLE, stops=True)
     sink("send", "turtle1", 0, 0, 0, 0)
     listener = listen("/turtle1/cmd_vel")
-    sink.repeat(listener, "pay")
+    sink.repeat(listener, "retry")
     assert all(map(still, listener.heard))
 
 

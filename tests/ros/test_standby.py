@@ -77,7 +77,7 @@ def test_a_stage_that_is_killed_before_its_robots_have_confirmed_that_they_stand
 def test_a_stage_whose_robots_have_confirmed_that_they_stand(listen: Listen, publish: Publish, sink: Sink) -> None:
     turtles = moving(listen, sink)
     sink("send", "turtle1", 0.0, 0.0, 0.0, 0.0)
-    sink("until_paid")
+    sink("until_no_zero_pends")
     publish(TOPICS[0], "geometry_msgs/Twist")({"linear.x": 9.0})
     turtles.wait(at_speed(9))  # a subscriber reads a topic in order: whatever it has confirmed was before this
     assert any(map(still, turtles.heard))

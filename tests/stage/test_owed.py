@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.safety.pending_zeros import LATER, LIMIT, OVERDUE, PERIOD, UNCONFIRMED, TopicFacts, look, owe
+from improv_core.safety.pending_zeros import LATER, LIMIT, OVERDUE, PERIOD, UNCONFIRMED, TopicFacts, check, pending_zero
 
 RELIABLE = TopicFacts(1, confirms=True, confirmed=True)
 LATE = TopicFacts(1, confirms=True, confirmed=False)
@@ -21,22 +21,22 @@ def story(
 ) -> tuple[list[float], float, bool]:
     """A robot is told to stop at 0; each of these facts holds from its time on.
 
-    When zeros are sent again, when none is owed anymore, and whether people are told that it may not have heard it.
+    When zeros are sent again, when none is pending anymore, and whether people are told that it may not have heard it.
     """
 
     def holds(now: float) -> TopicFacts:
         return [each for at, each in facts if at <= now][-1]
 
-    owed, sent = owe(0.0, holds(0.0).listeners, listened, inherited), list[float]()
+    pending, sent = pending_zero(0.0, holds(0.0).listeners, listened, inherited), list[float]()
     while True:
-        now = round(owed.due, 6)
-        found = look(owed, now, holds(now))
+        now = round(pending.due, 6)
+        found = check(pending, now, holds(now))
         if found.sends:
             sent.append(now)
-        if not found.owed:
-            return sent, now, found.tells
-        assert found.owed.due > now
-        owed = found.owed
+        if not found.pending:
+            return sent, now, found.warns
+        assert found.pending.due > now
+        pending = found.pending
 
 
 def every(begin: float, end: float) -> list[float]:

@@ -70,7 +70,7 @@ OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
 
 
 @pytest.mark.parametrize(
-    ("said", "owed", "moved"),
+    ("said", "pending", "moved"),
     [
         ([MOVES, OTHER], set(), {"/r/cmd_vel", "/s/cmd_vel"}),
         ([MOVES, OTHER, STANDS], {"/r/cmd_vel", "/s/cmd_vel"}, set()),
@@ -81,11 +81,13 @@ OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
         ([MOVES, OWES], {"/s/cmd_vel"}, {"/r/cmd_vel"}),
     ],
 )
-def test_zeros_stay_pending_until_robots_confirm_them(said: list[ToStandby], owed: set[str], moved: set[str]) -> None:
+def test_zeros_stay_pending_until_robots_confirm_them(
+    said: list[ToStandby], pending: set[str], moved: set[str]
+) -> None:
     watch = ParentWatch(0.0)
     for message in said:
         watch.take(message, 0.0)
-    assert ({*watch.owed}, {*watch.moved}) == (owed, moved)
+    assert ({*watch.pending}, {*watch.moved}) == (pending, moved)
 
 
 def test_a_standby_that_was_itself_halted_gives_the_stage_as_much_time_again() -> None:

@@ -32,7 +32,7 @@ from improv_core.score.world import World
 from improv_core.session.acts import Send, SendScore
 from improv_core.session.on_request import Now, asked
 from improv_core.session.on_stage_message import heard
-from improv_core.session.state import PlayScore, Show
+from improv_core.session.state import PlayScore, SessionState
 from improv_core.stage.loop import Loop, Opened
 from tests.playback.story import READY
 from tests.stage.test_player import Memory, score
@@ -55,7 +55,7 @@ class Performance:
         self.lines: list[str] = []
         self._situation, self._heard = Situation(), play_again.Heard()
         self._loop = Loop(Opened(self.robots, self._tell), self, Parent())
-        self._show = heard(Show(), "ros", READY["ros"], Now())[0].opened(["ros"])
+        self._state = heard(SessionState(), "ros", READY["ros"], Now())[0].opened(["ros"])
         dance = replace(score(PROGRAM), safety=SAFETY)
         self._score = replace(dance, clock=OutsideClock(follow)) if follow else dance
 
@@ -81,13 +81,13 @@ class Performance:
 
     def save(self) -> None:
         """Save the program, as a person."""
-        self._do(asked(self._show, PlayScore(self._score, "dance.improv", 0), self._now))
+        self._do(asked(self._state, PlayScore(self._score, "dance.improv", 0), self._now))
 
     def ask(self, command: PageRequest) -> None:
         """Send a request from a page, an editor, a terminal, or OSC."""
         if COMMANDS[command["type"]].stops:
             self._take(command)
-        self._do(asked(self._show, command, self._now))
+        self._do(asked(self._state, command, self._now))
 
     def ask_on_node(self, command: PageRequest) -> None:
         """Send a request from a service or parameter of the stage's node."""
@@ -95,7 +95,7 @@ class Performance:
             self._take(command)
         if COMMANDS[command["type"]].stops:
             self._take(command)  # again, from the parent
-        self._do(heard(self._show, "ros", {"type": "request", "command": command}, self._now))
+        self._do(heard(self._state, "ros", {"type": "request", "command": command}, self._now))
 
     def osc(self, address: str, *arguments: Any) -> None:
         """Receive an OSC message."""
@@ -151,10 +151,10 @@ class Performance:
         if message["type"] == "warning" or message["type"] == "error":
             self.lines.append(message["message"])
         self._situation, self._heard = self._situation.after(message), self._heard.after(message)
-        self._do(heard(self._show, "ros", message, self._now))
+        self._do(heard(self._state, "ros", message, self._now))
 
-    def _do(self, decided: tuple[Show, Sequence[Any]]) -> None:
-        self._show, acts = decided
+    def _do(self, decided: tuple[SessionState, Sequence[Any]]) -> None:
+        self._state, acts = decided
         for act in acts:
             if isinstance(act, Send):
                 self._take(act.message)
@@ -169,7 +169,7 @@ class Performance:
                 if act.play.by:
                     load["by"] = act.play.by
                 self._loop.take(Play(load, act.play.score), self.time)
-                self._do(heard(self._show, "ros", {"type": "loaded", "play": act.play}, self._now))
+                self._do(heard(self._state, "ros", {"type": "loaded", "play": act.play}, self._now))
 
 
 Does = Callable[[Performance], object]

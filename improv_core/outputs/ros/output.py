@@ -23,7 +23,7 @@ from improv_core.outputs.ros.reset import Resets
 from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
 from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
-from improv_core.outputs.ros.zero_sender import ZERO, OwedZeros
+from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage
 from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses
@@ -87,10 +87,10 @@ class Ros:
         self._listening = Listening(self._node, hear, now)
         self._reader = RosReader(node_name() + READER, hear, now)
         self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
-        self.owed = OwedZeros(self._send_zero, self._others, self._standby.paid, tell, now)
+        self.pending_zeros = PendingZeros(self._send_zero, self._others, self._standby.paid, tell, now)
         """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
-        shared = (self._standby, self.owed, tell, now)
+        shared = (self._standby, self.pending_zeros, tell, now)
         self._controllers = RosControllers(self._node, self._advertise_for, where, *shared)
         self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
@@ -161,7 +161,7 @@ class Ros:
             )
             if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                 self._standby.owes(part.topic, part.frame)
-                self.owed.inherits(robot, self._topics[part.topic], part.frame)
+                self.pending_zeros.inherits(robot, self._topics[part.topic], part.frame)
         self._unprepared.clear()
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
@@ -261,12 +261,12 @@ class Ros:
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
             self._standby.moves(known.topic.name, known.part.frame)
-            self.owed.moves(known.topic)
+            self.pending_zeros.moves(known.topic)
         known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._controllers.halt(robot)
             self._standby.stands(known.topic.name)
-            self.owed.stands(robot, known.topic, known.part.frame)
+            self.pending_zeros.stands(robot, known.topic, known.part.frame)
         if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 

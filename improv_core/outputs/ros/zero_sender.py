@@ -1,4 +1,4 @@
-"""Sends pending zeros (safety/pending_zeros.py) on ROS 2 topics."""
+"""Sends pending zeros (safety/pending_zeros.py) again on ROS 2 topics."""
 
 from __future__ import annotations
 
@@ -8,74 +8,74 @@ from dataclasses import dataclass, replace
 
 from improv_core.outputs.cdr import frame_field, twist_message
 from improv_core.outputs.ros.topic import Now, RosTopic
-from improv_core.safety.pending_zeros import Owed, TopicFacts, look, owe
+from improv_core.safety.pending_zeros import PendingZero, TopicFacts, check, pending_zero
 from improv_core.score.motion import STILL
 
-MOST_LOOKS = 4
-"""The most topics to look at per call. With 100 topics on a busy machine, each took 0.3 to 0.6 ms."""
+MOST_CHECKS = 4
+"""The most topics to check in one `retry`. With 100 topics on a busy machine, each took 0.3 to 0.6 ms."""
 ZERO = twist_message(STILL)
 
 
-class OwedZeros:
-    """The topics on which robots may not have received their zeros. `others` names the other nodes that publish on a
-    topic, `paid` gets the topics that need no more zeros, and `tell` gets lines for people."""
+class PendingZeros:
+    """The topics whose listeners may not have received a zero. `others` names the other nodes that publish on a topic,
+    `done` gets topics on which no zero is pending anymore, and `tell` gets lines for people."""
 
     def __init__(
         self,
         send: Callable[[RosTopic, bytes, bytes], None],
         others: Callable[[RosTopic], Collection[str]],
-        paid: Callable[[str], None],
+        done: Callable[[str], None],
         tell: Callable[[str], None],
         now: Now,
     ) -> None:
         self._send = send
         self._others = others
-        self._paid = paid
+        self._done = done
         self._tell = tell
         self._now = now
-        self._moved: set[str] = set()  # topics on which robots have moved since their latest pending zero
-        self._pending: dict[str, _PendingZero] = {}  # by topic, the longest unseen first
+        self._moved: set[str] = set()  # topics on which robots were sent a velocity after the last zero
+        self._pending: dict[str, _Entry] = {}  # by topic, the one that was checked longest ago first
 
     def moves(self, topic: RosTopic) -> None:
-        """Note that a robot gets a velocity."""
+        """Note that a robot is sent a velocity."""
         self._moved.add(topic.name)
         self._pending.pop(topic.name, None)
 
     def stands(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
-        """Note that a robot got this zero."""
-        now, pending = self._now(), self._pending.get(topic.name)
-        if pending:
-            pending.owed = pending.owed.sent(now)
+        """Note that a robot was sent this zero."""
+        now, entry = self._now(), self._pending.get(topic.name)
+        if entry:
+            entry.state = entry.state.sent(now)
         elif topic.name in self._moved:
             self._moved.discard(topic.name)
-            owed = owe(now, topic.count_listeners(), topic.was_heard)
-            self._pending[topic.name] = _PendingZero(robot, topic, frame, owed, zero)
+            state = pending_zero(now, topic.count_listeners(), topic.was_heard)
+            self._pending[topic.name] = _Entry(robot, topic, frame, state, zero)
 
     def inherits(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
-        """Note that a robot gets a zero because an earlier stage may have moved it."""
-        owed = owe(self._now(), topic.count_listeners(), topic.was_heard, inherited=True)
-        self._pending[topic.name] = _PendingZero(robot, topic, frame, owed, zero)
+        """Note that a robot that an earlier stage may have moved is sent a zero."""
+        state = pending_zero(self._now(), topic.count_listeners(), topic.was_heard, inherited=True)
+        self._pending[topic.name] = _Entry(robot, topic, frame, state, zero)
 
     @property
     def due(self) -> float:
-        """The next time at which `pay` is due, in monotonic seconds."""
-        return min((pending.owed.due for pending in self._pending.values()), default=math.inf)
+        """The time at which `retry` is due, in monotonic seconds."""
+        return min((entry.state.due for entry in self._pending.values()), default=math.inf)
 
-    def pay(self, now: float) -> None:
-        """Look at the topics that are due: send zeros again, or drop those that were confirmed."""
-        due = [name for name, pending in self._pending.items() if pending.owed.due <= now]
-        for name in due[:MOST_LOOKS]:
-            pending = self._pending.pop(name)
-            found = look(pending.owed, now, self._facts(pending.topic))
-            if found.owed:
-                self._pending[name] = replace(pending, owed=found.owed)
+    def retry(self, now: float) -> None:
+        """Send zeros that are due again, or find out that listeners have received them."""
+        due = [name for name, entry in self._pending.items() if entry.state.due <= now]
+        for name in due[:MOST_CHECKS]:
+            entry = self._pending.pop(name)
+            found = check(entry.state, now, self._facts(entry.topic))
+            if found.pending:
+                self._pending[name] = replace(entry, state=found.pending)
             else:
-                self._paid(name)
+                self._done(name)
             if found.sends:
-                self._send(pending.topic, pending.zero, frame_field(pending.frame))
-            if found.tells:
+                self._send(entry.topic, entry.zero, frame_field(entry.frame))
+            if found.warns:
                 self._tell(
-                    f"{pending.robot} may still be moving: no listener on {name} has confirmed the stop; "
+                    f"{entry.robot} may still be moving: no listener on {name} has confirmed the stop; "
                     "look at the robot"
                 )
 
@@ -87,9 +87,9 @@ class OwedZeros:
 
 
 @dataclass(slots=True)
-class _PendingZero:
+class _Entry:
     robot: str
     topic: RosTopic
     frame: str
-    owed: Owed
+    state: PendingZero
     zero: bytes

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.messages import ToStage
-from improv_core.session.group.state import Troupe
+from improv_core.session.group.state import GroupState
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class StartHost:
 
 
 Act = SendTo | Say | StartHost
-Decided = tuple[Troupe, list[Act]]
+Decided = tuple[GroupState, list[Act]]
 
 
 def warning(line: str) -> Say:

@@ -16,7 +16,7 @@ from improv_core.protocol.messages import Load
 from improv_core.score.outside_clock import LOST, Following
 from improv_core.score.peer_clock import Anchor, bent
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, Times, warning
-from improv_core.session.group.state import HERE, Troupe, beat_at
+from improv_core.session.group.state import HERE, GroupState, beat_at
 from improv_core.session.group.synced_start import EARLY, begin, go, instant
 
 LOOK = 0.25
@@ -25,124 +25,124 @@ NOTICED = 0.005
 """The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
 
 
-def taken(troupe: Troupe, load: Load) -> tuple[Troupe, Load, list[Act]]:
+def taken(group: GroupState, load: Load) -> tuple[GroupState, Load, list[Act]]:
     """A score is to be played: the clock that it wants to follow is taken out of it, if there are other machines."""
     wanted = load["score"].get("clock")
-    if all(host == HERE for host in troupe.members):
-        return replace(troupe, clock=None), load, []
+    if all(host == HERE for host in group.members):
+        return replace(group, clock=None), load, []
     load = {**load, "score": {**load["score"], "clock": None}}  # each would bend by itself, at another instant
-    troupe = replace(troupe, looks=-math.inf)
+    group = replace(group, looks=-math.inf)
     if wanted and wanted["follow"] == "ros":
         line = "stages on other machines don't follow the time of a simulation: the program's tempo counts"
-        return replace(troupe, clock=None), load, [warning(line)]
-    if wanted and not (troupe.clock and troupe.clock.follow == wanted["follow"]):
-        return replace(troupe, clock=Following(wanted["follow"])), load, []
-    return troupe if wanted else replace(troupe, clock=None), load, []
+        return replace(group, clock=None), load, [warning(line)]
+    if wanted and not (group.clock and group.clock.follow == wanted["follow"]):
+        return replace(group, clock=Following(wanted["follow"])), load, []
+    return group if wanted else replace(group, clock=None), load, []
 
 
-def anchored(troupe: Troupe, heard: AnchorMessage, now: Times) -> Decided:
+def anchored(group: GroupState, heard: AnchorMessage, now: Times) -> Decided:
     """Something is heard of the clock."""
-    before = troupe.clock
+    before = group.clock
     assert before
     anchor = Anchor(heard["at"], heard["beat"], heard["tempo"] / 60, heard["period"], heard["jumps"])
-    troupe = replace(troupe, clock=replace(before, anchor=anchor, silent=False))
+    group = replace(group, clock=replace(before, anchor=anchor, silent=False))
     acts: list[Act] = [warning(f"{before.name} is heard again")] if before.silent else []
     if not anchor.rate:
-        troupe, more = _stands(troupe, now)
-    elif troupe.mode == "armed" and (troupe.arming is None or troupe.stands) and troupe.enters == math.inf:
-        troupe, more = enter(troupe, 0.0, now)
-    elif troupe.mode == "paused" and troupe.stands and (position := troupe.position):
-        troupe, more = enter(troupe, position["beat"], now)
+        group, more = _stands(group, now)
+    elif group.mode == "armed" and (group.arming is None or group.stands) and group.enters == math.inf:
+        group, more = enter(group, 0.0, now)
+    elif group.mode == "paused" and group.stands and (position := group.position):
+        group, more = enter(group, position["beat"], now)
     else:
-        troupe, more = _bend(troupe, now)
-    return troupe, [*acts, *more]
+        group, more = _bend(group, now)
+    return group, [*acts, *more]
 
 
-def ready(troupe: Troupe, now: Times) -> Decided:
+def ready(group: GroupState, now: Times) -> Decided:
     """All is ready: beat 0 is at the next bar of the clock, once that is heard."""
-    troupe = replace(troupe, mode="armed")
-    if troupe.is_led:
-        return enter(troupe, 0.0, now)
-    assert troupe.clock
-    return troupe, [
-        Say({"type": "armed", "generation": troupe.generation, "armed": True, "begins": None}),
-        warning(f"the dance begins at the next bar of {troupe.clock.name}, once it is heard"),
+    group = replace(group, mode="armed")
+    if group.is_led:
+        return enter(group, 0.0, now)
+    assert group.clock
+    return group, [
+        Say({"type": "armed", "generation": group.generation, "armed": True, "begins": None}),
+        warning(f"the dance begins at the next bar of {group.clock.name}, once it is heard"),
     ]
 
 
-def enter(troupe: Troupe, beat: float, now: Times) -> Decided:
+def enter(group: GroupState, beat: float, now: Times) -> Decided:
     """All begin or go on from this beat once the clock is at it, as a musician comes in."""
-    clock, soonest = troupe.clock, now.at + troupe.ahead
+    clock, soonest = group.clock, now.at + group.ahead
     assert clock
-    left = clock.until(beat, troupe.speed, troupe.bar, soonest)
-    troupe = replace(troupe, enters=soonest + left, enters_at=beat, stands=False)
-    return waited(troupe, now)
+    left = clock.until(beat, group.speed, group.bar, soonest)
+    group = replace(group, enters=soonest + left, enters_at=beat, stands=False)
+    return waited(group, now)
 
 
-def due(troupe: Troupe) -> float:
+def due(group: GroupState) -> float:
     """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
-    enters = troupe.enters - EARLY if troupe.mode in ("armed", "paused") else math.inf
-    return min(enters, _lost_at(troupe))
+    enters = group.enters - EARLY if group.mode in ("armed", "paused") else math.inf
+    return min(enters, _lost_at(group))
 
 
-def waited(troupe: Troupe, now: Times) -> Decided:
+def waited(group: GroupState, now: Times) -> Decided:
     """Do what is due: come in, or find out that the clock is lost."""
-    clock = troupe.clock
-    if clock and troupe.mode in ("armed", "paused") and now.at >= troupe.enters - EARLY:
-        at = max(troupe.enters, now.at + troupe.ahead)
-        beat = troupe.enters_at
-        pace = _pace(troupe, clock.rate)
+    clock = group.clock
+    if clock and group.mode in ("armed", "paused") and now.at >= group.enters - EARLY:
+        at = max(group.enters, now.at + group.ahead)
+        beat = group.enters_at
+        pace = _pace(group, clock.rate)
         told: BendMessage = {"type": "bend", "at": now.at, "beat": beat, "pace": pace}
-        clock = clock.aligned(troupe.speed, beat, at)
-        bends: list[Act] = [SendTo(host, told) for host in troupe.alive]  # while nothing plays, only the pace counts
-        troupe = replace(troupe.without_entry(), clock=clock, bent={**told, "at": at}, looks=at + LOOK)
-        troupe, acts = begin(troupe, at) if troupe.mode == "armed" else go(troupe, troupe.alive, beat, at)
-        return troupe, [*bends, *acts]
-    if clock and now.at >= _lost_at(troupe) and (position := troupe.position):
+        clock = clock.aligned(group.speed, beat, at)
+        bends: list[Act] = [SendTo(host, told) for host in group.alive]  # while nothing plays, only the pace counts
+        group = replace(group.without_entry(), clock=clock, bent={**told, "at": at}, looks=at + LOOK)
+        group, acts = begin(group, at) if group.mode == "armed" else go(group, group.alive, beat, at)
+        return group, [*bends, *acts]
+    if clock and now.at >= _lost_at(group) and (position := group.position):
         line = f"nothing is heard of {clock.name}: the dance goes on at {position['tempo']:.1f} beats per minute"
-        return replace(troupe, clock=replace(clock, silent=True)), [warning(line)]
-    return troupe, []
+        return replace(group, clock=replace(clock, silent=True)), [warning(line)]
+    return group, []
 
 
-def _lost_at(troupe: Troupe) -> float:
+def _lost_at(group: GroupState) -> float:
     """When the clock is lost if nothing more is heard of it."""
-    runs = troupe.mode == "playing" and troupe.position and troupe.is_led
-    return troupe.clock.anchor.at + LOST if runs and troupe.clock and troupe.clock.anchor else math.inf
+    runs = group.mode == "playing" and group.position and group.is_led
+    return group.clock.anchor.at + LOST if runs and group.clock and group.clock.anchor else math.inf
 
 
-def _stands(troupe: Troupe, now: Times) -> Decided:
+def _stands(group: GroupState, now: Times) -> Decided:
     """The clock stands: so do all, until it goes on."""
-    if troupe.mode != "playing":
-        return (replace(troupe, enters=math.inf, stands=True) if troupe.enters < math.inf else troupe), []
-    pause: Pause = {"type": "pause", "at": instant(troupe, now)}
-    pauses: list[Act] = [SendTo(host, pause) for host in troupe.alive]
-    assert troupe.clock
-    line = f"paused until {troupe.clock.name} goes on"
-    return replace(troupe, mode="paused", paused_by=frozenset(), stands=True), [*pauses, warning(line)]
+    if group.mode != "playing":
+        return (replace(group, enters=math.inf, stands=True) if group.enters < math.inf else group), []
+    pause: Pause = {"type": "pause", "at": instant(group, now)}
+    pauses: list[Act] = [SendTo(host, pause) for host in group.alive]
+    assert group.clock
+    line = f"paused until {group.clock.name} goes on"
+    return replace(group, mode="paused", paused_by=frozenset(), stands=True), [*pauses, warning(line)]
 
 
-def _bend(troupe: Troupe, now: Times) -> Decided:
+def _bend(group: GroupState, now: Times) -> Decided:
     """Have all play faster or slower from one instant on, so that they and the clock meet."""
-    clock, position, at = troupe.clock, troupe.position, now.at + troupe.ahead
-    if troupe.mode != "playing" or position is None or position["state"] != "playing" or now.at < troupe.looks:
-        return troupe, []
+    clock, position, at = group.clock, group.position, now.at + group.ahead
+    if group.mode != "playing" or position is None or position["state"] != "playing" or now.at < group.looks:
+        return group, []
     assert clock
-    latest = troupe.bent if troupe.bent and troupe.bent["at"] > position["monotonic"] else None
+    latest = group.bent if group.bent and group.bent["at"] > position["monotonic"] else None
     pace = latest["pace"] if latest else position.get("pace", 1.0)
-    per_second = float(troupe.tempo * troupe.speed) * pace / 60
+    per_second = float(group.tempo * group.speed) * pace / 60
     beat = latest["beat"] + (at - latest["at"]) * per_second if latest else beat_at(position, at)
-    clock = clock.aligned(troupe.speed, beat, at)
+    clock = clock.aligned(group.speed, beat, at)
     assert clock.anchor
-    late = clock.late(beat, troupe.bar, at)
-    asked = _pace(troupe, bent(clock.anchor, late))
-    troupe = replace(troupe, clock=clock, looks=now.at + LOOK)
+    late = clock.late(beat, group.bar, at)
+    asked = _pace(group, bent(clock.anchor, late))
+    group = replace(group, clock=clock, looks=now.at + LOOK)
     if abs(asked / pace - 1) < NOTICED:
-        return troupe, []
+        return group, []
     told: BendMessage = {"type": "bend", "at": at, "beat": max(beat, 0.0), "pace": asked}
-    hosts = [host for host in troupe.alive if host not in troupe.joining]
-    return replace(troupe, bent=told), [SendTo(host, told) for host in hosts]
+    hosts = [host for host in group.alive if host not in group.joining]
+    return replace(group, bent=told), [SendTo(host, told) for host in hosts]
 
 
-def _pace(troupe: Troupe, rate: float) -> float:
+def _pace(group: GroupState, rate: float) -> float:
     """How many times as fast as the program says all play that play so many beats of the clock a second."""
-    return float(within_reach(rate * 60 / float(troupe.tempo)))
+    return float(within_reach(rate * 60 / float(group.tempo)))

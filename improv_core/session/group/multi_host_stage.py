@@ -16,7 +16,7 @@ from improv_core.protocol.commands import is_stop
 from improv_core.protocol.messages import VERSION, Ready, ToStage
 from improv_core.session.group import rules
 from improv_core.session.group.acts import Decided, Say, SendTo, StartHost, Times, warning
-from improv_core.session.group.state import HERE, Hosted, Troupe
+from improv_core.session.group.state import HERE, GroupState, Hosted
 
 PAUSES = (1.0, 2.0, 4.0, 8.0, 15.0)
 """Seconds before each attempt to reach a host again; the last one is repeated."""
@@ -36,7 +36,7 @@ class Ensemble:
     """Several stages, by their hosts. Made by `start`. `send` may be called on any thread for stops and pauses."""
 
     def __init__(self, hosts: Sequence[str], start: StartMember, hear: HearAll) -> None:
-        self._troupe = Troupe({host: Hosted(alive=False) for host in hosts})
+        self._group = GroupState({host: Hosted(alive=False) for host in hosts})
         self._start_member = start
         self._hear = hear
         self._loop = asyncio.get_running_loop()
@@ -83,17 +83,17 @@ class Ensemble:
 
     def moving(self, robots: Iterable[str]) -> list[str]:
         """Which of these robots move, by what each stage reported last, on any thread."""
-        troupe, names = self._troupe, [*robots]
+        group, names = self._group, [*robots]
         return [
             robot
             for host, stage in [*self._stages.items()]
-            for robot in stage.moving(name for name in names if troupe.owns(host, name))
+            for robot in stage.moving(name for name in names if group.owns(host, name))
         ]
 
     def send(self, message: ToStage) -> None:
         """Send all a message. A stop goes to all at once."""
         if is_stop(message):
-            timed = rules.in_time(self._troupe, message, _now())
+            timed = rules.in_time(self._group, message, _now())
             self._stopped.append(message)  # first: an answer counts only once this is noted
             for stage in [*self._stages.values()]:
                 stage.send(timed)
@@ -101,7 +101,7 @@ class Ensemble:
                 self._loop.call_soon_threadsafe(self._note_stops)
         else:
             self._note_stops()
-            self._do(rules.told(self._troupe, message, _now()))
+            self._do(rules.told(self._group, message, _now()))
 
     async def close(self) -> None:
         """Stop the robots and end the stages. Robots are named that may still move, since no stage has confirmed it."""
@@ -112,7 +112,7 @@ class Ensemble:
         await asyncio.gather(*self._again.values(), return_exceptions=True)
         await asyncio.gather(*(stage.close() for stage in self._stages.values()))
         self._note_stops()
-        self._do(rules.unconfirmed(self._troupe))
+        self._do(rules.unconfirmed(self._group))
         if self._timer:
             self._timer.cancel()
         self._stages.clear()
@@ -126,7 +126,7 @@ class Ensemble:
         await asyncio.wait(starting.values(), timeout=SLOW)
         if late():
             wait = f"the others wait for up to {LATEST:g} s"
-            self._do((self._troupe, [warning(f"{', '.join(late())} has not answered for {SLOW:g} s: {wait}")]))
+            self._do((self._group, [warning(f"{', '.join(late())} has not answered for {SLOW:g} s: {wait}")]))
             await asyncio.wait(starting.values(), timeout=LATEST - SLOW)
         if HERE in starting:
             await asyncio.wait([starting[HERE]])
@@ -134,7 +134,7 @@ class Ensemble:
             await asyncio.wait([starting[host] for host in late()], return_when=asyncio.FIRST_COMPLETED)
         if late():
             line = f"{', '.join(late())} has not answered for {LATEST:g} s: the others begin, and it joins them"
-            self._do((self._troupe, [warning(line)]))
+            self._do((self._group, [warning(line)]))
 
     async def _reach_late(self, host: str, starting: asyncio.Task[None]) -> None:
         """Wait for a host without which the others have begun."""
@@ -147,7 +147,7 @@ class Ensemble:
         stage = await self._start_member(host, partial(self._heard, host))
         if stage:
             self._stages[host] = stage
-            self._do(rules.started(self._troupe, host, _now()))
+            self._do(rules.started(self._group, host, _now()))
 
     def _heard(self, host: str, stage: Stage, message: Heard, stops: int) -> None:
         self._note_stops()
@@ -156,15 +156,15 @@ class Ensemble:
             return
         if message["type"] == "gone":
             self._stages.pop(host, None)
-        self._do(rules.said(self._troupe, host, message, _now()))
+        self._do(rules.said(self._group, host, message, _now()))
 
     def _note_stops(self) -> None:
         """Decide what follows from stops and pauses before anything else that came after them."""
         while self._stopped:
-            self._do(rules.told(self._troupe, self._stopped.popleft(), _now()))
+            self._do(rules.told(self._group, self._stopped.popleft(), _now()))
 
     def _do(self, decided: Decided) -> None:
-        self._troupe, acts = decided
+        self._group, acts = decided
         for act in acts:
             match act:
                 case SendTo(host, message):
@@ -179,16 +179,16 @@ class Ensemble:
     def _wait(self) -> None:
         if self._timer:
             self._timer.cancel()
-        at = rules.due(self._troupe, _now())
+        at = rules.due(self._group, _now())
         if at < math.inf:
             self._timer = self._loop.call_at(at, self._waited)
 
     def _waited(self) -> None:
         self._timer = None
-        self._do(rules.waited(self._troupe, _now()))
+        self._do(rules.waited(self._group, _now()))
 
     def _try_later(self, host: str, problem: str) -> None:
-        self._do((self._troupe, [_cannot_be_reached(host, problem)]))
+        self._do((self._group, [_cannot_be_reached(host, problem)]))
         self._again[host] = asyncio.create_task(self._start_again(host, problem))
 
     async def _start_again(self, host: str, told: str = "") -> None:
@@ -202,7 +202,7 @@ class Ensemble:
             except StageError as error:
                 if str(error) != told:
                     told = str(error)
-                    self._do((self._troupe, [_cannot_be_reached(host, told)]))
+                    self._do((self._group, [_cannot_be_reached(host, told)]))
             else:
                 return
 

@@ -62,7 +62,7 @@ class Hosted:
 
 
 @dataclass(frozen=True, slots=True)
-class Troupe:
+class GroupState:
     """The stages, by their hosts, and what they play. Only `together.py` makes the next one.
 
     `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
@@ -213,18 +213,18 @@ class Troupe:
             return False
         return known["index"] == here["index"] and known["begins"] != here["begins"]
 
-    def without(self, host: str) -> Troupe:
+    def without(self, host: str) -> GroupState:
         """A stage neither joins the others nor keeps them waiting."""
         left = {host}
         entering = {each: generation for each, generation in self.entering.items() if each != host}
         return replace(self, joining=self.joining - left, entering=entering, paused_by=self.paused_by - left)
 
-    def stopped(self) -> Troupe:
+    def stopped(self) -> GroupState:
         """Nothing plays, and nobody joins."""
         none: frozenset[str] = frozenset()
         return replace(self.without_entry(), mode="stopped", joining=none, entering={}, paused_by=none)
 
-    def without_entry(self) -> Troupe:
+    def without_entry(self) -> GroupState:
         """Nobody begins or goes on by the clock."""
         return replace(self, enters=math.inf, stands=False)
 
@@ -236,17 +236,17 @@ class Troupe:
         """The robots that the stage of a host moves."""
         return [robot for robot, owner in self.robots.items() if owner.host == host]
 
-    def with_member(self, host: str, **changes: Any) -> Troupe:
+    def with_member(self, host: str, **changes: Any) -> GroupState:
         return replace(self, members={**self.members, host: replace(self.members[host], **changes)})
 
-    def with_all(self, hosts: Iterable[str], **changes: Any) -> Troupe:
+    def with_all(self, hosts: Iterable[str], **changes: Any) -> GroupState:
         """The same about the stages of several hosts."""
-        troupe = self
+        group = self
         for host in hosts:
-            troupe = troupe.with_member(host, **changes)
-        return troupe
+            group = group.with_member(host, **changes)
+        return group
 
-    def loading(self, load: Load) -> Troupe:
+    def loading(self, load: Load) -> GroupState:
         """With a score, which may build on the one before: a part that is the same is null in it."""
         score, before = load["score"], self.load["score"] if self.load else {"movements": [], "parts": {}}
         parts = {robot: part or before["parts"].get(robot) for robot, part in score["parts"].items()}

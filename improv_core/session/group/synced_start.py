@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from improv_core.protocol.commands import Anyway, Resume
 from improv_core.session.group.acts import Act, Decided, SendTo, Times
-from improv_core.session.group.state import SPARE, Troupe, beat_at
+from improv_core.session.group.state import SPARE, GroupState, beat_at
 
 EDGE = 0.01
 """Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
@@ -21,45 +21,45 @@ EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on it is told to all."""
 
 
-def go(troupe: Troupe, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = GO_ON) -> Decided:
+def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = GO_ON) -> Decided:
     """Have stages that are paused go on from one beat, all at the same time."""
-    troupe = going_on(troupe, at)
+    group = going_on(group, at)
     acts, timed = list[Act](), resume.copy()
     timed["at"] = at
     for host in hosts:
-        if host in troupe.joining:
+        if host in group.joining:
             continue
-        transport = troupe.members[host].transport
+        transport = group.members[host].transport
         if transport and transport["beat"] != beat:
             acts.append(SendTo(host, {"type": "seek", "beat": beat, "at": at}))
         acts.append(SendTo(host, timed))
-    return troupe, acts
+    return group, acts
 
 
-def going_on(troupe: Troupe, at: float) -> Troupe:
+def going_on(group: GroupState, at: float) -> GroupState:
     """All that are paused play from this time on."""
     # The pause may have made void what those were sent that are about to enter: they join anew.
-    joining = troupe.joining | troupe.entering.keys()
-    troupe = replace(troupe.without_entry(), mode="playing", joining=joining, entering={})
-    return replace(troupe, paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
+    joining = group.joining | group.entering.keys()
+    group = replace(group.without_entry(), mode="playing", joining=joining, entering={})
+    return replace(group, paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
 
 
-def begin(troupe: Troupe, at: float) -> Decided:
+def begin(group: GroupState, at: float) -> Decided:
     """Beat 0 is at this time, for all."""
-    troupe = replace(troupe.without_entry(), mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
-    return troupe, [SendTo(host, {"type": "resume", "at": at}) for host in troupe.alive]
+    group = replace(group.without_entry(), mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
+    return group, [SendTo(host, {"type": "resume", "at": at}) for host in group.alive]
 
 
-def instant(troupe: Troupe, now: Times) -> float:
+def instant(group: GroupState, now: Times) -> float:
     """A time at which all have heard what is sent to them now, and that isn't too close to a beat."""
-    at, position = now.at + troupe.ahead, troupe.position
+    at, position = now.at + group.ahead, group.position
     if position is None or position["state"] != "playing":
         return at
     beat, edge = beat_at(position, at), EDGE * position["tempo"] / 60
     return at + 2 * EDGE if abs(beat - round(beat)) < edge else at
 
 
-def settling(troupe: Troupe, now: Times) -> Troupe:
+def settling(group: GroupState, now: Times) -> GroupState:
     """All have been asked for something: nobody is told where they are until it is known what came of that."""
-    known = now.at + 2 * troupe.ahead + SPARE
-    return replace(troupe, settles=known, drifts=max(troupe.drifts, known), looks=max(troupe.looks, known))
+    known = now.at + 2 * group.ahead + SPARE
+    return replace(group, settles=known, drifts=max(group.drifts, known), looks=max(group.looks, known))

@@ -77,11 +77,11 @@ class Robot:
         self.asked: list[list[tuple[float, float]]] = []
         self.said: list[str] = []
         self.happened: list[Literal["said", "sent"]] = []
-        self.standby, self.owed = Mock(), Mock()
+        self.standby, self.pending_zeros = Mock(), Mock()
         node: Any = SimpleNamespace(get_clock=lambda: None)
         advertise: Any = lambda channel: self  # noqa: E731
         self.controllers = RosControllers(
-            node, advertise, self._measured, self.standby, self.owed, self._say, lambda: self.now
+            node, advertise, self._measured, self.standby, self.pending_zeros, self._say, lambda: self.now
         )
         self.controllers.take({"ada": performed}, restart=True)
 
@@ -112,7 +112,7 @@ def test_joints_begin_at_their_measured_positions_and_a_stop_holds_them() -> Non
     robot.send(0.25, yaw=0.0, pitch=0.0)
     assert robot.sent == [(TOPIC, [(-0.02, -1), (0.01, 1)]), (TOPIC, [(-0.27, 0), (0.26, 0)])]
     assert robot.said == []
-    assert robot.standby.mock_calls == robot.owed.mock_calls == [], "trajectories end at rest"
+    assert robot.standby.mock_calls == robot.pending_zeros.mock_calls == [], "trajectories end at rest"
 
 
 def test_a_joint_that_is_held_back_does_not_jump_later() -> None:
@@ -142,10 +142,10 @@ def test_velocity_controllers_need_zeros_but_no_measured_positions() -> None:
     robot = Robot(part(VELOCITY))
     robot.send(0.0, yaw=1.0, pitch=-0.5)
     robot.send(1.0, pitch=0.0)
-    assert [name for name, *_ in robot.owed.mock_calls] == ["moves", "moves"], "one of them still turns"
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves"], "one of them still turns"
     robot.send(1.5, yaw=0.0)
     assert [[velocity for _, velocity in motions] for _, motions in robot.sent] == [[-0.5, 1], [0, 1], [0, 0]]
-    assert [name for name, *_ in robot.owed.mock_calls] == ["moves", "moves", "stands"]
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves", "stands"]
     assert [call.args for call in robot.standby.mock_calls] == [(COMMANDS, "")] * 2 + [(COMMANDS,)]
 
 

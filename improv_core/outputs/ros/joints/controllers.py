@@ -24,7 +24,7 @@ from improv_core.outputs.ros.joints.trajectories import (
 )
 from improv_core.outputs.ros.standby.client import Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
-from improv_core.outputs.ros.zero_sender import OwedZeros
+from improv_core.outputs.ros.zero_sender import PendingZeros
 from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off, line_of, line_of_moving
 from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.joints import JointMotion
@@ -50,8 +50,8 @@ Measured = Callable[[str], Mapping[str, tuple[float, float]]]
 
 class RosControllers:
     """The controllers of all robots that a score has had. `advertise` creates publishers on a topic, and `measured`
-    returns joint positions. Only velocity controllers never stop by themselves, so `standby` and `owed` also get their
-    topics. A trajectory ends at rest, and a position is one at which a joint stands."""
+    returns joint positions. Only velocity controllers never stop by themselves, so `standby` and `pending_zeros` also
+    get their topics. A trajectory ends at rest, and a position is one at which a joint stands."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class RosControllers:
         advertise: Callable[[Channel], Advertise],
         measured: Measured,
         standby: Standby,
-        owed: OwedZeros,
+        pending_zeros: PendingZeros,
         tell: Callable[[str], None],
         now: Now,
     ) -> None:
@@ -67,7 +67,7 @@ class RosControllers:
         self._advertise = advertise
         self._measured = measured
         self._standby = standby
-        self._owed = owed
+        self._pending_zeros = pending_zeros
         self._tell = tell
         self._now = now
         self._topics: dict[tuple[str, str, int], RosTopic] = {}
@@ -98,7 +98,7 @@ class RosControllers:
                 if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                     zero = numbers_message([0.0] * len(arm.channel.joints))
                     self._standby.owes(arm.topic.name, "")
-                    self._owed.inherits(robot, arm.topic, "", zero)
+                    self._pending_zeros.inherits(robot, arm.topic, "", zero)
         self._current = [*parts]
         self._begins = restart
         self._waits_since, self._line = self._now(), ""
@@ -201,14 +201,14 @@ class RosControllers:
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
             self._standby.moves(topic.name, "")
-            self._owed.moves(topic)
+            self._pending_zeros.moves(topic)
         topic.publish(message, self._node.get_clock(), b"")
         arm.sent = self._now()
         if course.moves:
             arm.moved = arm.sent
         elif needs_zeros:
             self._standby.stands(topic.name)
-            self._owed.stands(robot, topic, "", message)
+            self._pending_zeros.stands(robot, topic, "", message)
 
     def _without_jump(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
         now, free = self._now(), let_go(arm.channel, before, course, self._seconds_ago(robot))
@@ -269,7 +269,7 @@ class RosControllers:
                 arm.topic.publish(message_of(arm.channel, course), self._node.get_clock(), b"")
             if arm.channel.interface == "velocity":
                 self._standby.stands(arm.topic.name)
-                self._owed.stands(robot, arm.topic, "", message_of(arm.channel, course))
+                self._pending_zeros.stands(robot, arm.topic, "", message_of(arm.channel, course))
 
     def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
         """The current course of a controller's joints, before a new command; None if unknown."""

@@ -49,7 +49,7 @@ class Standby:
         """The latest problem with the standby, in one line."""
         self._publishers: dict[tuple[str, str], _Publisher] = {}  # by topic and kind
         self._moving: dict[str, str] = {}  # topics, and the frames of velocities on them
-        self._owed: dict[str, str] = {}  # the same for robots that may not have received their zeros
+        self._pending: dict[str, str] = {}  # the same for robots that may not have received their zeros
         self._pulse = 0.0  # when the next sign of life is due
         self._relief = Relief(clock())
         self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
@@ -118,24 +118,24 @@ class Standby:
         """Note that the robot on a topic is about to get a velocity, in this frame."""
         if self._moving.get(topic) != frame:
             self._moving[topic] = frame
-            self._owed.pop(topic, None)
+            self._pending.pop(topic, None)
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
 
     def stands(self, topic: str) -> None:
         """Note that the robot on a topic got a zero."""
         if topic in self._moving:
-            self._owed[topic] = self._moving.pop(topic)
+            self._pending[topic] = self._moving.pop(topic)
             if not self._moving:
                 self._tell({"type": "stands"})
 
     def owes(self, topic: str, frame: str) -> None:
         """Note that the robot on a topic gets a zero because an earlier stage may have moved it."""
-        self._owed[topic] = frame
+        self._pending[topic] = frame
         self._tell({"type": "owes", "topic": topic, "frame": frame})
 
     def paid(self, topic: str) -> None:
         """Note that a topic needs no more zeros: its robot has confirmed them, or there is another reason."""
-        self._owed.pop(topic, None)
+        self._pending.pop(topic, None)
         self._tell({"type": "paid", "topic": topic})
 
     def live(self, patience: float = PATIENCE) -> None:
@@ -152,7 +152,7 @@ class Standby:
             self._adopt(self._clock())
         if not self._moving:
             self._tell({"type": "end"})
-        if self._child and self._owed:
+        if self._child and self._pending:
             self._child.close_input()
         elif self._child:
             self._child.end()
@@ -200,7 +200,7 @@ class Standby:
             self._tell(_publish(topic, kind, publisher))
         for topic, frame in self._moving.items():
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
-        for topic, frame in self._owed.items():
+        for topic, frame in self._pending.items():
             self._tell({"type": "owes", "topic": topic, "frame": frame})
 
     def _replace(self, what: str) -> None:

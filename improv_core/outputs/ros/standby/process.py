@@ -22,7 +22,7 @@ from typing import Any
 from improv_core.outputs.cdr import frame_field, numbers_message, stamped, twist_message
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
-from improv_core.safety.pending_zeros import UNCONFIRMED, TopicFacts, look, owe
+from improv_core.safety.pending_zeros import UNCONFIRMED, TopicFacts, check, pending_zero
 from improv_core.safety.zeros import LAST_ZEROS, LINGER
 from improv_core.score.motion import STILL
 
@@ -52,7 +52,7 @@ class ParentWatch:
     def __init__(self, now: float) -> None:
         self.moved: dict[str, str] = {}
         """The topics on which robots have moved since all last stood, with the frames of their velocities."""
-        self.owed: dict[str, str] = {}
+        self.pending: dict[str, str] = {}
         """The topics on which robots may not have received their zeros, with the same frames. Nobody else knows of them
         once the stage is gone."""
         self.ended = False
@@ -64,14 +64,14 @@ class ParentWatch:
         """Take a message from the stage; those about publishers are ignored."""
         if message["type"] == "moves":
             self.moved[message["topic"]] = message["frame"]
-            self.owed.pop(message["topic"], None)
+            self.pending.pop(message["topic"], None)
         elif message["type"] == "stands":
-            self.owed |= self.moved
+            self.pending |= self.moved
             self.moved.clear()
         elif message["type"] == "owes":
-            self.owed[message["topic"]] = message["frame"]
+            self.pending[message["topic"]] = message["frame"]
         elif message["type"] == "paid":
-            for topics in (self.owed, self.moved):
+            for topics in (self.pending, self.moved):
                 topics.pop(message["topic"], None)
         elif message["type"] == "end":
             self.ended = True
@@ -85,7 +85,7 @@ class ParentWatch:
             self._hung += now - self._looked  # this process stalled, which says nothing about the stage
         self._looked = now
         fails = halted or (bool(self.moved) and (gone or now > self._hung))
-        return fails and bool(self.moved or self.owed) and not self.ended
+        return fails and bool(self.moved or self.pending) and not self.ended
 
 
 def main() -> int:
@@ -98,7 +98,7 @@ def main() -> int:
     tell({"type": "alive"})
     said = time.monotonic()
     while not watch.ended:
-        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.owed else None)
+        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.pending else None)
         now = time.monotonic()
         for topic, kind in publishers.found(now):
             tell({"type": "found", "topic": topic, "kind": kind})
@@ -116,9 +116,9 @@ def main() -> int:
         elif not gone:
             continue
         break
-    if owed := {**watch.owed, **watch.moved}:
+    if pending := {**watch.pending, **watch.moved}:
         stage.wait_for_end(END_LIMIT)  # otherwise its node would count as another one that moves the robots
-        publishers.pay(owed)
+        publishers.retry(pending)
     publishers.close()
     return 0
 
@@ -211,7 +211,7 @@ class _Publishers:
             time.sleep(ZERO_PERIOD)
         time.sleep(LINGER)
 
-    def pay(self, topics: Mapping[str, str]) -> None:
+    def retry(self, topics: Mapping[str, str]) -> None:
         """Send pending zeros on these topics, in their frames, until they are confirmed, for `UNCONFIRMED` at most:
         nobody is left to warn."""
         made = {
@@ -220,15 +220,17 @@ class _Publishers:
         for topic in topics:  # at once: before, its listeners would count as having confirmed everything
             self._send_zeros(topic, made[topic], topics[topic])
         now = time.monotonic()
-        owed = {topic: owe(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics}
+        pending = {
+            topic: pending_zero(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics
+        }
         end = now + UNCONFIRMED
-        while owed and now < end:
-            for topic in [topic for topic, each in owed.items() if each.due <= now]:
-                found = look(owed.pop(topic), now, self._facts(topic, made[topic]))
+        while pending and now < end:
+            for topic in [topic for topic, each in pending.items() if each.due <= now]:
+                found = check(pending.pop(topic), now, self._facts(topic, made[topic]))
                 if found.sends:
                     self._send_zeros(topic, made[topic], topics[topic])
-                if found.owed:
-                    owed[topic] = found.owed
+                if found.pending:
+                    pending[topic] = found.pending
             time.sleep(ZERO_PERIOD)
             now = time.monotonic()
 

@@ -1,5 +1,6 @@
-"""The rules that make robots stand, and those that tell whether they do. Standard library only.
+"""The rules that make robots stand, and those that detect that robots or processes fail. Standard library only.
 
-It may import `protocol` and `score`. Begin with `stops`, the count that lets a stop win over all else, and
-`stop_socket`, the way of `improv stop`; `pending_zeros`, `failover`, and `stage_watchdog` cover what dies or hangs.
+It may import `protocol` and `score`. Begin with `stops`, the count that lets a stop win over everything else, and
+`stop_socket`, which serves `improv stop`; `pending_zeros`, `failover`, and `stage_watchdog` are for processes that die
+or hang.
 """

@@ -1,53 +1,56 @@
-"""When a standby counts as lost, and when robots have moved for too long without one. It never reads a clock."""
+"""The rules by which a standby counts as lost, and by which robots have moved for too long without one. It never reads
+a clock."""
 
 from __future__ import annotations
 
 import math
 
 ANSWER_LIMIT = 0.5
-"""Seconds within which a standby answers a pulse; one that doesn't is replaced."""
+"""Seconds within which a standby answers a pulse; otherwise it is replaced."""
 START_LIMIT = 5.0
-"""Seconds within which a new one has to say something; on a quiet machine it takes half a second."""
+"""Seconds within which a new standby sends its first message; on a quiet machine it takes half a second."""
 READY_LIMIT = 5.0
 """Seconds that robots may move without a standby that is ready: discovery alone took up to 3.3 s."""
 STALL = 0.3
-"""Seconds between two looks after which we ourselves stood still, which says nothing of the standby."""
+"""Seconds between two looks after which this process itself must have stalled, which proves nothing about the
+standby."""
 
 
 class Relief:
-    """What is known about the standby, and at which times, in seconds. `look` comes before anything is decided."""
+    """The facts about the standby, and their times in seconds. Call `look` before each decision."""
 
     def __init__(self, now: float) -> None:
         self._looked = now
-        self._lacking = math.inf  # since when robots move without a standby that is ready
-        self._due = math.inf  # when the standby counts as lost, unless it says something before
+        self._lacking = math.inf  # the time since which robots move without a standby that is ready
+        self._due = math.inf  # the time at which the standby counts as lost, unless it sends something before
         self.starts(now)
 
     def starts(self, now: float) -> None:
-        """There is a new one."""
+        """Note that there is a new standby."""
         self._due = now + START_LIMIT
 
     def asks(self, now: float) -> None:
-        """It was sent a pulse. Only the first one that is not answered counts."""
+        """Note that the standby was sent a pulse. Only the first one without an answer counts."""
         if self._due == math.inf:
             self._due = now + ANSWER_LIMIT
 
     def hears(self) -> None:
-        """It has said something."""
+        """Note that the standby has sent something."""
         self._due = math.inf
 
     def look(self, now: float) -> None:
-        """All that it has said until now has been heard."""
+        """Note that everything that the standby has sent until now has been read."""
         if now > self._looked + STALL:
             self._due += now - self._looked
         self._looked = now
 
     def is_lost(self) -> bool:
-        """Whether the standby has to be replaced."""
+        """Return whether the standby has to be replaced."""
         return self._looked >= self._due
 
     def must_stop(self, moving: bool, ready: bool) -> bool:
-        """Whether robots have to be stopped, given whether they move, and whether a standby is ready to stop them."""
+        """Return whether robots have to be stopped, from whether they move and whether a standby is ready to stop
+        them."""
         if not moving or ready:
             self._lacking = math.inf
             return False

@@ -1,4 +1,5 @@
-"""All robots as they are watched for faults: what comes in between two looks, and when to look. `faults.py` decides.
+"""Watches all robots for faults: collects facts between two looks, and decides when to look. `fault_rules` finds
+faults.
 
 It never reads a clock; times are the clock's, in seconds.
 """
@@ -16,52 +17,53 @@ from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Part, Score
 
 PERIOD = 0.1
-"""Seconds in which every robot is looked at once."""
+"""Seconds in which it looks at every robot once."""
 TOGETHER = 100
-"""So many robots are looked at together, so that what is new of them at once is told in one line: more would take
+"""The number of robots that it looks at together, so that one line reports what several have in common. More would take
 longer than a command may wait."""
 
 
 class RobotNews(NamedTuple):
-    """What is new about a robot's faults."""
+    """A fault of a robot that has begun or is over."""
 
     robot: str
     news: News
 
 
 class Watches:
-    """What is known of each robot since the last look at it."""
+    """The facts about each robot since the last look at it."""
 
     def __init__(self) -> None:
         self._watches: dict[str, RobotWatch] = {}
         self._poses: dict[str, list[Comparison]] = {}
-        self._moves: dict[str, float] = {}  # since when robots have been told to move
+        self._moves: dict[str, float] = {}  # since when robots have been sent velocities
         self._late: dict[str, float] = {}
         self._looked = -math.inf
-        self._place = 0  # how many robots have been looked at in this round
+        self._place = 0  # the number of robots seen in this round
         self.posed: dict[str, float] = {}
-        """When the latest pose of each robot came."""
+        """The time of the latest pose of each robot."""
         self._moved: set[str] = set()
         self.unreached: set[str] = set()
-        """Robots that have been told to move and that are out of reach now: gone, or silent."""
+        """Robots that have been sent a velocity and are out of reach now: gone, or silent."""
 
     def restart(self) -> None:
-        """Another performance begins."""
+        """Forget what belongs to the previous performance."""
         self._watches, self._poses, self._late, self.posed = {}, {}, {}, {}
         self._moved, self.unreached = set(), set()
 
     def take(self, pose: Comparison) -> None:
-        """A pose has been measured."""
+        """Take a measured pose."""
         self._poses.setdefault(pose.raw.robot, []).append(pose)
         self.posed[pose.raw.robot] = pose.raw.at
 
     @property
     def next_look(self) -> float:
-        """When to look around again: a bit later than that would be due, whatever is rounded."""
+        """The time of the next look. It adds a little to the period, so that rounding never makes the look too
+        early."""
         return self._looked + PERIOD * (1 + 1e-6)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
-        """A robot has been told to move, or to stand."""
+        """Note that a robot was sent a velocity, or a zero."""
         if twist == STILL:
             self._moves.pop(robot, None)
         else:
@@ -69,7 +71,8 @@ class Watches:
             self._moved.add(robot)
 
     def look_around(self, score: Score, gone: Collection[str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
-        """Look at as many robots as the time since the last look asks for, if that is due, and find what is new."""
+        """Look at as many robots as the time since the last look requires, and yield what is new. Does nothing if no
+        look is due."""
         for robot, seconds in noticed.late.items():
             self._late[robot] = max(self._late.get(robot, 0.0), seconds)
         robots = list(score.parts)
@@ -100,7 +103,7 @@ class Watches:
         return news
 
     def _with_swap(self, found: RobotNews) -> RobotNews:
-        """What is new about a robot, with the other one if they seem to be swapped."""
+        """Add the other robot to the news about a jump, if the two seem to be swapped."""
         robot, news = found
         if not isinstance(news, FaultBegan) or news.fault != "jumped":
             return found
@@ -109,7 +112,7 @@ class Watches:
         return RobotNews(robot, news._replace(swapped=next(others, "")))
 
     def _forget(self, parts: Mapping[str, Part]) -> None:
-        """Forget robots that have left."""
+        """Forget robots that are no longer in the score."""
         for robot in self._watches.keys() - parts.keys():
             del self._watches[robot]
             self.posed.pop(robot, None)

@@ -1,4 +1,4 @@
-"""What is wrong with a robot: `look(watch, known, rules) -> (watch, news)`. It does nothing, and never reads a clock.
+"""The rules that find faults of a robot: `look(watch, known, rules) -> (watch, news)`, without side effects or a clock.
 
 Times are the clock's, in seconds; other units are meters and radians. Standard library only.
 """
@@ -16,33 +16,35 @@ from improv_core.score.faults import Fault, FaultRules
 SILENT = 1.0
 """Seconds without a pose after which a robot is silent, if its poses usually come at least every third of that."""
 USUAL = 3
-"""How many times as long as usual between two poses that may otherwise be, while it is told to move: localization sends
-a pose only after a robot has moved."""
+"""The factor by which the time between two poses may exceed the usual one otherwise, while the robot is sent
+velocities: localization sends a pose only after a robot has moved."""
 LONGEST_USUAL = 1.0
-"""Seconds between two poses: no source counts as rarer."""
+"""The longest usual time between two poses, in seconds."""
 BACK = 0.8
-"""The share of the limits within which a robot counts as back on its path, so that one at the limit is told once."""
+"""The share of the limits within which a robot counts as back on its path. It is less than 1, so that a robot at the
+limit is reported once."""
 STUCK = 1.0
-"""Seconds for which a robot that is told to move may stand. One that speeds up by 0.9 m/s², and whose poses come 80 ms
-late, has moved by `MOVES` after 0.34 s."""
+"""Seconds for which a robot that is sent a velocity may stand. One that speeds up by 0.9 m/s², and whose poses come 80
+ms late, has moved by `MOVES` after 0.34 s."""
 TOLD, TOLD_TURN = 0.1, math.radians(15)
-"""Meters and radians that it should have moved meanwhile: a robot that only trembles on the spot is not stuck."""
+"""Meters and radians that it should have moved meanwhile: a robot that should only tremble on the spot is not stuck."""
 MOVES, MOVES_TURN = 0.03, math.radians(3)
-"""Meters and radians from which a robot really moves. Poses that are measured tremble by less."""
+"""Meters and radians from which a robot really moves. Measured poses tremble by less."""
 FRESH = 0.5
-"""Seconds: older poses don't show whether a robot moves."""
+"""Seconds after which a pose is too old to show that a robot stands."""
 LATE = 0.02
-"""Seconds by which a command may leave too late. A base notices nothing: its own cycle takes as long."""
+"""Seconds by which a command may leave too late. A base doesn't notice such a delay: its own cycle takes as long."""
 SWAPPED = 0.5
-"""Seconds in which two robots have jumped, and the share of a jump by which each may be off where the other one was, if
-they seem to be swapped: both move on meanwhile."""
+"""Two robots seem to be swapped if they have jumped within this many seconds, and each is where the other one was, to
+within this share of the distance. Both keep moving meanwhile, so it isn't less."""
 QUIET = 10.0
-"""Seconds without a jump or a late command after which that is over. Two nodes that publish on one topic make twenty
-jumps a second."""
+"""Seconds without a jump or a late command after which that fault is over. Two nodes that publish on one topic make
+twenty jumps a second."""
 
 
 class Worst(NamedTuple):
-    """How bad a fault is or was: meters and radians off a path or jumped, seconds without poses or movement or late."""
+    """The largest extent of a fault: meters and radians off a path or jumped, and seconds without poses, without
+    movement, or late."""
 
     distance: float = 0.0
     turn: float = 0.0
@@ -50,8 +52,8 @@ class Worst(NamedTuple):
 
 
 class FaultBegan(NamedTuple):
-    """Something is wrong with a robot from now on. A robot that has jumped seems to be `swapped` with another one if
-    each of them is where the other one was."""
+    """A fault of a robot begins. A robot that has jumped seems to be `swapped` with another one if each of them is
+    where the other one was."""
 
     fault: Fault
     worst: Worst
@@ -59,7 +61,7 @@ class FaultBegan(NamedTuple):
 
 
 class FaultOver(NamedTuple):
-    """It isn't anymore. `worst` is how bad it was."""
+    """A fault of a robot is over. `worst` is its largest extent."""
 
     fault: Fault
     worst: Worst
@@ -70,11 +72,11 @@ News = FaultBegan | FaultOver
 
 @dataclass(frozen=True, slots=True)
 class RobotFacts:
-    """What is known of a robot at time `now`.
+    """The facts about a robot at time `now`.
 
-    `poses` have come since the last look, and all that were sent by `heard` have come; None if nobody measures it.
-    It has been told to move since `moves`, or stands (None). Its listener is `gone`, and its commands since the last
-    look left `late` by so many seconds at most.
+    `poses` have come since the last look, and all poses that were sent by `heard` have come; None if nothing measures
+    the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
+    since the last look left `late` by so many seconds at most.
     """
 
     now: float
@@ -87,11 +89,11 @@ class RobotFacts:
 
 @dataclass(frozen=True, slots=True)
 class RobotWatch:
-    """One robot as it is watched: the faults that are not over, with the time they began, and how bad each has been.
+    """One robot that is watched: its open faults, with the time at which each began and its extent so far.
 
-    `latest` is its latest pose, and `usual` how long it usually takes until the next one. `anchor` is the pose from
-    which it has not moved since. `jumped` and `late` are the latest times of that, and `left` is where it was before it
-    jumped.
+    `latest` is its latest pose, and `usual` the usual time until the next one. `anchor` is the pose from which it has
+    not moved since. `jumped` and `late` are the times of its latest jump and its latest late command, and `left` is its
+    pose before it jumped.
     """
 
     open: Mapping[Fault, tuple[float, Worst]] = field(default_factory=dict)
@@ -104,8 +106,8 @@ class RobotWatch:
 
 
 def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[RobotWatch, list[News]]:
-    """What is wrong with a robot since the last look, and what no longer is."""
-    found: dict[Fault, Worst | None] = {}  # None: it is over; what isn't in it stays as it is
+    """Find the faults of a robot that have begun since the last look, and those that are over."""
+    found: dict[Fault, Worst | None] = {}  # None: the fault is over; faults that aren't in it stay as they are
     for pose in known.poses:
         watch = _posed(watch, pose, found, rules)
     if known.moves is not None and watch.anchor and watch.anchor.raw.at < known.moves:
@@ -124,7 +126,7 @@ def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[Robot
 
 
 def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:
-    """Whether two robots have jumped to where the other one was, so that their poses seem to be swapped."""
+    """Return whether two robots have jumped to each other's earlier places, so that their poses seem to be swapped."""
     if not (one.left and one.latest and other.left and other.latest) or abs(one.jumped - other.jumped) > SWAPPED:
         return False
     far, _ = one.left.pose.apart(other.left.pose)
@@ -133,7 +135,7 @@ def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:
 
 
 def _settled(watch: RobotWatch, found: Mapping[Fault, Worst | None], now: float) -> tuple[RobotWatch, list[News]]:
-    """The watch with what was found, and what is new in that."""
+    """Return the watch with the faults that were found, and what is new in it."""
     if not watch.open and not any(found.values()):
         return watch, []
     opened, news = dict(watch.open), list[News]()
@@ -165,10 +167,10 @@ def _posed(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None]
 
 
 def _find_deviation(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> None:
-    """Find out whether a robot is off its path: off where it ideally is, and off where it was a moment ago.
+    """Check whether a robot is off its path: away from its ideal pose, and from its ideal poses of a moment ago.
 
-    It is back once it is near all of that. Otherwise a turn would bring a robot back whose heading is off: for a
-    moment, it looks as if it only lagged.
+    It is back once it is near all of these. If one were enough, a turn would bring back a robot whose heading is off:
+    for a moment, it looks as if it only lagged.
     """
     offs = [pose.pose.apart(each) for each in (pose.ideal, *pose.recent)]
     if all(_is_off(off, rules, 1.0) for off in offs):
@@ -187,7 +189,7 @@ def _has_moved(anchor: Comparison, pose: Comparison) -> bool:
 
 
 def _find_silence(watch: RobotWatch, known: RobotFacts, found: dict[Fault, Worst | None]) -> None:
-    """Find out whether a robot's poses have stopped."""
+    """Check whether a robot's poses have stopped."""
     if known.heard is None or not watch.latest:
         found["silent"] = None
         return
@@ -202,7 +204,7 @@ def _find_silence(watch: RobotWatch, known: RobotFacts, found: dict[Fault, Worst
 
 
 def _find_standstill(watch: RobotWatch, known: RobotFacts, found: dict[Fault, Worst | None]) -> None:
-    """Find out whether a robot stands although it is told to move."""
+    """Check whether a robot stands although it is sent a velocity."""
     latest, anchor = watch.latest, watch.anchor
     if known.moves is None or not latest or not anchor:
         found["stuck"] = None

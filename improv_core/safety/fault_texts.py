@@ -1,4 +1,4 @@
-"""The faults of robots in words: each line says what is wrong and what to do."""
+"""The faults of robots in words: each line names the problem and what to do."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from improv_core.score.faults import Fault, Response
 from improv_core.score.score import Part, Rejoin
 
 NAMED = 3
-"""So many robots are named in a line about more; the page lists all."""
+"""The most robots that a line names; the page lists all."""
 
 
 class SeenNews(NamedTuple):
-    """What is new about a robot, and whether it stands because of a fault; `newly` says that this one made it stand."""
+    """News about a robot, and whether it stands because of a fault; `newly` if this fault made it stand."""
 
     part: Part
     news: News
@@ -24,14 +24,14 @@ class SeenNews(NamedTuple):
 
 
 def as_line(found: SeenNews, beat: str, response: Response, rejoin: Rejoin) -> str:
-    """One line about a robot. `beat` names the beat."""
+    """Return one line about a robot. `beat` names the beat."""
     return _line([found], beat, response, rejoin)
 
 
 def as_lines(found: Sequence[SeenNews], beat: str, responses: Callable[[Fault], Response], rejoin: Rejoin) -> list[str]:
-    """What people are told about all that is new: for each robot a line, or "" if that of one before it covers it.
+    """Return the lines about all news: one for each robot, or "" if the line about an earlier robot covers it.
 
-    If the same is new about several robots, the line names the first three and counts the others.
+    If several robots have the same news, the line names the first three and counts the others.
     """
     alike: dict[tuple[object, ...], list[SeenNews]] = {}
     for each in found:
@@ -41,13 +41,13 @@ def as_lines(found: Sequence[SeenNews], beat: str, responses: Callable[[Fault], 
 
 
 def may_still_move(robots: Sequence[str]) -> str:
-    """The line about robots that were told to stop while they were out of reach."""
+    """Return the line about robots that were sent zeros while they were out of reach."""
     are = "it is out of reach, so look at it" if len(robots) == 1 else "they are out of reach, so look at them"
     return f"{in_one_phrase(robots)} may still be moving: {are}"
 
 
 def in_words(worst: Worst) -> str:
-    """`0.31 m and 4 degrees`, or one of them if the other is nothing."""
+    """Return `0.31 m and 4 degrees`, or one of them if the other is zero."""
     degrees = round(math.degrees(worst.turn))
     far, turned = f"{worst.distance:.2f} m", f"{degrees} degree{'' if degrees == 1 else 's'}"
     if not degrees:
@@ -62,7 +62,7 @@ class _Robots(NamedTuple):
     names: str
 
     def pick(self, one: str, several: str) -> str:
-        """The words for one robot, or those for several."""
+        """Return the words for one robot, or those for several."""
         return one if len(self.parts) == 1 else several
 
 
@@ -73,7 +73,7 @@ def _kind(found: SeenNews) -> tuple[object, ...]:
 
 
 def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
-    """One line about all robots of which the same is new."""
+    """Return one line about all robots with the same news."""
     first, fault = found[0], found[0].news.fault
     robots = _Robots([each.part for each in found], in_one_phrase([each.part.robot for each in found]))
     worst = Worst(*(max(values) for values in zip(*(each.news.worst for each in found), strict=True)))
@@ -98,7 +98,7 @@ def _swapped(pair: Sequence[str], worst: Worst) -> str:
 
 
 def in_one_phrase(robots: Sequence[str]) -> str:
-    """Names of robots: `ada`, `ada and bo`, `ada, bo, and cy`, `ada, bo, cy, and 27 more`."""
+    """Return the names of robots: `ada`, `ada and bo`, `ada, bo, and cy`, `ada, bo, cy, and 27 more`."""
     if len(robots) <= 2:
         return " and ".join(robots)
     *others, last = robots if len(robots) <= NAMED else [*robots[:NAMED], f"{len(robots) - NAMED:,} more"]
@@ -165,6 +165,6 @@ _BACK: Mapping[Rejoin, Callable[[_Robots], str]] = {
     "continue": lambda robots: f", and {robots.pick('continues', 'continue')} in the middle of the program",
     "scene": lambda robots: f", and {robots.pick('stands', 'stand')} until the next scene",
     "next": lambda robots: f", and {robots.pick('stands', 'stand')} until the next play",
-    "return": lambda robots: "",  # other lines say how
+    "return": lambda robots: "",  # other lines describe it
     "pause": lambda robots: "",
 }

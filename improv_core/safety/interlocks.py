@@ -1,4 +1,4 @@
-"""What has to change before real robots may move: an emergency stop, a deadman button, robots that are waited for."""
+"""The conditions under which real robots may move: emergency stops, a deadman button, robots that have to come back."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from improv_core.protocol.messages import Pressed, refused_by
 from improv_core.score.score import Safety
 
 GAMEPAD = "the gamepad at the page"
-"""What an edge is about that comes from the page: a deadman button that is held there."""
+"""The `what` of an edge from a deadman button that somebody holds at the page."""
 RELEASED = 0.5
-"""Seconds without a true on an emergency stop's topic after which a false counts: several may publish there, and one
-that says false all the time must not release what another one presses again and again."""
+"""Seconds without a true on an emergency stop's topic after which a false counts. Several nodes may publish there, and
+one that always sends false must not release what another one presses again and again."""
 OLDER = "✗ this save is older than the emergency stop: save again"
 
 
 @dataclass(frozen=True, slots=True)
 class StopTopic:
-    """What the publishers of an emergency stop say. Times are in seconds."""
+    """The state of an emergency stop's topic, from the messages of its publishers. Times are in seconds."""
 
     on: bool | None = None
-    """Whether it is on; None if nobody has said anything."""
+    """True if the stop is on; None before the first message."""
     latest: bool = False
     pressed: float = -math.inf
-    """When a true came last."""
+    """The time of the latest true."""
 
     def heard(self, values: Iterable[bool], now: float) -> StopTopic:
-        """After these messages: each true stops."""
+        """Return the state after these messages: each true presses the stop."""
         heard = [*values]
         if not heard:
             return self
@@ -37,7 +37,8 @@ class StopTopic:
         return replace(self, on=bool(self.on), latest=False).looked(now)
 
     def looked(self, now: float) -> StopTopic:
-        """Its state at this time: a false that came last releases it, but not while others press it."""
+        """Return the state at this time: if the latest message was a false, the stop is released, unless others still
+        press it."""
         if self.on and not self.latest and now >= self.pressed + RELEASED:
             return replace(self, on=False)
         return self
@@ -45,30 +46,33 @@ class StopTopic:
 
 @dataclass(frozen=True, slots=True)
 class EmergencyStops:
-    """The topics of emergency stops that are on, whether or not a score names them, and how often any was pressed."""
+    """The topics of emergency stops that are on, even if no score names them, and the number of presses of any of
+    them."""
 
     on: frozenset[str] = frozenset()
     count: int = 0
 
     def heard(self, topic: str, pressed: bool) -> EmergencyStops:
-        """After one was pressed or released."""
+        """Return it after one was pressed or released."""
         if pressed == (topic in self.on):
             return self
         return EmergencyStops(self.on | {topic} if pressed else self.on - {topic}, self.count + pressed)
 
     def told(self, pressed: Pressed) -> EmergencyStops:
-        """After the parent has told what another stage heard. What this stage has heard since counts more."""
+        """Return it after the parent has reported the presses that another stage received. Later presses that this
+        stage received count more."""
         return (
             EmergencyStops(self.on | {*pressed["topics"]}, pressed["count"]) if pressed["count"] > self.count else self
         )
 
     @property
     def message(self) -> Pressed:
-        """What the parent and later stages are told."""
+        """The message about it for the parent and later stages."""
         return {"type": "pressed", "topics": sorted(self.on), "count": self.count}
 
     def refusal(self, safety: Safety, known: int | None) -> str | None:
-        """Why a score can't play, in one line: one is on, or the score was asked for when only so many were known."""
+        """Return one line about why a score can't play: a stop is on, or only `known` presses were known when somebody
+        asked for the score. None if it can."""
         if self.on:
             return refused_by(self.on, safety.stop)
         return OLDER if known is not None and known < self.count else None
@@ -77,8 +81,8 @@ class EmergencyStops:
 def waits_for(
     safety: Safety, stops: EmergencyStops, held: Collection[str], away: Collection[str], unseen: Collection[str] = ()
 ) -> list[str]:
-    """What real robots wait for, by these rules. `held` are the deadman buttons that are held, `away` the robots that
-    have stopped listening, and `unseen` those that must be seen and aren't."""
+    """List the conditions that real robots wait for. `held` are the deadman buttons that people hold, `away` the robots
+    that have stopped listening, and `unseen` the robots without a pose that need one."""
     if stops.on:
         return sorted(stops.on)
     may_move = safety.deadman is None or str(safety.deadman) in held or GAMEPAD in held
@@ -90,5 +94,5 @@ def waits_for(
 
 
 def pose_of(robot: str) -> str:
-    """What is waited for until it is known where a robot is."""
+    """Return the name of the condition that a robot's pose is known."""
     return f"a pose of {robot}"

@@ -1,4 +1,5 @@
-"""Whether the joints of real robots are where their parts begin, and what people are told if not. Pure functions."""
+"""Checks whether the joints of real robots are where their parts begin, and words the lines about it. Pure
+functions."""
 
 from __future__ import annotations
 
@@ -9,18 +10,19 @@ from typing import NamedTuple
 from improv_core.score.body import Joint
 
 FRESH = 1.0
-"""Seconds for which it counts where a joint was."""
+"""Seconds after which a measured position of a joint is too old."""
 NEAR_TURN, NEAR_SLIDE = math.radians(2), 0.005
-"""How far a joint may be from its start: in radians, or in meters for one that slides."""
+"""The farthest that a joint may be from its start: in radians, or in meters for one that slides."""
 FAR_TURN, FAR_SLIDE = math.radians(5), 0.02
-"""How far a joint may be from where it was told to stand: an arm may hang a little."""
+"""The farthest that a joint may be from the position at which it was sent to stand: an arm may hang a little."""
 MOST_NAMED = 3
-"""How many joints a line names."""
+"""The most joints that a line names."""
 
 
 class JointOff(NamedTuple):
-    """A joint that isn't at its start, and how far it has to go; None if it isn't known where it is. `topic` is where
-    that should come from, if it is named. It may be `brought` to its start."""
+    """A joint that isn't at its start, and the distance that is left; None if its position is unknown. `topic` is the
+    one that should send the position, if the settings name it. `brought` is true if Improv brings the joint to its
+    start."""
 
     robot: str
     joint: Joint
@@ -30,12 +32,13 @@ class JointOff(NamedTuple):
 
     @property
     def is_unknown(self) -> bool:
-        """Whether it may soon be known where it is."""
+        """True if the position may soon be known."""
         return self.left is None and self.topic is not None
 
 
 def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequence[float]) -> bool:
-    """Whether a joint is so far from where it was told to stand that it would jump if it went on from there."""
+    """Return whether a joint is so far from the position at which it was sent to stand that it would jump if it
+    continued there."""
     pairs = zip(joints, told, strict=True)
     return any(abs(measured[joint.name] - place) > (FAR_SLIDE if joint.slides else FAR_TURN) for joint, place in pairs)
 
@@ -43,7 +46,7 @@ def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequenc
 def joints_off(
     robot: str, joints: Sequence[Joint], topic: str | None, measured: Mapping[str, float], brought: bool = False
 ) -> Iterator[JointOff]:
-    """The joints that aren't at their starts by what was measured lately."""
+    """Yield the joints that aren't at their starts, by their latest measured positions."""
     for joint in joints:
         position = measured.get(joint.name)
         if position is None:
@@ -53,8 +56,8 @@ def joints_off(
 
 
 def line_of(found: Sequence[JointOff], *, moving: bool = False) -> str:
-    """Return what people have to do about joints that aren't at their starts, in one line; empty if nothing. Others
-    may be `moving` to theirs."""
+    """Return one line about what people have to do about joints that aren't at their starts; empty if nothing. `moving`
+    is true if other joints move to theirs."""
     nothing = "nothing else moves" if moving else "nothing moves"
     others = [each for each in found if not each.brought]
     if not others:
@@ -74,7 +77,7 @@ def line_of(found: Sequence[JointOff], *, moving: bool = False) -> str:
 
 
 def line_of_moving(found: Sequence[JointOff]) -> str:
-    """Return what people are told right before joints move to their starts."""
+    """Return the line that people see right before joints move to their starts."""
     return f"joints move to their starts first: {_named(found)}"
 
 

@@ -1,4 +1,4 @@
-"""Where robots really are: their measured poses, compared with where the score has them. It never reads a clock.
+"""The measured poses of robots, compared with their poses in the score. It never reads a clock.
 
 All times are the clock's, in seconds. Standard library only.
 """
@@ -21,40 +21,41 @@ from improv_core.score.profiles import DEFAULT, Profile, beside_robots
 from improv_core.score.score import Part
 
 RECENT = 0.2
-"""Seconds: a pose this recent still shows where a robot stands when its frame is aligned."""
+"""Seconds after which a pose is too old to show where a robot stands when its frame is aligned."""
 LEGS_KEPT = 1000
-"""Changes of velocity that are remembered until a pose from after them arrives."""
+"""The number of changes of velocity that are remembered until a later pose arrives."""
 JUMP, JUMP_TURN = 0.1, 0.3
-"""Meters and radians that a robot can't move between two poses, beyond what its fastest velocity explains."""
+"""Meters and radians that count as a jump, beyond the distance that the robot's fastest velocity explains."""
 LEAST_SPEED, LEAST_TURN = 1.0, 3.0
-"""m/s and rad/s: if a robot's limits aren't known, moving this fast is never a jump, since somebody else may be driving
+"""m/s and rad/s: if a robot's limits are unknown, moving this fast is never a jump, since somebody else may drive
 it."""
 BEYOND = 1.5
-"""How many times as fast as its limits a robot may move: wheels roll farther than they should, and slopes help."""
+"""The factor by which a robot may exceed its limits: wheels roll farther than they should, and slopes help."""
 UNEVEN = 0.1
 """Seconds by which the time between two poses may seem too short, because the first of them came late."""
 LAGS = (0.08, 0.16, 0.25)
 """Seconds by which a robot may be behind: its poses come late, and its motors need time. At 0.9 m/s² and 7.7 rad/s², a
 TurtleBot3 that starts at its limits lags by 0.12 s and 0.18 s, and poses came 80 ms late."""
 AHEAD, BEHIND = -0.05, 1.0
-"""Seconds from a stamp to the arrival of its pose, at the least: if it is less or more, the clocks don't agree."""
+"""The least and the most seconds from a stamp to the arrival of its pose: outside of them, the clocks don't agree."""
 DOUBTFUL = 10.0
 """Seconds after a jump in which poses in the world correct nothing: they may be those of another robot."""
 FRESH = 1.0
-"""Seconds: a robot stands where it was then, if it is told nothing."""
+"""Seconds for which a pose still shows where a robot stands that is sent nothing."""
 AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
 """The source that sends a pose only after a robot has moved: localization on a map, such as AMCL."""
 CONTINUOUS = "nav_msgs/Odometry"
-"""The source whose frame never jumps (REP 105): if it does, it has started over. Others may correct themselves."""
+"""The source whose frame never jumps (REP 105): if it does, the source has started over. Others may correct
+themselves."""
 
 
 class Comparison(NamedTuple):
-    """Where a robot was at a time, and where it ideally was, both in the world of the score.
+    """A robot's measured pose at a time, and its ideal pose then, both in the world of the score.
 
     `aligned` counts how often its frame was aligned with that world in this performance. Each time, its path begins
-    again. `follows` tells whether it is pulled back to its ideal path. `recent` is where it ideally was a moment
-    before, by each of the `LAGS`. `jump` is how far this pose is from the one before, in meters and radians, if it
-    can't have moved so far.
+    again. `follows` is true if corrections pull it back to its ideal path. `recent` are its ideal poses a moment
+    before, one for each of the `LAGS`. `jump` is the distance between this pose and the one before, in meters and
+    radians, if the robot can't have moved so far.
     """
 
     raw: RawPose
@@ -67,17 +68,17 @@ class Comparison(NamedTuple):
 
 
 class Odometry:
-    """Aligns the frames of measured poses with the world of the score, and knows where robots ideally are.
+    """Aligns the frames of measured poses with the world of the score, and computes the ideal poses of robots.
 
-    Ideally, a robot obeys every velocity at once and exactly. A frame of its own is aligned at beat 0 and after a seek,
-    so that it is then where the score has it. Poses in the world of the score are taken as they are.
+    Ideally, a robot obeys every velocity at once and exactly. A robot's own frame is aligned at beat 0 and after a
+    seek, so that the robot is at its pose in the score. Poses in the world of the score are taken as they are.
     """
 
     def __init__(self) -> None:
         self._tracks: dict[str, _Track] = {}
 
     def begin(self, parts: Mapping[str, Part], at: float) -> None:
-        """A performance begins with its robots at their starts."""
+        """Begin a performance with its robots at their starts."""
         latest = {robot: track.latest for robot, track in self._tracks.items()}
         self._tracks = {}
         self.cast(parts, at)
@@ -85,8 +86,8 @@ class Odometry:
             track.latest = latest.get(robot)
 
     def cast(self, parts: Mapping[str, Part], at: float) -> None:
-        """Another score plays. Robots that are new begin at their starts, and one that takes over the part of another
-        begins where that one ideally is."""
+        """Use the parts of another score. New robots begin at their starts, and a robot that takes over the part of
+        another one begins at that one's ideal pose."""
         for robot in self._tracks.keys() - parts.keys():
             del self._tracks[robot]
         for robot, part in parts.items():
@@ -98,37 +99,38 @@ class Odometry:
                 track = self._tracks[robot]
                 if track.topic not in ("", part.topic):
                     track.place(track.legs[-1].pose_at(at), at)
-                    track.latest = None  # another robot has been elsewhere, and hasn't jumped
+                    track.latest = None  # another robot has been elsewhere, so the next pose is no jump
                 track.cast(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
-        """Playback jumps to a beat at which the score has the robots at these poses."""
+        """Put robots at these poses, after playback has jumped to a beat."""
         for robot, pose in poses.items():
             if track := self._tracks.get(robot):
                 track.place(pose, at)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
-        """A robot has been told to move."""
+        """Note that a robot was sent this velocity."""
         if track := self._tracks.get(robot):
             track.tell(twist, at)
 
     def correction(self, robot: str, twist: Twist, at: float) -> Twist:
-        """What to add to a velocity that a robot is told at this time, if it follows its ideal path."""
+        """Return the twist to add to a velocity that is sent to a robot at this time, if it follows its ideal path."""
         track = self._tracks.get(robot)
         return track.correction(twist, at) if track else STILL
 
     def is_doubtful(self, robot: str, at: float) -> bool:
-        """Whether the poses of a robot have jumped lately, so that they may be those of another one."""
+        """Return whether the poses of a robot have jumped lately, so that they may be those of another robot."""
         track = self._tracks.get(robot)
         return track is not None and at < track.jumped + DOUBTFUL
 
     def taken_at(self, raw: RawPose) -> float:
-        """When a pose was measured: by its stamp if the clocks agree, as far as is known, and else when it came."""
+        """Return the time at which a pose was measured: its stamp if the clocks seem to agree, otherwise its
+        arrival."""
         track = self._tracks.get(raw.robot)
         return track.taken_at(raw) if track else raw.at
 
     def ages(self) -> dict[str, float]:
-        """How old poses were at least when they came, in seconds, of the robots of which some came since the last
+        """Return the least age in seconds that poses had on arrival, for each robot of which some came since the last
         call."""
         found = {robot: track.youngest for robot, track in self._tracks.items() if track.youngest < math.inf}
         for robot in found:
@@ -136,23 +138,25 @@ class Odometry:
         return found
 
     def clocks(self) -> dict[str, float]:
-        """By how many seconds the clocks that stamp robots' poses are ahead of ours at least, or less than 0, behind
-        at most: of the robots whose clock doesn't agree."""
+        """Return by how many seconds the clock that stamps a robot's poses is ahead of ours, at least, for each robot
+        whose clock doesn't agree. A number below 0 means that it is behind, by that much at most."""
         known = {robot: track.least for robot, track in self._tracks.items() if track.least < math.inf}
         return {robot: -least for robot, least in known.items() if not AHEAD <= least <= BEHIND}
 
     def fits(self, raw: RawPose) -> bool:
-        """Whether a pose is of the robot that has this part now: one of another may have been on its way."""
+        """Return whether a pose is of the robot that has this part now: a pose of another robot may still have been on
+        its way."""
         track = self._tracks.get(raw.robot)
         return not (track and raw.topic) or raw.topic == track.odom
 
     def take(self, raw: RawPose) -> Comparison | None:
-        """Take a pose and compare it with the ideal one; None if it can't be compared."""
+        """Take a pose and compare it with the ideal one. Returns None if it can't be compared."""
         track = self._tracks.get(raw.robot)
         return track.take(raw) if track else None
 
     def places(self, now: float) -> dict[str, Standing]:
-        """Where the robots should be and stand whose poses are in the world, at a time on the clock."""
+        """Return the ideal and the measured places of the robots whose poses are in the world, at a time on the
+        clock."""
         return {robot: track.place_at(now) for robot, track in self._tracks.items() if track.in_world}
 
     @property
@@ -162,7 +166,7 @@ class Odometry:
 
 
 class _Leg(NamedTuple):
-    """Where a robot ideally is at a time, the velocity it ideally has from then on, and its motors' speed then."""
+    """A robot's ideal pose at a time, its ideal velocity from then on, and its motors' speed then."""
 
     at: float
     pose: Pose
@@ -175,10 +179,10 @@ class _Leg(NamedTuple):
 
 @dataclass(slots=True)
 class _Track:
-    """One robot: its ideal path since the latest pose, and how its frame lies in the world (None: not known yet).
+    """One robot: its ideal path since the latest pose, and the pose of its frame in the world (None: unknown).
 
-    A robot that is `in_world` has no frame of its own, so it need not begin where the score has it.
-    If it follows that path, `limits` are its own, and `error` is where it should have been and was at a time.
+    A robot that is `in_world` has no frame of its own, so it may begin elsewhere than in the score. If it follows its
+    ideal path, `limits` are its own, and `error` has its ideal pose, its measured pose, and the time of both.
     """
 
     since: float
@@ -197,8 +201,8 @@ class _Track:
     limits: tuple[float, float] | None = None
     error: tuple[Pose, Pose, float] | None = None
     least: float = math.inf  # seconds from a stamp to its arrival
-    youngest: float = math.inf  # how old a pose was at least when it came, lately
-    jumped: float = -math.inf  # when its poses in the world jumped last
+    youngest: float = math.inf  # the least age of a pose on arrival, lately
+    jumped: float = -math.inf  # the time of the latest jump of its poses in the world
 
     def __post_init__(self) -> None:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
@@ -227,13 +231,14 @@ class _Track:
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
 
     def place_at(self, now: float) -> Standing:
-        """Where it should be and stands. A pose from a moment ago counts, and any that comes only after a movement."""
+        """Return its ideal and its measured place. A pose counts for a moment, or longer if its source sends one only
+        after a movement."""
         raw = self.latest
         known = raw and (now - raw.at <= FRESH or raw.source == AFTER_MOVING)
         return Standing(self.legs[-1].pose_at(now), raw.pose if raw and known else None)
 
     def jump(self, raw: RawPose) -> tuple[float, float] | None:
-        """How far a pose is from the one before, if the robot can't have moved so far."""
+        """Return the distance between a pose and the one before, if the robot can't have moved so far."""
         before, profile = self.latest, self.profile
         if raw.source == SIMULATED or not before or raw.at <= before.at:
             return None
@@ -270,14 +275,14 @@ class _Track:
         return Comparison(raw, pose, ideal, self.aligned, follows, recent, jump)
 
     def correction(self, twist: Twist, at: float) -> Twist:
-        """What to add to a velocity, if the latest pose is not too old."""
+        """Return the twist to add to a velocity, or zero if the latest pose is too old."""
         if not self.limits or not self.error or at - self.error[2] > OLDEST or at < self.jumped + DOUBTFUL:
             return STILL
         expected, measured, _ = self.error
         return correction(expected, self.profile.limited(twist), measured, self.limits, self.profile.turning_radius)
 
     def taken_at(self, raw: RawPose) -> float:
-        """When a pose was measured."""
+        """Return the time at which a pose was measured."""
         at = raw.at
         if raw.stamp is not None:
             self.least = min(self.least, raw.at - raw.stamp)
@@ -286,16 +291,15 @@ class _Track:
         return at
 
     def _speed(self, leg: _Leg, at: float) -> Twist:
-        """How fast its motors are at a time of a leg."""
+        """Return the speed of its motors at a time within a leg."""
         return accelerated(leg.speed, self.profile.limited(leg.twist), at - leg.at, self.accelerations)
 
     def _ideal(self, at: float) -> Pose:
-        """Where the robot ideally is. What is from long before the leg of that time is forgotten: times only increase,
-        except by the `LAGS`."""
+        """Return the robot's ideal pose. Forgets legs from long before: times only increase, except by the `LAGS`."""
         while len(self.legs) > 1 and self.legs[1].at <= at - LAGS[-1]:
             self.legs.popleft()
         return self._leg(at).pose_at(at)
 
     def _leg(self, at: float) -> _Leg:
-        """The leg of a time."""
+        """Return the leg of a time."""
         return next((leg for leg in reversed(self.legs) if leg.at <= at), self.legs[0])

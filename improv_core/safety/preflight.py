@@ -1,4 +1,5 @@
-"""Whether real robots stand where the program has them, before they begin. Pure functions; standard library only."""
+"""Checks whether real robots stand where the program has them, before they begin. Pure functions; standard library
+only."""
 
 from __future__ import annotations
 
@@ -12,25 +13,26 @@ from improv_core.score.motion import Pose
 from improv_core.score.score import Preflight
 
 NAMED = 3
-"""So many robots are named in a line; the page shows all."""
+"""The most robots that a line names; the page shows all."""
 NEAR = 0.03
-"""Meters that nobody is asked to move a robot that has to be turned, and vice versa in radians (two degrees)."""
+"""If a robot has to be turned, a distance of less than this many meters is left out of the advice; and vice versa in
+radians (two degrees)."""
 
 
 class Standing(NamedTuple):
-    """Where a robot should be, and where it stands in the same frame; None if that is not known."""
+    """A robot's ideal pose, and its measured pose in the same frame; None if that is unknown."""
 
     ideal: Pose
     pose: Pose | None
 
 
 def misplaced(places: Mapping[str, Standing], limits: Preflight) -> dict[str, Standing]:
-    """The robots that are farther from their places than they may be, or of which that is not known."""
+    """Return the robots that are farther from their places than the limits allow, or whose poses are unknown."""
     return {robot: place for robot, place in places.items() if not is_there(place, limits)}
 
 
 def message(found: Mapping[str, Standing] | None, generation: int) -> Misplaced:
-    """What the page shows; None if nothing waits for robots anymore."""
+    """Return the message to pages about these robots; None if nothing waits for robots anymore."""
     return {
         "type": "misplaced",
         "generation": generation,
@@ -47,8 +49,8 @@ def message(found: Mapping[str, Standing] | None, generation: int) -> Misplaced:
 
 
 def advice(robot: str, place: Standing) -> str:
-    """What somebody has to do so that a robot is in its place, such as `move ada 0.36 m toward 120° and turn it 5°
-    left`. Directions are degrees, counterclockwise from the x axis."""
+    """Return the advice that puts a robot in its place, such as `move ada 0.36 m toward 120° and turn it 5° left`.
+    Directions are degrees, counterclockwise from the x axis."""
     ideal, pose = place
     if not pose:
         return f"nobody knows where {robot} stands: its poses have to arrive"
@@ -63,7 +65,7 @@ def advice(robot: str, place: Standing) -> str:
 
 
 def refusal(found: Mapping[str, Standing]) -> str:
-    """The line about robots that are not in their places."""
+    """Return the line about robots that are not in their places."""
     lines = [advice(robot, place) for robot, place in found.items()]
     more = f", and {len(lines) - NAMED:,} more" if len(lines) > NAMED else ""
     return (
@@ -72,12 +74,12 @@ def refusal(found: Mapping[str, Standing]) -> str:
 
 
 def shown(found: Mapping[str, Standing]) -> Sequence[str]:
-    """What people see of it: it only changes if one of these lines does."""
+    """Return the lines that people see; while they stay the same, nothing has to be shown again."""
     return [advice(robot, place) for robot, place in found.items()]
 
 
 def is_there(place: Standing, limits: Preflight) -> bool:
-    """Whether a robot is near enough to its place."""
+    """Return whether a robot is near enough to its place."""
     ideal, pose = place
     if not pose:
         return False
@@ -85,5 +87,5 @@ def is_there(place: Standing, limits: Preflight) -> bool:
 
 
 def _turn(place: Standing) -> float:
-    """How far it has to be turned to the left, in radians."""
+    """Return the angle by which it has to be turned to the left, in radians."""
     return math.remainder(place.ideal.heading - place.pose.heading, math.tau) if place.pose else 0.0

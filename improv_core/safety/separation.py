@@ -1,7 +1,6 @@
-"""Which real robots come too near to each other, by their measured poses and what they were told. It never reads a
-clock.
+"""Finds real robots that come too near to each other, from their measured poses and the velocities they were sent.
 
-Lengths are in meters, times in seconds on the clock. Standard library only.
+It never reads a clock. Lengths are in meters, times in seconds on the clock. Standard library only.
 """
 
 from __future__ import annotations
@@ -17,17 +16,17 @@ from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
 
 PATIENCE = 2.0
-"""Seconds in which two robots that begin too near to each other must have come farther apart, by more than jitter:
-their poses are late, and they may have to turn first."""
+"""Seconds within which two robots that begin too near to each other must have moved apart, by more than jitter: their
+poses are late, and they may have to turn first."""
 LOOK_PERIOD = 0.02
-"""Seconds between two looks at robots of which no pose has come, at least."""
+"""The fewest seconds between two looks at robots of which no pose has come."""
 MOST_NAMED = 3
-"""How many pairs are named in a line."""
+"""The most pairs that a line names."""
 
 
 class Near(NamedTuple):
-    """Two robots, how far their edges are apart (less than 0 if they overlap), and how fast they may approach each
-    other in m/s, if that is why they are too near."""
+    """Two robots, the distance between their edges (less than 0 if they overlap), and the speed in m/s at which they
+    may approach each other, if that is why they are too near."""
 
     robots: tuple[str, str]
     gap: float
@@ -35,7 +34,7 @@ class Near(NamedTuple):
 
 
 class Since(NamedTuple):
-    """How far two robots were apart at a time."""
+    """The distance between two robots at a time."""
 
     gap: float
     at: float
@@ -43,14 +42,14 @@ class Since(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Proximity:
-    """What is known of each robot, and the pairs that were too near when they began to play and may move apart. These
-    are None until robots play."""
+    """The facts about each robot, and the pairs that were too near when they began to play and may move apart. The
+    pairs are None until robots play."""
 
     tracks: Mapping[str, Track] = field(default_factory=dict)
     leaving: Mapping[tuple[str, str], Since] | None = None
 
     def heard(self, poses: Iterable[RawPose], bases: Mapping[str, Base]) -> Proximity:
-        """After these poses have come."""
+        """Return it after these poses have come."""
         tracks = {**self.tracks}
         for raw in poses:
             base = bases.get(raw.robot)
@@ -58,7 +57,7 @@ class Proximity:
         return replace(self, tracks=tracks)
 
     def told(self, robot: str, twist: Twist, at: float) -> Proximity:
-        """After a robot was told to move like this."""
+        """Return it after a robot was sent this velocity."""
         before = self.tracks.get(robot, Track())
         track = before.after(twist, at)
         return self if track is before else replace(self, tracks={**self.tracks, robot: track})
@@ -71,11 +70,12 @@ class Proximity:
         now: float,
         ours: Set[str] | None = None,
     ) -> Looked:
-        """Find the robots that are too near to each other now, or would be before they stood if all were told so now.
-        `bases` are the robots that are guarded. Others look at pairs without any robot of `ours` (None: all are ours).
+        """Find the robots that are too near to each other now, or would be before they stood if all were sent zeros
+        now.
 
-        Two that come too near are found at once. Two that are too near when they begin to play are found as soon as
-        they come nearer, or if they don't move apart.
+        `bases` are the robots to guard. Pairs without any robot of `ours` are left to other stages (None: all robots
+        are ours). Two robots that come too near are found at once. Two robots that are too near when they begin to play
+        are found as soon as they come nearer, or if they don't move apart.
         """
         if not playing:
             return Looked(replace(self, leaving=None), [], math.inf)
@@ -103,30 +103,30 @@ class Proximity:
         return Looked(replace(self, leaving=None if found else leaving), found, due)
 
     def pose(self, robot: str) -> Pose:
-        """Where a robot was seen last."""
+        """Return the latest pose of a robot that counts."""
         return self.tracks[robot].poses[-1].pose
 
     def is_fresh(self, robot: str, now: float) -> bool:
-        """Whether it is known where a robot is."""
+        """Return whether a robot's pose is recent."""
         return now <= self._latest(robot) + OLDEST
 
     def is_guarded(self, robot: str, base: Base, now: float) -> bool:
-        """Whether it is known well enough where a robot is so that others keep apart from it."""
+        """Return whether a robot's pose is recent enough to keep others apart from it."""
         return now <= self._latest(robot) + base.oldest
 
     def seen_until(self, robots: Collection[str]) -> float:
-        """When not all of some robots have been seen lately, if no more poses come. A pose that doesn't count yet is a
-        sign of life, too."""
+        """Return the time until which each of these robots counts as seen, if no more poses come. A pose that doesn't
+        count yet is a sign of life, too."""
         tracks = [self.tracks.get(robot, Track()) for robot in robots]
         return min((track.heard_at + OLDEST for track in tracks), default=math.inf)
 
     def _latest(self, robot: str) -> float:
-        """When the latest pose of a robot that counts was measured."""
+        """Return the time of the latest pose of a robot that counts."""
         poses = self.tracks.get(robot, Track()).poses
         return poses[-1].at if poses else -math.inf
 
     def _reach(self, robots: tuple[str, str], bases: Mapping[str, Base], now: float) -> Approach:
-        """How far two robots may come toward each other, together."""
+        """Return the distance by which two robots may still approach each other, together."""
         one, other = robots
         return _together(
             self.tracks[one].reach(bases[one], self.pose(other), now),
@@ -136,9 +136,9 @@ class Proximity:
     def _pairs(
         self, bases: Mapping[str, Base], bound: float, now: float
     ) -> Iterator[tuple[tuple[str, str], float, Approach]]:
-        """The pairs of robots whose edges may come nearer than a bound until they stand, as long as their poses count;
-        how far these are apart; and how far they may come in any direction. Of each pair, the robot that is named first
-        comes first.
+        """Yield the pairs of robots whose edges may come nearer than a bound before they stand, as long as their poses
+        count; the distance between the edges; and the farthest that the robots may come in any direction. Of each pair,
+        the robot that is named first comes first.
 
         Robots are sorted into squares, so only neighbors are compared.
         """
@@ -163,8 +163,8 @@ class Proximity:
 
 
 class Looked(NamedTuple):
-    """What is known after a look; the pairs that are too near, the nearest first; and when to look again if no pose
-    comes, and no robot is told anything else."""
+    """The result of a look: the new state; the pairs that are too near, the nearest first; and the time of the next
+    look if no pose comes, and no robot is sent another velocity."""
 
     proximity: Proximity
     found: list[Near]
@@ -172,7 +172,7 @@ class Looked(NamedTuple):
 
 
 def as_line(found: Collection[Near], keep_apart: float) -> str:
-    """Return a line for people about who is too near."""
+    """Return a line for people about robots that are too near to each other."""
     each = [
         f"{one} and {other} are {max(gap, 0.0):.2f} m apart{f' and approach at {approach:.2f} m/s' if approach else ''}"
         for (one, other), gap, approach in [*found][:MOST_NAMED]
@@ -186,5 +186,5 @@ def _together(one: Approach, other: Approach) -> Approach:
 
 
 def _may_leave(since: Since, gap: float, rest: float, now: float) -> bool:
-    """Whether two robots that were too near since a time may move apart."""
+    """Return whether two robots that were too near since a time may move apart."""
     return since.gap - JITTER <= rest and (now < since.at + PATIENCE or gap > since.gap + JITTER)

@@ -1,4 +1,5 @@
-"""Checks whether a stage still responds, and whether we do. Standard library only; callers pass the time in."""
+"""Checks whether a stage still responds, and whether this process does. Standard library only; callers pass the time
+in."""
 
 from __future__ import annotations
 
@@ -25,61 +26,61 @@ class Watch:
     """
 
     def __init__(self, now: float, hang_limit: float = HANG_LIMIT) -> None:
-        self._hang_limit = hang_limit  # of a stage that moves real robots
-        self._pinged = 0  # by the one that pings: the number of the latest ping
+        self._hang_limit = hang_limit  # if the stage moves real robots
+        self._pinged = 0  # by the pinging thread: the number of the latest ping
         self._loads_end_with = 0  # by the writer: the ping after the latest score
-        self._loaded = 0  # by the reader: the latest of these that was answered
-        self._wrote = now  # when something other than a ping was last sent
-        self._plays = False  # by the reader: whether robots move
-        self._moves = False  # by the reader: whether they do, or may do so by themselves
-        self._moved = now  # by the reader: when it was last told that
+        self._loaded = 0  # by the reader: the latest of these with an answer
+        self._wrote = now  # the time of the latest message that is no ping
+        self._plays = False  # by the reader: true while robots move
+        self._moves = False  # by the reader: true while they do, or may do so by themselves
+        self._moved = now  # by the reader: the time of the latest report about that
         self._answered = now  # by the reader
-        self._pongs = 0  # by the reader: the highest number that was answered
+        self._pongs = 0  # by the reader: the highest number with an answer
         self._looked = now  # by the event loop
-        self._forgiven = now  # by the event loop: until then, we had stalled
+        self._forgiven = now  # by the event loop: the end of the latest time in which this process stalled
 
     def may_ping(self, now: float) -> bool:
-        """Whether to send a ping now. Not if our event loop hangs, so that the stage notices."""
+        """Return whether to send a ping now. False while our event loop hangs, so that the stage notices."""
         return now - max(self._looked, self._wrote) <= PULSE_LIMIT
 
     def ping(self, number: int) -> None:
-        """A ping is being sent. Numbers rise."""
+        """Note that a ping is being sent. Numbers rise."""
         self._pinged = number
 
     def rests(self, now: float) -> bool:
-        """Whether nothing can happen that needs pings until something is written to the stage or it moves robots."""
+        """Return whether no pings are needed until the stage is sent something or moves robots."""
         return not self._moves and self._pongs >= self._pinged and now > max(self._wrote, self._moved) + REST
 
     def writing(self, now: float) -> None:
-        """Something other than a ping is about to be sent."""
+        """Note that a message other than a ping is about to be sent."""
         self._wrote = now
 
     def moving(self, plays: bool, may_play: bool, now: float) -> None:
-        """The stage says whether it moves robots, and whether it may move them without being asked."""
+        """Note that the stage reports whether it moves robots, and whether it may move them by itself."""
         self._plays, self._moves, self._moved = plays, plays or may_play, now
 
     def loading(self, number: int) -> None:
-        """A score is being sent, followed by a ping with this number. Until that is answered, the stage may take
-        longer."""
+        """Note that a score is being sent, followed by a ping with this number. Until the answer to that ping, the
+        stage may take longer."""
         self._loads_end_with = number
 
     def pong(self, number: int, now: float) -> None:
-        """The stage has answered a ping."""
+        """Note that the stage has answered a ping."""
         self._answered, self._pongs = now, max(self._pongs, number)
         if number == self._loads_end_with:
             self._loaded = number
 
     def stopped(self, now: float) -> None:
-        """The stage has sent its last message. It may take some time to exit."""
+        """Note that the stage has sent its last message. It may take some time to exit."""
         self._answered = now + END_LIMIT
 
     def look(self, now: float, real: bool) -> float | None:
-        """The limit that the stage has exceeded, in seconds; None if it responds. Call this every LOOK_PERIOD.
+        """Return the limit that the stage has exceeded, in seconds; None if it responds. Call this every LOOK_PERIOD.
 
-        `real` is whether its robots are real.
+        `real` is true if its robots are real.
         """
         if now > self._looked + LOOK_PERIOD + PING_PERIOD:
-            self._forgiven = now  # we had stalled, which says nothing about the stage
+            self._forgiven = now  # we had stalled, which proves nothing about the stage
         self._looked = now
         limit = self._hang_limit if real and self._plays else HARMLESS_HANG_LIMIT
         if self._loaded != self._loads_end_with:

@@ -1,5 +1,5 @@
-"""What a stop makes void once it has overtaken it, and what waits for a stop that it has overtaken: pure decisions,
-without a clock."""
+"""Decides which requests a stop makes void when it overtakes them, and which requests have to wait for a stop that they
+have overtaken. Pure decisions, without a clock."""
 
 from __future__ import annotations
 
@@ -10,30 +10,32 @@ from improv_core.protocol.commands import VOID
 
 @dataclass(frozen=True, slots=True)
 class Overtaking:
-    """What has come on the channel of stops, where stops, pauses, and pings are numbered together.
+    """The messages that have come on the channel of stops, where stops, pauses, and pings share one numbering.
 
-    Whatever comes by standard input says which of them was the latest before it.
+    Each message on standard input names the latest of these numbers that was sent before it.
     """
 
     heard: int = 0
-    """The number of the latest."""
+    """The highest number so far."""
     void: int = 0
-    """Requests that were sent after fewer of them than this are void."""
+    """A request is void if the latest number before it is less than this."""
 
     def hear(self, kind: str, number: int) -> Overtaking:
-        """One more has come."""
+        """Return it after another message has come."""
         heard = max(self.heard, number)
         return Overtaking(heard, self.void if kind == "ping" else max(self.void, number))
 
     def lose(self) -> Overtaking:
-        """Nothing has come for so long that the robots were stopped: what was sent until now must not move them."""
+        """Return it after robots were stopped because nothing has come for too long: requests sent until now must not
+        move them."""
         return replace(self, void=self.heard + 1) if self.heard else self
 
     def voids(self, kind: str, after: int | None) -> bool:
-        """Whether a request that was sent after this many must not be obeyed; None if nobody counts."""
+        """Return whether a request that was sent after this number must not be obeyed. `after` is None if nobody
+        counts."""
         return kind in VOID and after is not None and after < self.void
 
     def awaits(self, kind: str, after: int | None) -> bool:
-        """Whether a request was sent after something that has yet to come here, by another pipe: perhaps a stop, which
-        must not stop what people asked for after it, or the first sign of life of a parent that had hung."""
+        """Return whether a request was sent after a message that has yet to come here, by the other pipe. That may be a
+        stop, which must not stop what people asked for after it, or the first ping of a parent that had hung."""
         return kind in VOID and after is not None and after > self.heard

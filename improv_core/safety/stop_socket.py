@@ -1,4 +1,4 @@
-"""How `improv stop` reaches everything that plays: each process listens on Unix sockets of its own.
+"""Lets `improv stop` reach everything that plays: each process listens on Unix sockets of its own.
 
 The sockets are files in folders that only this user can enter. Nothing is reachable over a network. A terminal, an
 editor, cron, and ssh may each name another runtime folder, or none. So each process also listens in a folder that no
@@ -24,25 +24,25 @@ from pathlib import Path
 from improv_core.safety.stops import Stops
 
 SUPPORTED = hasattr(socket, "AF_UNIX")
-"""Whether this system has Unix sockets."""
+"""True if this system has Unix sockets."""
 SHARED, RUNTIME = Path("/tmp"), Path("/run/user")
-"""Where all users have folders. Not named by the environment, which could hide what plays from `improv stop`; tests
-replace them inside the process that asks."""
+"""The folders that have a folder for each user. The environment doesn't name them, because it could hide what plays
+from `improv stop`; tests replace them inside the asking process."""
 ASK = b"stop\n"
 IDLE = "nothing was playing"
 """The answer of a process that had nothing to stop."""
 LIMIT = 2.0
 """Seconds to wait for a process that does not answer."""
 NOTE = "stopped"
-"""The file that has the latest `improv stop`: the machine's run, and the monotonic time."""
+"""The file that has the latest `improv stop`: the machine's boot id, and the monotonic time."""
 BOOT = Path("/proc/sys/kernel/random/boot_id")
-"""Where Linux says which run of the machine this is: after the next start, its monotonic times mean nothing."""
+"""The file from which Linux names the current boot: after the next one, its monotonic times mean nothing."""
 AGAIN = 0.05
 """Seconds until the next try if the system had no file handle for a new connection."""
 
 
 class StopSocketError(Exception):
-    """The sockets can't be used. The message is one line that says why."""
+    """The sockets can't be used. The message is one line with the reason."""
 
 
 class StopSocket:
@@ -56,7 +56,7 @@ class StopSocket:
         self._closed = threading.Event()
         self._servers: list[tuple[socket.socket, Path]] = []
         name = f"{os.getpid()}-{secrets.token_hex(4)}.sock"
-        folders = [fixed_folder()]  # without it, one that has another environment would not find us
+        folders = [fixed_folder()]  # without it, an `improv stop` with another environment would not find us
         with suppress(StopSocketError):
             folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each, os.getuid()))]
         try:
@@ -96,11 +96,11 @@ class StopSocket:
         while not self._closed.is_set():
             try:
                 asking, _ = server.accept()
-            except OSError:  # closed; or the system is out of file handles for now
+            except OSError:  # closed; or the system has no file handles left for now
                 self._closed.wait(AGAIN)
                 continue
             try:
-                # On a thread of its own: a process that connects and stays silent must not hold up the next one.
+                # On a thread of its own: a process that connects and stays silent must not delay the next one.
                 threading.Thread(target=self._answer, args=(asking,), daemon=True).start()
             except RuntimeError:  # there can't be more threads now
                 self._answer(asking)
@@ -113,7 +113,7 @@ class StopSocket:
 
 
 def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSocket | None:
-    """A socket, for as long as a process runs. If it can't be made, `stops` keep the reason.
+    """Return a socket for as long as a process runs. If it can't be made, `stops` keep the reason.
 
     An `improv stop` since the process `started`, in monotonic seconds, counts as one that comes now.
     """
@@ -124,13 +124,13 @@ def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSock
     except StopSocketError as error:
         stops.unreachable = f"its socket can't be made: {error}"
         return None
-    if stopped_since(started):  # only now: from here on, the socket is found
+    if stopped_since(started):  # only now: from here on, `improv stop` finds the socket
         stops.stop()
     return made
 
 
 def stopped_since(started: float) -> bool:
-    """Whether somebody has run `improv stop` since a monotonic time."""
+    """Return whether somebody has run `improv stop` since a monotonic time."""
     user = os.getuid()
     for folder in (SHARED / f"improv-{user}", *_random_folders(user)):
         if _is_private(folder, user):
@@ -144,16 +144,16 @@ def stopped_since(started: float) -> bool:
 def stop_all() -> Iterator[str]:
     """Stop everything of this user that plays; under sudo, also of the user who called it.
 
-    Yields each answer, or why there was none. Raises StopSocketError.
+    Yields each answer, or the reason why there was none. Raises StopSocketError.
     """
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")
     with ExitStack() as stack:
-        # All are asked before the first answer is awaited: one that hangs must not hold up the others.
+        # Ask all before the first answer is awaited: one process that hangs must not delay the others.
         asked: dict[str, tuple[Path, socket.socket | None]] = {}
         for user in _users():
             with _acting_as(user):
-                _leave_note(user)  # first: a process that listens from now on reads it, and the others are found
+                _leave_note(user)  # first: a process that listens from now on reads it, and the loop finds the others
                 for path in _sockets(user):
                     if asked.get(path.name, (path, None))[1] is None:
                         connection = stack.enter_context(socket.socket(socket.AF_UNIX))
@@ -177,9 +177,9 @@ def stop_all() -> Iterator[str]:
 
 
 def fixed_folder() -> Path:
-    """The folder of the sockets that depends on nothing but the user. Raises StopSocketError.
+    """Return the folder of the sockets that depends on nothing but the user. Raises StopSocketError.
 
-    Another user may have taken its name. Then it is one with a random name, which is found by its owner.
+    If another user has taken its name, the folder has a random name, and its owner identifies it.
     """
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")
@@ -206,14 +206,14 @@ def _leave_note(user: int) -> None:
 
 
 def _boot() -> str:
-    """The run of the machine, in one word."""
+    """Return the id of the machine's boot, in one word."""
     with suppress(OSError):
         return BOOT.read_text().strip()
     return "unknown"
 
 
 def _runtime_folders(user: int) -> Iterator[Path]:
-    """The folders that sessions have for sockets, which may be removed while something plays."""
+    """Yield the folders that sessions have for sockets, which the system may remove while something plays."""
     if (given := os.environ.get("XDG_RUNTIME_DIR")) and user == os.getuid():
         yield Path(given, "improv")
     yield Path(RUNTIME, str(user), "improv")
@@ -231,7 +231,7 @@ def _sockets(user: int) -> Iterator[Path]:
 
 
 def _made(folder: Path, user: int) -> Path | None:
-    """A folder, made if it is missing; None unless it is the user's alone."""
+    """Return a folder, made if it is missing; None unless only this user has access."""
     with suppress(OSError):
         folder.mkdir(0o700, exist_ok=True)
     return folder if _is_private(folder, user) else None
@@ -246,7 +246,7 @@ def _is_private(folder: Path, user: int) -> bool:
 
 
 def _users() -> Iterator[int]:
-    """Whose dances to stop."""
+    """Yield the users whose dances to stop."""
     yield os.getuid()
     caller = os.environ.get("SUDO_UID", "")
     if os.getuid() == 0 and caller.isascii() and caller.isdigit() and 0 < int(caller) < 2**32 - 1:
@@ -255,7 +255,7 @@ def _users() -> Iterator[int]:
 
 @contextmanager
 def _acting_as(user: int) -> Iterator[None]:
-    """Opens another user's files with that user's rights, so nobody can trick root into opening something else."""
+    """Open another user's files with that user's rights, so nobody can trick root into opening something else."""
     before = os.geteuid()
     if user == before:
         yield

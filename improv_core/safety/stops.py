@@ -1,4 +1,4 @@
-"""Stops and pauses: obeyed and counted as they arrive, ahead of everything that still waits. Standard library only."""
+"""Obeys and counts stops and pauses as they arrive, ahead of everything that still waits. Standard library only."""
 
 from __future__ import annotations
 
@@ -12,50 +12,50 @@ from improv_core.protocol.messages import Pressed, ToStage
 from improv_core.safety.suspend import NOTICED, asleep
 
 KNOWN = 0.25
-"""Seconds after which a press of an emergency stop counts as known to people. Until then, what arrives may have waited
-since before it, as all does that comes in when a process that was suspended continues."""
+"""Seconds after which people count as knowing of a press of an emergency stop. A request that arrives earlier may have
+waited since before the press, as all do that arrive when a suspended process continues."""
 
 
 class Receiver(Protocol):
-    """A stage, as far as stopping it needs."""
+    """A stage, as far as stops need it."""
 
     def send(self, message: ToStage) -> None: ...
 
 
 class Stops:
-    """Counts how often everything had to stop or pause, and has all stages do so at once. Every method is thread-safe.
+    """Counts stops and pauses, and sends each to all stages at once. Every method is thread-safe.
 
     A request to play carries the count from the moment it arrived. `send` drops it if a stop has come since then, so
     nothing that was requested before a stop plays after it. If the machine has slept, that counts as a stop: stages
-    stop their robots then by themselves.
+    then stop their robots by themselves.
 
     Emergency stops stay here until they are released, whatever happens to the stage that heard them.
     """
 
     def __init__(self, asleep: Callable[[], float] = asleep) -> None:
         self._lock = threading.Lock()
-        self._stages: dict[Receiver, bool] = {}  # each with whether its robots are real
+        self._stages: dict[Receiver, bool] = {}  # true if the stage's robots are real
         self._tell: list[Callable[[], object]] = []
         self._asleep = asleep
         self._slept = asleep()
         self._count = 0
         self.stopped = 0
-        """How many of these were stops and not pauses."""
+        """The number of these that were stops and not pauses."""
         self.unreachable = ""
-        """Why `improv stop` can't reach this process, if it can't: then no real robot moves."""
+        """The reason why `improv stop` can't reach this process, or "". If there is one, no real robot moves."""
         self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
-        """The emergency stops that are on, as a stage said last."""
+        """The emergency stops that are on, by the latest report of a stage."""
         self.known = 0
-        """How many presses of emergency stops are known to people who ask for something now."""
+        """The number of presses of emergency stops that people know of when they ask for something now."""
 
     @property
     def count(self) -> int:
-        """How often everything had to stop or pause until now."""
+        """The number of stops and pauses until now."""
         with self._lock:
             return self._counted()
 
     def add(self, stage: Receiver, *, real: bool = False) -> None:
-        """From now on, this stage is stopped too."""
+        """Also stop this stage from now on."""
         with self._lock:
             self._stages[stage] = real
 
@@ -64,7 +64,8 @@ class Stops:
             self._stages.pop(stage, None)
 
     def stop(self, message: Stop | Pause | None = None) -> None:
-        """Have all stages stop at once, or pause. If some have real robots, only these say that they obeyed a mark."""
+        """Send all stages a stop, or a pause, at once. If some have real robots, only these report that they obeyed its
+        mark."""
         timed = message.copy() if message else Stop(type="stop")
         timed["at"] = time.monotonic()
         unmarked = timed.copy()
@@ -77,11 +78,11 @@ class Stops:
             self._note(stop=timed["type"] == "stop")
 
     def on_stop(self, tell: Callable[[], object]) -> None:
-        """From now on, call this at each stop, on its thread; not at a pause. It must not wait for anything."""
+        """Call this at each stop from now on, on its thread; not at a pause. It must not wait for anything."""
         self._tell.append(tell)
 
     def know(self, count: int) -> None:
-        """Note how many presses of emergency stops are known. What was requested before is no longer sent."""
+        """Note that people know of so many presses of emergency stops. Requests from before are no longer sent."""
         with self._lock:
             if count > self.known:
                 self.known = count
@@ -94,8 +95,8 @@ class Stops:
         return self.count
 
     def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
-        """Send what makes robots move, unless a stop has come since the count was `asked`. Returns whether it was
-        sent."""
+        """Send a message that makes robots move, unless a stop has come since the count was `asked`. Returns whether it
+        was sent."""
         with self._lock:
             if self._counted() != asked:
                 return False
@@ -105,7 +106,7 @@ class Stops:
             return True
 
     def _counted(self) -> int:
-        """The count, after a look whether the machine has slept."""
+        """Return the count, after checking whether the machine has slept."""
         slept = self._asleep()
         if slept > self._slept + NOTICED:
             self._slept = slept
@@ -114,7 +115,7 @@ class Stops:
         return self._count
 
     def _note(self, *, stop: bool) -> None:
-        """Count a stop, or a pause, and tell of a stop."""
+        """Count a stop or a pause, and make the calls for a stop."""
         self._count = self._counted() + 1
         self.stopped += stop
         for tell in self._tell if stop else ():

@@ -1,4 +1,5 @@
-"""How long the machine has slept: its monotonic clock stands still meanwhile, but what robots do does not."""
+"""Measures for how long the machine has slept: its monotonic clock stands still meanwhile, but robots may keep
+moving."""
 
 from __future__ import annotations
 
@@ -6,15 +7,15 @@ import sys
 import time
 
 NOTICED = 0.1
-"""Seconds that count as sleep. Whoever compares two readings of `asleep` has to allow for their errors."""
+"""Seconds that count as sleep. A caller that compares two readings of `asleep` has to allow for their errors."""
 _EXACT = 0.01
 """Seconds that may pass while the clocks are read: the largest error."""
 _TRIES = 10
 
 
 def asleep() -> float:
-    """Seconds that the machine has slept since it was started; always 0 where the system doesn't tell, which is
-    everywhere but on Linux."""
+    """Return the seconds for which the machine has slept since it was started; always 0 on systems that don't report
+    it, which are all but Linux."""
     if sys.platform != "linux":
         return 0.0
     for _ in range(_TRIES):

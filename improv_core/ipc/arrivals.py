@@ -1,4 +1,4 @@
-"""What may arrive while a stage plays."""
+"""The things that may arrive while a stage plays."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Play:
 
     @property
     def moves(self) -> bool:
-        """Whether there is something to play. If not, its robots are only to be stopped."""
+        """True if there is something to play. If not, its robots only have to be stopped."""
         return bool(self.score.beats or self.score.open)
 
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """A line that is not a valid message, or whose score can't be read: why, and whether it was a score."""
+    """A line that is not a valid message, or whose score can't be read: the reason, and whether it was a score."""
 
     problem: str
     is_score: bool = False
@@ -34,7 +34,7 @@ class Unreadable:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """A score of this generation that builds on one that has not been read. `after` is as in the protocol."""
+    """A score of this generation that builds on one that was never read. `after` is as in the protocol."""
 
     generation: int
     after: int | None = None
@@ -42,7 +42,7 @@ class Lost:
 
 @dataclass(frozen=True, slots=True)
 class First:
-    """What came on the channel of stops, and its number."""
+    """A message from the channel of stops, and its number."""
 
     message: Stop | Pause | Ping
     number: int
@@ -56,12 +56,12 @@ class End:
 
 
 Ordered = ToStage | Play | Unreadable | Lost
-"""What comes by standard input and is done in its order."""
+"""Arrivals from standard input, which the loop handles in their order."""
 Arrival = Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor | End
 
 
 def kind_of(arrival: Ordered) -> str:
-    """The type of a message that a stop may make void; empty for what no stop affects."""
+    """Return the type of a message that a stop may make void; empty for arrivals that no stop affects."""
     if isinstance(arrival, Play):
         return "load" if arrival.moves else ""
     if isinstance(arrival, Lost):
@@ -70,7 +70,7 @@ def kind_of(arrival: Ordered) -> str:
 
 
 def after_of(arrival: Ordered) -> int | None:
-    """How many messages were sent on the channel of stops before it; None if that isn't counted."""
+    """Return the number of messages that were sent on the channel of stops before it; None if nobody counts them."""
     if isinstance(arrival, Play):
         return after(arrival.load)
     if isinstance(arrival, Lost):

@@ -1,6 +1,6 @@
-"""A process that we start, speak with in lines, and end. Standard library only.
+"""A child process: start it, exchange lines with it, and end it. Standard library only.
 
-`protocol/json_lines.py` is the other side: how a child of ours hears and speaks.
+`protocol/json_lines.py` is the other side: how such a process reads and writes.
 """
 
 from __future__ import annotations
@@ -19,32 +19,33 @@ from dataclasses import dataclass
 from pathlib import Path
 
 MOST_READ = 65_536
-"""Bytes that are read at a time: as many as a usual pipe holds."""
+"""The most bytes of one read: as many as a usual pipe holds."""
 ROOT = Path(sys.executable).anchor
-"""Where children start: this folder contains no modules, and only administrators can add some."""
+"""The folder in which children start: it contains no modules, and only administrators can add some."""
 KILL_LIMIT = 5.0
-"""Seconds that it may take until a process is gone that was killed."""
+"""Seconds that a killed process may take until it is gone."""
 MOST_ERRORS = 50
-"""Lines of standard error that are kept."""
+"""The lines of standard error that are kept."""
 ERRORS_LIMIT = 0.5
-"""Seconds to wait for the end of standard error of a process that has exited: what it has started may hold it open."""
+"""Seconds to wait for the end of standard error of a process that has exited: its own children may hold it open."""
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """What differs between kinds of children."""
+    """The settings that differ between kinds of children."""
 
     end: float
-    """Seconds it may take to exit, once its input or its output has ended. Then it is killed."""
+    """Seconds that it may take to exit, once its input or its output has ended. Then it is killed."""
     leads: bool = False
-    """Whether it has a session of its own. Ctrl-Z in a terminal doesn't suspend it, who kills us doesn't kill it, and
-    with it all that it has started is killed, except what leads a session too."""
+    """True if it has a session of its own. Then Ctrl-Z in a terminal doesn't suspend it, and a kill of our process
+    doesn't kill it. To kill it kills all that it has started, except processes that lead a session, too."""
     waits: bool = True
-    """Whether writing waits until the process reads. Otherwise, what doesn't fit into the pipe is written later."""
+    """True if writing waits until the process reads. Otherwise, the rest that doesn't fit into the pipe is written
+    later."""
     errors: int = subprocess.DEVNULL
-    """Where its standard error goes, as `subprocess` says it. With PIPE, its last line is known."""
+    """The target of its standard error, as for `subprocess`. With PIPE, its last line is kept."""
     pipe_size: int = 0
-    """Bytes that may wait in each pipe, where that can be chosen; 0 for the usual number."""
+    """The bytes that may wait in each pipe, on systems that allow a choice; 0 for the usual number."""
 
 
 class Child:
@@ -77,7 +78,7 @@ class Child:
         self._input, self._output = self._process.stdin, self._process.stdout
         self._unsent = self._unread = b""
         self.errors: deque[str] = deque(maxlen=MOST_ERRORS)
-        """The last lines on its standard error, if those are kept; all of them once `wait` has returned."""
+        """The last lines on its standard error, if they are kept; complete once `wait` has returned."""
         if not policy.waits:
             os.set_blocking(self._input.fileno(), False)
         if policy.pipe_size:
@@ -96,8 +97,8 @@ class Child:
         return self.errors[-1] if self.errors else ""
 
     def write(self, line: bytes = b"") -> None:
-        """Send it a line, after what could not be sent before. Raises OSError if it has ended and writing waits; else,
-        `read` tells."""
+        """Send it a line, after those that could not be sent before. Raises OSError if it has ended and writing waits;
+        otherwise `read` raises."""
         self._unsent += line
         try:
             while self._unsent:
@@ -107,8 +108,9 @@ class Child:
                 raise
 
     def read(self, limit: float | None = None) -> list[bytes]:
-        """The next lines, without their ends, as soon as there are some; none after `limit` seconds. Raises EOFError
-        once it can say nothing more; half a line before that doesn't count. On Windows, only None can be the limit."""
+        """Return the next lines, without their ends, as soon as there are some; none after `limit` seconds. Raises
+        EOFError once it can send nothing more; half a line before that doesn't count. On Windows, only None can be the
+        limit."""
         end = time.monotonic() + (limit or 0.0)
         lines: list[bytes] = []
         while not lines:
@@ -119,8 +121,8 @@ class Child:
         return lines
 
     def read_some(self, limit: float | None = None) -> bytes:
-        """The next bytes that it says, in the middle of a line or not; otherwise as `read`. For one that nobody trusts
-        to end its lines."""
+        """Return the next bytes, in the middle of a line or not; otherwise as `read`. For a process that may never end
+        its lines."""
         if self._output.closed:
             raise EOFError
         if limit is not None and not self.speaks(limit):
@@ -131,7 +133,7 @@ class Child:
         return data
 
     def speaks(self, limit: float) -> bool:
-        """Wait until it says something or can say nothing more. Returns whether that was within `limit` seconds."""
+        """Wait until it sends something or can send nothing more. Returns whether that took at most `limit` seconds."""
         if not self._policy.waits:
             self.write()
         poll = select.poll()
@@ -145,8 +147,8 @@ class Child:
             self._input.close()
 
     def wait(self) -> int | None:
-        """Close its output, and wait until it has exited. One that takes too long is killed. Returns its exit code;
-        None if not even that has ended it."""
+        """Close its output, and wait until it has exited, or kill it if it takes too long. Returns its exit code; None
+        if even a kill has not ended it."""
         self._output.close()
         for limit in (self._policy.end, KILL_LIMIT):
             with suppress(subprocess.TimeoutExpired):
@@ -158,8 +160,8 @@ class Child:
         return None
 
     def end(self) -> int | None:
-        """Ask it to end, and wait until it has: what it still says no longer counts. One that takes too long is
-        killed. Returns as `wait` does. Only for a thread that both reads and writes, and not on Windows."""
+        """Ask it to end, and wait until it has, ignoring its output, or kill it if it takes too long. Returns as `wait`
+        does. Only for a thread that both reads and writes, and not on Windows."""
         self.close_input()
         end = time.monotonic() + self._policy.end
         try:
@@ -171,7 +173,8 @@ class Child:
         return self.wait()
 
     def kill(self) -> None:
-        """Kill it if it still runs, and what it has started if it leads: it may hang because that does."""
+        """Kill it if it still runs, and also all that it has started if it leads: it may hang because of one of
+        these."""
         if sys.platform == "win32" or not self._policy.leads:
             self._process.kill()
         elif self._process.poll() is None:
@@ -186,8 +189,8 @@ class Child:
 
 
 def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.environ) -> bytes:
-    """What a program prints, `isolated`. Raises OSError or subprocess.SubprocessError: it fails, or takes longer than
-    `limit` seconds."""
+    """Return the standard output of a program that runs `isolated`. Raises OSError or subprocess.SubprocessError if it
+    fails or takes longer than `limit` seconds."""
     nothing = subprocess.DEVNULL
     return subprocess.run(
         command, stdin=nothing, capture_output=True, timeout=limit, check=True, env=isolated(env), cwd=ROOT
@@ -195,8 +198,8 @@ def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.env
 
 
 def isolated(env: Mapping[str, str]) -> dict[str, str]:
-    """This environment without the entries of PYTHONPATH that are empty or relative. In the root folder, a Python then
-    imports nothing from the folder in which we were started.
+    """Return this environment without the entries of PYTHONPATH that are empty or relative. In the root folder, a
+    Python then imports nothing from the folder in which we were started.
 
     Python's option `-I` ignores all of PYTHONPATH, but without its other entries Python can't find a sourced ROS.
     """

@@ -1,4 +1,4 @@
-"""A queue of messages to a stage in which urgent ones overtake what people at an editor or a page asked for."""
+"""A queue of messages to a stage, in which urgent ones overtake the requests of people at an editor or a page."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from improv_core.protocol.output import Edge
 from improv_core.score.senses import RobotSense
 
 URGENT = {row.name: row.voids for row in COMMANDS.values() if row.overtakes} | {"ping": frozenset[str]()}
-"""Each urgent message, and what it makes void: requests that were made before it and must not be obeyed after it."""
+"""Each urgent message, and the requests that it makes void: those made before it must not be obeyed after it."""
 OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {
     "sensed", "decided", "seen", "measured", "joints", "program", "source", "answer"
 }  # fmt: skip
-"""What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
+"""The messages that urgent ones overtake. They never overtake a score, so a score that was sent before a stop can't
+undo it."""
 
 MOST_SENSED = 1_000
-"""Edges of robots' senses that may wait. If sensors flood, only the latest edges of each sense to each value count."""
+"""The most edges of robots' senses that may wait. If sensors flood, only the latest edges of each sense to each value
+count."""
 
 Item = TypeVar("Item")
 
@@ -55,7 +57,7 @@ class UrgentQueue(Generic[Item]):
         self._arriving.put(_First(item))
 
     def get(self, *, timeout: float | None = None) -> Item:
-        """The next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
+        """Return the next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
         while not self._arriving.empty():
             item = self._arriving.get_nowait()
             if isinstance(item, _First):
@@ -95,5 +97,5 @@ class UrgentQueue(Generic[Item]):
 
 
 def _kind(item: object) -> str:
-    """The type of a message; nothing for anything else that waits with messages."""
+    """Return the type of a message; empty for other items."""
     return str(item["type"]) if isinstance(item, Mapping) else ""

@@ -1,4 +1,4 @@
-"""Bounds how often pages may ask for something, so that a flood of requests delays nobody."""
+"""Limits how often pages may send requests, so that a flood of them delays nobody."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from functools import partial
 from improv_core.protocol.commands import COMMANDS, PageRequest, about
 
 PERIOD = 0.02
-"""Seconds from one batch of requests to the next: fewer than anybody notices."""
+"""Seconds from one batch of requests to the next: too few to notice."""
 MOST = 500
-"""Messages that a page may send in a second. A hand on a mouse and ten keys of senses send at most 350."""
+"""The most messages that a page may send in a second. A hand on a mouse and ten keys of senses send at most 350."""
 
 
 class Throttle:

@@ -1,4 +1,4 @@
-"""A stage as its parent sees it: starts the process, exchanges messages, and watches it. Standard library only."""
+"""The parent's side of a stage: starts the process, exchanges messages, and watches it. Standard library only."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from improv_core.safety.stops import Stops
 START_LIMIT = 60.0
 """Seconds a stage may take until it is ready, on a busy machine."""
 POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
-"""Ctrl-Z must not suspend a stage too, or robots would keep moving. Only its standby survives when it is killed."""
+"""Ctrl-Z must not suspend a stage too, or robots would keep moving. If a stage is killed, only its standby survives."""
 
 
 class Gone(TypedDict):
@@ -37,21 +37,22 @@ class Gone(TypedDict):
 
 
 Heard = FromStage | Gone
-"""What is heard from a stage."""
+"""The messages from a stage, and its end."""
 Hear = Callable[["Stage", Heard, int], None]
-"""Gets what is heard from a stage. With a request of a page comes the count of stops when it arrived."""
+"""Gets the messages from a stage. A request from a page comes with the count of stops at its arrival."""
 
 
 class StageError(Exception):
-    """A stage can't be started. The message is one line that says what to do."""
+    """A stage can't be started. The message is one line with the advice."""
 
 
 class Stage:
     """A stage process. Made by `start`.
 
     Threads read and write, so a stage that does not read or an event loop that is busy is not mistaken for a dead one.
-    Stops, pauses, and pings have a channel of their own, `stops_by`: a pipe that never holds a long message. Where a
-    child process can't inherit one, on Windows, they go to standard input, behind what is being written there.
+    Stops, pauses, and pings have a channel of their own, `stops_by`: a pipe that never holds a long message. On
+    Windows, a child process can't inherit one, so they go to standard input, behind the message that is being written
+    there.
     """
 
     ready: Ready
@@ -69,13 +70,13 @@ class Stage:
         self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
         self._sending = threading.Lock()
         self._stops_by = stops_by
-        self._number = 0  # the latest that was used
+        self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel
         self._awake = threading.Event()  # the stage may no longer rest
         self._over = threading.Event()  # it has ended, or is about to
         self._watch = Watch(time.monotonic(), hang_limit)
-        self._looking = True  # once it is ready
-        self._moves = False  # by the reader: what it said last
+        self._looking = True  # true once it is ready
+        self._moves = False  # by the reader: true if it moved in its latest report
         for work in (self._write, self._keep_pinging, self._read):
             threading.Thread(target=work, daemon=True).start()
 
@@ -88,9 +89,10 @@ class Stage:
         stops: Stops,
         hang_limit: float = HANG_LIMIT,
     ) -> Stage:
-        """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with its message.
+        """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with the stage's
+        message.
 
-        If it doesn't answer for `hang_limit` seconds while it moves real robots, it is killed.
+        A stage that doesn't answer for `hang_limit` seconds while it moves real robots is killed.
         """
         try:
             child, stops_by = _start(command, env)
@@ -120,7 +122,7 @@ class Stage:
         return not self._ended.is_set() and not self._closing
 
     def moving(self, robots: Iterable[str]) -> list[str]:
-        """Which of these robots move, by what was reported last, on any thread."""
+        """Return which of these robots move, by the latest report. Callable from any thread."""
         return [*robots] if self._moves else []
 
     def send(self, message: ToStage) -> None:
@@ -135,14 +137,14 @@ class Stage:
             else:
                 if message["type"] == "load" or message["type"] == "resume":
                     self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
-                numbered: Any = {**message, "after": self._before}  # each message may have it
+                numbered: Any = {**message, "after": self._before}  # any message may have this field
                 self._outbox.put(numbered)
         if not self._looking:
             with suppress(RuntimeError):  # the loop was closed
                 self._loop.call_soon_threadsafe(self._begin_to_look)
 
     async def close(self) -> None:
-        """Close its input, which stops the robots and ends the stage. If it does not exit, it is killed."""
+        """Close its input, which stops the robots and ends the stage, or kill it if it does not exit."""
         self._closing = True
         self._over.set()
         self._awake.set()
@@ -160,7 +162,7 @@ class Stage:
             self._look()
 
     def _look(self) -> None:
-        """Kill the process if it hangs. Calls itself periodically, except while the stage rests."""
+        """Kill the process if it hangs. Calls itself again and again, except while the stage rests."""
         now = time.monotonic()
         limit = self._watch.look(now, self.ready["real"])
         if limit is not None and not self._closing:
@@ -186,7 +188,7 @@ class Stage:
         self._child.close_input()
 
     def _keep_pinging(self) -> None:
-        """Ping while the stage doesn't rest. On a thread of its own: a long message must not hold up a ping."""
+        """Ping while the stage doesn't rest. This has its own thread, so that a long message can't delay a ping."""
         while not self._over.is_set():
             if self._watch.rests(time.monotonic()):
                 self._awake.wait()
@@ -209,7 +211,7 @@ class Stage:
             self._watch.ping(self._number)
         line = json.dumps({**message, "number": self._number}).encode() + b"\n"
         with suppress(OSError):  # it has ended; or it has read nothing for minutes, and is about to be killed
-            os.write(self._stops_by, line)  # so short a line is written completely or not at all
+            os.write(self._stops_by, line)  # a line this short is written completely or not at all
 
     def _close_channel(self) -> None:
         with self._sending:
@@ -243,7 +245,7 @@ class Stage:
         if message["type"] == "stopped":
             self._watch.stopped(time.monotonic())
             self._failure = message.get("message", "")
-        # Here and not on the event loop, which may be busy: a stop at a page is obeyed at once.
+        # Here and not on the event loop, which may be busy: a stop at a page has to be obeyed at once.
         stops = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message, stops)
@@ -268,7 +270,7 @@ class Stage:
 
 
 def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[Child, int | None]:
-    """The process, and our end of its channel of stops if it can have one. Raises OSError."""
+    """Return the process, and our end of its channel of stops if it can have one. Raises OSError."""
     if sys.platform == "win32":
         return Child(command, POLICY, env), None
     theirs, ours = os.pipe()

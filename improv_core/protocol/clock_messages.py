@@ -1,4 +1,4 @@
-"""The messages about a clock from outside that is followed (docs/protocol.md). Standard library only."""
+"""The messages about a clock from outside that the parent follows (docs/protocol.md). Standard library only."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from improv_core.protocol.fields import Factor
 from improv_core.score.fits import Between
 
 Tempo = Annotated[float, Between(0, 100_000)]
-"""Beats per minute, as a clock may tell them."""
+"""Beats per minute, as a clock may report them."""
 
 
 class AnchorMessage(TypedDict):
-    """Heard of a clock of music: where it was `at` a monotonic time, its tempo in beats per minute (0: it stands), how
-    many seconds usually pass until the next one, and how often it has jumped."""
+    """News from a clock of music: its beat `at` a monotonic time, its tempo in beats per minute (0: it stands), the
+    usual seconds until the next message, and the number of its jumps."""
 
     type: Literal["anchor"]
     at: float
@@ -24,7 +24,7 @@ class AnchorMessage(TypedDict):
 
 
 class BendMessage(TypedDict):
-    """The stage that leads was at a beat `at` a monotonic time, and follows a clock at this pace since then."""
+    """The leading stage's beat `at` a monotonic time, and the pace at which it has followed a clock since then."""
 
     type: Literal["bend"]
     at: float
@@ -33,14 +33,14 @@ class BendMessage(TypedDict):
 
 
 class ClockWarning(TypedDict):
-    """One line for people about the clock that is listened to."""
+    """One line for people about the clock."""
 
     type: Literal["warning"]
     message: str
 
 
 class ClockError(TypedDict):
-    """One line for people: why the clock can't be heard. The process ends."""
+    """One line for people about why the clock can't be followed. The process ends."""
 
     type: Literal["error"]
     message: str

@@ -1,8 +1,8 @@
-"""What people may ask for: a row for each command, with all that depends on which one it is. Standard library only.
+"""The commands that people may send: a row for each, with all that depends on which one it is. Standard library only.
 
-From these rows follow what a page, ROS 2, and OSC may send, which messages overtake others and make them void, which
-are kept for stages that start later, and what the simulator beside real robots is told. A new command is a message and
-a row here, and what the loop does about it (`loop.OBEYED`).
+From these rows follow the requests of a page, ROS 2, and OSC, the messages that overtake others and make them void, the
+ones that are kept for stages that start later, and the ones for the simulator beside real robots. A new command is a
+message and a row here, and its reaction in the loop (`loop.OBEYED`).
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ class _Timed(TypedDict, total=False):
 
 
 Automation = Literal["osc", "ros"]
-"""What asks for something without a person: OSC messages, and services of ROS 2."""
+"""The senders that are no person: OSC messages, and services of ROS 2."""
 AUTOMATIONS: frozenset[Automation] = frozenset(get_args(Automation))
 
 
 class _Asked(TypedDict, total=False):
-    """`by` is what asked for this; without it, a person did."""
+    """`by` is the automation that sent this; without it, a person did."""
 
     by: Automation
 
 
 class Marked(TypedDict, total=False):
-    """`mark` is how a page recognizes its stop once that has been obeyed. It goes to the stages that have to say so."""
+    """`mark` identifies a stop for its page, which recognizes it once it has been obeyed. It goes to the stages that
+    have to report that."""
 
     mark: str
 
@@ -118,9 +119,9 @@ class OscSense(_Timed):
 
 
 PageConduct = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
-"""What people in an editor or on a page may do to what plays."""
+"""The controls that people in an editor or on a page have over playback."""
 Conduct = PageConduct | OscSense
-"""What may be done to what plays."""
+"""All controls over playback."""
 
 
 class _Restart(TypedDict):
@@ -128,7 +129,7 @@ class _Restart(TypedDict):
 
 
 class Restart(_Restart, _Asked):
-    """What was played last should play again from beat 0."""
+    """Play the latest score again from beat 0."""
 
 
 class PlaceRobots(TypedDict):
@@ -157,7 +158,7 @@ class Tune(TypedDict):
 
 
 class Framed(TypedDict, total=False):
-    """`framed` is how many pages are in a frame now, as in VS Code, if one of these was opened or closed."""
+    """`framed` is the number of pages that are in a frame now, as in VS Code, if one of these was opened or closed."""
 
     framed: int
 
@@ -177,14 +178,15 @@ class _Editing(TypedDict):
 class Editing(_Editing, total=False):
     """The page with this number asks for something while somebody edits the program on it.
 
-    If it is `overtaken`, a stop that the page sent after it has arrived before it: a text is saved, but not played.
+    `overtaken` is true if a stop that the page sent later has arrived before it: then the text is saved, but not
+    played.
     """
 
     overtaken: bool
 
 
 PageRequest = Conduct | Restart | PlaceRobots | Form | Tune | Editing
-"""What somebody may request on the page, or from elsewhere."""
+"""The requests that pages and others may send."""
 
 
 Sender = Literal["page", "editor", "terminal", "ros", "osc"]
@@ -192,12 +194,12 @@ Sender = Literal["page", "editor", "terminal", "ros", "osc"]
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A row. The docs say in words who sends it, apart from programs that start a stage themselves."""
+    """A row. The docs list the senders, except programs that start a stage themselves."""
 
     message: type[Any]
     by: tuple[Sender, ...]
     stops: bool = False
-    """It stops robots: obeyed wherever it arrives, ahead of all that waits."""
+    """It stops robots: it is obeyed wherever it arrives, ahead of all that waits."""
     at_once: bool = False
     """The stage whose node it reaches obeys it even before its parent does."""
     to_stages: bool = True
@@ -205,13 +207,13 @@ class Command:
     kept: bool = False
     """It also holds for scores and stages that come later: only the latest counts."""
     as_sensed: bool = False
-    """Robots sense it. The simulator beside real robots is told what they sensed, and not this."""
+    """Robots sense it. The simulator beside real robots gets what they sensed instead of this."""
     overtakes: bool = False
     """It overtakes other commands that wait in a queue."""
     voids: frozenset[str] = frozenset()
-    """Commands that were sent before it, and must not be obeyed after it."""
+    """Commands that must not be obeyed after it if they were sent before it."""
     about: Callable[[Any], str] = lambda message: ""
-    """Of waiting commands that are about the same thing, only the latest counts."""
+    """Returns the subject of a command. Of the waiting commands with one subject, only the latest counts."""
 
     @property
     def name(self) -> str:
@@ -228,7 +230,7 @@ _ROWS = (
         at_once=True,
         overtakes=True,
         voids=frozenset({"pause", "resume", "anyway", "seek", "restart", "cue"}),
-        # Each page waits until its own is confirmed, and a person's stop holds for more than those of automations.
+        # Each page waits until its own stop is confirmed, and a person's stop holds for more than those of automations.
         about=lambda stop: stop.get("by") or stop.get("mark", "").rpartition(" ")[0],
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
@@ -261,16 +263,17 @@ COMMANDS: Mapping[str, Command] = {row.name: row for row in _ROWS}
 """The rows, by the type of their message."""
 
 VOID = COMMANDS["stop"].voids | {"load"}
-"""What was sent before a stop, and must not be obeyed after it."""
+"""The messages that must not be obeyed after a stop if they were sent before it."""
 
 
 def is_stop(message: Mapping[str, Any]) -> TypeGuard[Stop | Pause]:
-    """Whether a message is a command that stops robots."""
+    """Return whether a message is a command that stops robots."""
     row = COMMANDS.get(message["type"])
     return row is not None and row.stops
 
 
 def about(request: PageRequest) -> tuple[str, str]:
-    """What a request is about, beginning with its type. If several wait, only the latest counts."""
+    """Return the subject of a request, beginning with its type. Of waiting requests with one subject, only the latest
+    counts."""
     kind = request["type"]
     return kind, COMMANDS[kind].about(request)

@@ -11,21 +11,21 @@ from improv_core.score.fits import fits, hints_of
 
 
 class ProtocolError(Exception):
-    """A line is not a valid message here. The text is one plain line that says why."""
+    """A line is not a valid message here. The text is one plain line with the reason."""
 
 
 def type_of(message: type[Any]) -> str:
-    """The `type` of a kind of message."""
+    """Return the `type` of a kind of message."""
     return str(get_args(hints_of(message)["type"])[0])
 
 
 def by_type(union: Any) -> dict[str, type]:
-    """The messages of a union, or the one message, by `type`."""
+    """Return the messages of a union, or the one message, by `type`."""
     return {type_of(each): each for each in get_args(union) or [union]}
 
 
 def read_as(line: bytes, union: Any) -> object:
-    """The message of a union that a line holds. Raises ProtocolError."""
+    """Return the message of a union that a line holds. Raises ProtocolError."""
     try:
         message = loads(line)
     except (ValueError, RecursionError):

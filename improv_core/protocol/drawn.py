@@ -1,4 +1,4 @@
-"""What pages draw of simulated robots, as an output hands it over. Standard library only."""
+"""The data about simulated robots that an output hands to pages for drawing. Standard library only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ class Lengthening(Protocol):
 
 
 class Bump(NamedTuple):
-    """A collision of two robots, or of one with an obstacle: when (seconds), where (meters), and who."""
+    """A collision of two robots, or of a robot with an obstacle: the time (seconds), the place (meters), and the
+    names."""
 
     at: float
     x: float
@@ -27,10 +28,10 @@ class Bump(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What the page draws: poses at performance time `at` (seconds), radii in meters, trails, and the latest bumps.
+    """A picture of the floor: poses at performance time `at` (seconds), radii in meters, trails, and the latest bumps.
 
-    `placed` counts how often robots were moved by hand or by a seek: between two snapshots in which it differs, robots
-    jumped. `joints` has the positions of the joints of robots with a body, in radians or meters.
+    `placed` counts the moves of robots by hand or by a seek: if it differs between two snapshots, robots jumped.
+    `joints` has the positions of the joints of robots with a body, in radians or meters.
     """
 
     at: float = 0.0

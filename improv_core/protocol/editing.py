@@ -9,10 +9,8 @@ from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime
 
 
 class ProgramSource(TypedDict):
-    """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
-
-    Its lines end in \\n here, whatever the line ends in the file are.
-    """
+    """The program as it is in its file at `path`, which pages may edit. `revision` names this version of it. Its lines
+    end in \n here, whatever the line ends in the file are."""
 
     type: Literal["source"]
     path: str
@@ -29,7 +27,7 @@ class Analyze(TypedDict):
 
 
 class Complete(TypedDict):
-    """Asks what may be written at an offset of the text with this number."""
+    """Asks for the words that fit at an offset of the text with this number."""
 
     type: Literal["complete"]
     number: Count
@@ -37,7 +35,7 @@ class Complete(TypedDict):
 
 
 class Explain(TypedDict):
-    """Asks what is at an offset of the text with this number."""
+    """Asks for an explanation of the words at an offset of the text with this number."""
 
     type: Literal["explain"]
     number: Count
@@ -80,7 +78,7 @@ class SetTempo(TypedDict):
 
 
 class SetFirstBeat(TypedDict):
-    """Asks to write into improv.toml where in the song beat 0 is, in seconds. The text with this number stays."""
+    """Asks to write the time of beat 0 in the song, in seconds, into improv.toml. The text with this number stays."""
 
     type: Literal["first_beat"]
     number: Count
@@ -88,7 +86,7 @@ class SetFirstBeat(TypedDict):
 
 
 AskEditor = Analyze | Complete | Explain | Write | Move | Arrange | SetTempo | SetFirstBeat
-"""What a page asks for while somebody edits the program on it."""
+"""The requests that a page may send while somebody edits the program on it."""
 
 
 class TextEdit(TypedDict):
@@ -100,7 +98,7 @@ class TextEdit(TypedDict):
 
 
 class TextFix(TypedDict):
-    """Fixes of the same `kind` may be made together; one whose kind is empty is made alone."""
+    """A fix. Fixes of the same `kind` may be made together; one with an empty kind is made alone."""
 
     title: str
     kind: str
@@ -122,7 +120,7 @@ class TextProblem(TypedDict):
 class Analyzed(TypedDict):
     """`colors` has three numbers for each colored word: characters since the end of the last one, length, and kind.
 
-    `problems` are the first of `count`. `starts` are where its robots begin, if it has no errors.
+    `problems` are the first of `count`. `starts` are the starts of its robots, if it has no errors.
     """
 
     type: Literal["analyzed"]
@@ -149,7 +147,7 @@ class Completed(TypedDict):
 
 
 class Explained(TypedDict):
-    """What stands between two offsets, in words, and its path as SVG."""
+    """The explanation of the words between two offsets, and their path as SVG."""
 
     type: Literal["explained"]
     number: int
@@ -160,7 +158,7 @@ class Explained(TypedDict):
 
 
 class Written(TypedDict):
-    """The text with this number was saved as `revision`, or `problem` says in one line why not."""
+    """The text with this number was saved as `revision`, or `problem` has the reason why not, in one line."""
 
     type: Literal["written"]
     number: int
@@ -169,7 +167,7 @@ class Written(TypedDict):
 
 
 class RobotsMoved(TypedDict):
-    """The edits of the text with this number, in their order, or a `problem`: one line says why there are none."""
+    """The edits of the text with this number, in their order, or a `problem`: one line about why there are none."""
 
     type: Literal["moved"]
     number: int

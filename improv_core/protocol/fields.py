@@ -38,11 +38,11 @@ SongTime = Annotated[float, Between(-3600, 3600)]
 Name = Annotated[str, Long(1, 1_000)]
 Names = Annotated[Sequence[Name], Long(0, 10_000)]
 Text = Annotated[str, Long(0, LONGEST_TEXT), _Savable()]
-"""What people may ask for: numbers, names, and texts within their limits."""
+"""The values that people may send: numbers, names, and texts within their limits."""
 
 
 def within_reach(pace: float) -> Fraction:
-    """A pace within the limits of the speed factor, exact."""
+    """Return a pace within the limits of the speed factor, exact."""
     return Fraction(round(min(max(pace, SLOWEST), FASTEST) * 1_000_000), 1_000_000)
 
 
@@ -56,7 +56,7 @@ class PoseJson(TypedDict):
 
 
 def to_pose_json(pose: Pose) -> PoseJson:
-    """A pose for a message."""
+    """Return a pose for a message."""
     return {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading}
 
 

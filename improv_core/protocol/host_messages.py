@@ -1,4 +1,4 @@
-"""What a stage on another machine says about its link to the parent. Standard library only."""
+"""The messages of a stage on another machine about its link to the parent. Standard library only."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Literal, TypedDict
 
 
 class Deserted(TypedDict):
-    """The stage of a host has stopped its robots, since it has heard nothing from its parent for this long."""
+    """The stage of a host has stopped its robots, since it has received nothing from its parent for this long."""
 
     type: Literal["deserted"]
     seconds: float
 
 
 class Link(TypedDict):
-    """How well a host is reached: its clock is ahead of ours by `offset` seconds, known to `error` seconds; a message
-    and its answer take `round_trip` seconds, and a message nearly always arrives within `lag` seconds."""
+    """The quality of the link to a host: its clock is ahead of ours by `offset` seconds, known to `error` seconds; a
+    message and its answer take `round_trip` seconds, and a message nearly always arrives within `lag` seconds."""
 
     type: Literal["link"]
     host: str

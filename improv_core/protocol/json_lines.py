@@ -1,4 +1,4 @@
-"""The lines that a process of ours reads and writes; `child.py` is the other side. Standard library only."""
+"""The JSON lines that a child process reads and writes; `child.py` is the other side. Standard library only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class Alive(TypedDict):
 
 
 class Lines(Generic[Message]):
-    """Messages on standard input: a JSON line each. Reading never waits. Their end ends the process, and no signal."""
+    """Messages on standard input: a JSON line each. Reading never waits. The end of the input ends the process; no
+    signal does."""
 
     def __init__(self) -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -29,7 +30,7 @@ class Lines(Generic[Message]):
         self.ended = False
 
     def read(self) -> Iterator[Message]:
-        """All messages that have arrived."""
+        """Yield all messages that have arrived."""
         while not self.ended:
             try:
                 data = os.read(0, 65_536)
@@ -41,16 +42,16 @@ class Lines(Generic[Message]):
 
 
 def own_output() -> Callable[[Any], None]:
-    """Make standard output ours alone, and return what writes a message there, a JSON line each.
+    """Take over standard output, and return a function that writes a message there as a JSON line.
 
-    What anything else prints from now on goes to standard error: the text of a library would tear our lines.
+    All other prints go to standard error from now on: a library that prints would break our lines.
     """
     ours = os.dup(1)
     os.dup2(2, 1)
 
     def say(message: Any) -> None:
         line = json.dumps(message).encode() + b"\n"
-        with suppress(OSError):  # who started us is gone; the end of standard input says so too
+        with suppress(OSError):  # our parent is gone; the end of standard input shows that, too
             while line:
                 line = line[os.write(ours, line) :]
 

@@ -1,7 +1,7 @@
-"""The messages between a stage and its parent (docs/protocol.md).
+"""The messages between a stage and its parent (docs/protocol.md). Standard library only.
 
-Standard library only. A message is a plain dict, so it costs nothing to send; the types are for readers of the code and
-for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
+A message is a plain dict, so it costs nothing to send; the types are for readers of the code and for mypy. When a
+message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ VERSION = 2
 
 
 When = Literal["restart", "now", "beat", "bar", "end"]
-"""When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
+"""The start of a score: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
 State = Literal["waiting", "playing", "paused", "ended", "stopped"]
 """`waiting` means waiting for listeners, before beat 0."""
 
@@ -47,12 +47,12 @@ class Sensed(RobotInstant):
 
 
 class MeasuredRobot(Instant):
-    """Where a robot was (`pose`) and where it ideally would have been (`ideal`).
+    """A robot's measured pose, and its ideal pose then.
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
     source was aligned with the world of the score: poses with different counts can't be compared. `frame` is the name
-    of that frame, and `origin` is where the origin of the world is in it. `follows` tells whether it is pulled back to
-    its ideal path.
+    of that frame, and `origin` is the pose of the world's origin in it. `follows` is true if corrections pull the robot
+    back to its ideal path.
     """
 
     source: str
@@ -65,7 +65,7 @@ class MeasuredRobot(Instant):
 
 
 class Measured(TypedDict):
-    """Where robots really were, in the world of the score."""
+    """The measured poses of robots, in the world of the score."""
 
     type: Literal["measured"]
     generation: int
@@ -78,21 +78,21 @@ class _SeenRobot(TypedDict):
 
 
 class SeenRobot(_SeenRobot, total=False):
-    """Where a robot was in the world that all share, `at` a monotonic time, and what it is `told` to do, if anything:
-    m/s ahead, to the left, and up, and rad/s."""
+    """A robot's pose in the world that all share, `at` a monotonic time, and the velocity it is `told`, if any: m/s
+    ahead, to the left, and up, and rad/s."""
 
     told: Annotated[Sequence[Annotated[float, Between(-1000, 1000)]], Long(4, 4)]
 
 
 class RobotsSeen(TypedDict):
-    """Where robots of one stage are, which stages elsewhere have to keep theirs apart from."""
+    """The poses of one stage's robots, from which stages elsewhere have to keep theirs apart."""
 
     type: Literal["seen"]
     robots: Mapping[str, SeenRobot]
 
 
 class MisplacedRobot(TypedDict):
-    """Where a robot should be and where it stands (null: not known), and what has to be done about it."""
+    """A robot's ideal and measured place (null: unknown), and the advice about it."""
 
     place: PoseJson
     pose: PoseJson | None
@@ -100,7 +100,7 @@ class MisplacedRobot(TypedDict):
 
 
 class Misplaced(TypedDict):
-    """The robots that are not in their places; without any, they are. Playing `waits` until a person plays again."""
+    """The robots that are not in their places; without any, all are. Playing `waits` until a person plays again."""
 
     type: Literal["misplaced"]
     generation: int
@@ -109,7 +109,7 @@ class Misplaced(TypedDict):
 
 
 class CountJson(TypedDict):
-    """So many `beats` are counted before beat 0, each of so many seconds (`period`)."""
+    """A count of so many `beats` before beat 0, each of so many seconds (`period`)."""
 
     beats: int
     period: float
@@ -123,14 +123,14 @@ class _Armed(TypedDict):
 
 
 class Armed(_Armed, total=False):
-    """Whether a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
+    """True if a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
     `begins` by itself (null: never), in Unix time. The last beats before that may be counted."""
 
     count: CountJson
 
 
 class Arming(TypedDict, total=False):
-    """Wait before beat 0 until a person resumes, or until the wall clock says that it `begins`, in Unix time."""
+    """Wait before beat 0 until a person resumes, or until the wall clock reaches `begins`, in Unix time."""
 
     begins: Moment
 
@@ -159,13 +159,13 @@ class Begins(TypedDict, total=False):
 
 
 class Paced(TypedDict, total=False):
-    """How many times as fast as the tempo and the speed say, because a clock from outside is followed."""
+    """The factor by which the tempo and the speed are multiplied to follow a clock from outside."""
 
     pace: float
 
 
 class Trailing(TypedDict, total=False):
-    """By how many seconds this stage plays behind the one that leads, whose senses have to arrive first."""
+    """The seconds by which this stage plays behind the leading one, whose senses have to arrive first."""
 
     behind: float
 
@@ -178,14 +178,14 @@ class Takeover(Begins, Paced, Trailing):
 
 
 class Load(_Load, _Timed, _Asked, total=False):
-    """Play a score, as `score_json.to_json` writes it. `entry` is when it took over on the stage that leads.
+    """Play a score, as `score_json.to_json` writes it.
 
-    With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
-    `pressed` that the parent knew of when somebody asked for this score, and `asleep` how many seconds the machine had
-    slept by then. With `anyway`, it doesn't matter where robots stand. With `arming`, a score that restarts waits once
-    everything is ready. `here` is the host whose robots this stage moves, if there are several stages; then it stops
-    them after `patience` seconds without a word from its parent. One that takes over does so `at` that time or later,
-    which may be in the future.
+    `entry` is the takeover on the leading stage. With `senses`, those of a recording, robots sense these and nothing
+    else. `stops` is the `count` of the latest `pressed` that the parent knew of when somebody asked for this score, and
+    `asleep` the seconds that the machine had slept by then. With `anyway`, robots may stand anywhere. With `arming`, a
+    score that restarts waits once everything is ready. `here` is the host whose robots this stage moves, if there are
+    several stages; then it stops them after `patience` seconds without a message from its parent. A score that takes
+    over does so `at` that time or later, which may be in the future.
     """
 
     anyway: bool
@@ -200,10 +200,8 @@ class Load(_Load, _Timed, _Asked, total=False):
 
 
 class Decided(RobotInstant):
-    """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
-
-    `held` tells whether its condition was true.
-    """
+    """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word. `held`
+    is true if its condition was."""
 
     type: Literal["decided"]
     sources: Sequence[Sequence[int]]
@@ -211,7 +209,7 @@ class Decided(RobotInstant):
 
 
 class Problem(TypedDict):
-    """What is wrong in a file, where, and the word there. Lines and columns count from 1; line 0 is the whole file."""
+    """A problem in a file, its place, and the word there. Lines and columns count from 1; line 0 is the whole file."""
 
     file: str
     line: int
@@ -221,7 +219,7 @@ class Problem(TypedDict):
 
 
 class ProgramMessage(TypedDict):
-    """The program to play, and what keeps it from being played: `count` errors, the first of which are `problems`."""
+    """The program to play, and the errors that prevent that: `count` of them, the first of which are `problems`."""
 
     type: Literal["program"]
     name: str
@@ -231,7 +229,7 @@ class ProgramMessage(TypedDict):
 
 
 class Pressed(TypedDict):
-    """The topics of the emergency stops that are on, and how often any was pressed."""
+    """The topics of the emergency stops that are on, and the number of presses of any."""
 
     type: Literal["pressed"]
     topics: Sequence[str]
@@ -244,7 +242,7 @@ class Ping(TypedDict):
 
 
 class Obeyed(TypedDict):
-    """A page's stop with this `mark` has been obeyed, except by the stages in `waits_for`: their names."""
+    """All stages have obeyed a page's stop with this `mark`, except those in `waits_for`: their names."""
 
     type: Literal["obeyed"]
     mark: str
@@ -281,15 +279,15 @@ class Ready(_Ready, total=False):
 
 
 class Poses(TypedDict, total=False):
-    """Where simulated robots were at beat 0, and are now; nothing for real ones."""
+    """The poses of simulated robots at beat 0, and now; empty for real ones."""
 
     start: Mapping[str, PoseJson]
     poses: Mapping[str, PoseJson]
 
 
 class Waiting(TypedDict, total=False):
-    """What must change before robots move: an emergency stop, a deadman button, robots that are gone. Or else somebody
-    must resume, because robots were `too_near` to each other."""
+    """The conditions that must change before robots move: an emergency stop, a deadman button, robots that are gone. Or
+    else somebody must resume, because robots were `too_near` to each other."""
 
     waits_for: Sequence[str]
     too_near: Sequence[str]
@@ -313,19 +311,19 @@ class _TransportMessage(TypedDict):
 
 
 class Startable(TypedDict, total=False):
-    """What may have robots begin or go on without a person; if missing, anything that may ask for it."""
+    """The automations that may have robots begin or continue without a person; if missing, all of them."""
 
     startable_by: Sequence[Automation]
 
 
 class Bar(TypedDict, total=False):
-    """How many beats a bar has, if the program says it."""
+    """The beats of a bar, if the program sets it."""
 
     bar: int
 
 
 class Deserting(TypedDict, total=False):
-    """Whether a stage stopped its robots because its parent was silent, and has been sent nothing to play since."""
+    """True if a stage stopped its robots because its parent was silent, and has been sent nothing to play since."""
 
     deserted: bool
 
@@ -356,7 +354,7 @@ class WarningLine(TypedDict):
 
 
 class StageWarning(WarningLine, total=False):
-    """A line for people. If it names robots that are `too_near` to others, playback is paused because of them."""
+    """A line for people. If it names robots that are `too_near` to others, these have paused playback."""
 
     too_near: Sequence[str]
 
@@ -372,7 +370,8 @@ class Pong(TypedDict):
 
 
 class Lacks(TypedDict):
-    """The score of this generation builds on one that the stage doesn't have: the whole score has to be sent."""
+    """The score of this generation builds on one that the stage doesn't have: the parent has to send the whole
+    score."""
 
     type: Literal["lacks"]
     generation: int
@@ -415,18 +414,19 @@ FromStage = (
     | Stopped
 )
 SIMULATED = "simulator"
-"""The source of poses that need not be measured: the simulator knows where its robots are."""
+"""The source of poses that need no measuring: the simulator knows where its robots are."""
 
 
 def beat_at(transport: TransportMessage, now: float) -> float:
-    """The beat at a monotonic time, according to a stage's latest transport message."""
+    """Return the beat at a monotonic time, according to a stage's latest transport message."""
     passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
     beat = transport["beat"] + passed * transport["tempo"] / 60
     return beat if transport["beats"] is None else min(beat, transport["beats"])
 
 
 def counted(transport: TransportMessage, beat: float) -> str:
-    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`; in bars, `bar 2, beat 1`."""
+    """Return a beat for people, who count from 1, and the number of beats: `beat 3/8`, `beat 3/∞`; in bars, `bar 2,
+    beat 1`."""
     beats, passed = transport["beats"], math.floor(beat)
     whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
     passed = int(min(passed, whole - 1))
@@ -437,13 +437,14 @@ def counted(transport: TransportMessage, beat: float) -> str:
 
 
 def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
-    """Whether a robot stands still while others play: if robots are soloed, all others, or else the muted ones."""
+    """Return whether a robot stands still while others play: if robots are soloed, all others are silent, otherwise the
+    muted ones."""
     return robot not in soloed if soloed else robot in muted
 
 
 def refused_by(on: Collection[str], named: str | None) -> str:
-    """The message about a score that can't play because emergency stops are on. The score has `named` one of them, or
-    another one, or none."""
+    """Return the message about a score that can't play because emergency stops are on. The score has `named` one of
+    them, or another one, or none."""
     others = sorted({*on} - {named})
     if not others:
         return f"✗ the emergency stop on {named} is on: release it, then save again"
@@ -455,12 +456,12 @@ def refused_by(on: Collection[str], named: str | None) -> str:
 
 
 def read_to_stage(line: bytes) -> ToStage:
-    """The message to a stage that a line holds. Raises ProtocolError."""
+    """Return the message to a stage that a line holds. Raises ProtocolError."""
     return cast(ToStage, read_as(line, ToStage))
 
 
 def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:
-    """The message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
+    """Return the message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
     message = cast(Stop | Pause | Ping, read_as(line, Stop | Pause | Ping))
     if (number := _count_in(message, "number")) is None:
         raise ProtocolError("what comes on the channel of stops needs a `number`")
@@ -468,12 +469,13 @@ def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:
 
 
 def after(message: Mapping[str, Any]) -> int | None:
-    """How many messages were sent on the channel of stops before this one; None if that isn't counted."""
+    """Return the number of messages that were sent on the channel of stops before this one; None if nobody counts
+    them."""
     return _count_in(message, "after")
 
 
 def read_from_stage(line: bytes) -> FromStage:
-    """The message from a stage that a line holds. Raises ProtocolError."""
+    """Return the message from a stage that a line holds. Raises ProtocolError."""
     return cast(FromStage, read_as(line, FromStage))
 
 

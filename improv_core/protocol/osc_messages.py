@@ -18,8 +18,8 @@ class PeerJson(TypedDict):
 
 
 class OscExchange(TypedDict):
-    """With whom to exchange messages from now on: what plays goes to these, in bundles with `time_tags` or not, and
-    requests are heard there (null: nowhere)."""
+    """Exchange messages with these peers from now on: `plays` and other news go to them, in bundles with `time_tags` or
+    not, and requests arrive at the given port (null: nowhere)."""
 
     type: Literal["exchange"]
     send: Sequence[PeerJson]
@@ -30,4 +30,4 @@ class OscExchange(TypedDict):
 ToOsc = OscExchange | Plays | TransportMessage | Sensed | Armed
 """From the parent to the process that speaks OSC, over a pipe."""
 FromOsc = Alive | Request | WarningLine
-"""From that process to the parent: that it has started, what somebody asks for, and lines for people."""
+"""From that process to the parent: its start, requests, and lines for people."""

@@ -1,4 +1,4 @@
-"""Sinks turn timed twists into motion, simulated or real."""
+"""Outputs, or sinks, turn timed twists into motion, simulated or real."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class StopButton(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A change in what people or robots do. `what` is a deadman button, an emergency stop that is pressed or released,
-    or a robot's sense; None is silence.
+    """A change in what people or robots do.
 
-    `at` is when it came, in monotonic seconds; for a sense of a simulated robot, in performance time.
+    `what` is a deadman button, an emergency stop, or a robot's sense; the value None is silence. `at` is its arrival,
+    in monotonic seconds; for a sense of a simulated robot, in performance time.
     """
 
     what: str | StopButton | RobotSense
@@ -36,17 +36,18 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Alarm:
-    """Real robots must not move on: `message` is one line that says that they were stopped, why, and what to do."""
+    """Real robots must stop: `message` is one line that reports the stop, its reason, and what to do."""
 
     message: str
 
 
 class RawPose(NamedTuple):
-    """Where a robot is in the frame of its source: the type of the message, or the simulator.
+    """A robot's pose in the frame of its source: the type of the message, or the simulator.
 
-    `at` is when it came, in monotonic seconds, and `frame` the name of that frame. `stamp` is the time in the message,
-    in monotonic seconds if its source's clock agrees with this machine's; None if it has none. `topic` is where it came
-    from; "" in the simulator. `told` is what the robot was told to do by then, if another stage says so.
+    `at` is its arrival, in monotonic seconds, and `frame` the name of that frame. `stamp` is the time in the message,
+    in monotonic seconds if its source's clock agrees with this machine's; None if it has none. `topic` is the topic on
+    which it came; "" in the simulator. `told` is the velocity that the robot had been sent by then, if another stage
+    reports it.
     """
 
     robot: str
@@ -68,9 +69,9 @@ class RawPoses:
 
 @dataclass(frozen=True, slots=True)
 class Noticed:
-    """What a sink of real robots has noticed: all poses that were sent by `heard`, in monotonic seconds, have come. The
-    commands since the last time left `late` by so many seconds at most, by robot, if they did. `batteries` are how full
-    they are, from 0 to 1."""
+    """The observations of a sink of real robots: all poses that were sent by `heard`, in monotonic seconds, have come.
+    By robot, the commands since the last time left `late` by so many seconds at most, if they did. `batteries` are
+    their charges, from 0 to 1."""
 
     heard: float = math.inf
     late: Mapping[str, float] = field(default_factory=dict)
@@ -78,7 +79,7 @@ class Noticed:
 
 
 class RawJoints(NamedTuple):
-    """Where joints of a robot are, in radians or meters. `at` is when that came, in monotonic seconds."""
+    """The positions of a robot's joints, in radians or meters. `at` is their arrival, in monotonic seconds."""
 
     robot: str
     positions: Mapping[str, float]
@@ -92,16 +93,14 @@ class Sink(Protocol):
     """Its name in the status: "simulator", "ROS 2"."""
 
     real: bool
-    """Whether it moves real robots, which keep moving while nothing is sent. Late setpoints must not reach them."""
+    """True if it moves real robots, which keep moving while nothing is sent. Late setpoints must not reach them."""
 
     period: float | None
     """Seconds between calls of `advance` while something plays; None if it needs no calls."""
 
     def meet(self, score: Score) -> Iterator[None]:
-        """Meet the robots of a score that is about to be prepared, so that new ones can be sent commands at once.
-
-        Each step takes a few milliseconds at most. Nothing changes for the robots that play.
-        """
+        """Get to know the robots of a score that will be prepared soon, so that new ones can be sent commands at once.
+        Each step takes a few milliseconds at most. Nothing changes for the robots that play."""
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Get ready to play a score. With `restart`, move its robots to their start poses if possible.
@@ -110,41 +109,31 @@ class Sink(Protocol):
         """
 
     def resetting(self) -> bool:
-        """Whether beat 0 must still wait for robots to reach their start poses or for an emergency stop.
-
-        Call it repeatedly before beat 0, and not after.
-        """
+        """True while beat 0 must wait for robots to reach their start poses or for an emergency stop. Check it
+        repeatedly before beat 0, and not after."""
 
     def bring_home(self, robots: Collection[str]) -> None:
-        """Bring the joints of these robots, which may move, to their starts, if that is asked for; those of all others
-        stand. Call it repeatedly before beat 0, after `resetting`, which says how long that takes."""
+        """Bring the joints of these robots, which may move, to their starts, if the settings ask for that; the joints
+        of all others stand. Call it repeatedly before beat 0, after `resetting`, which tells how long that takes."""
 
     def ask(self, robots: Collection[str]) -> None:
-        """Have those who listen for these robots, which stand, confirm that they hear a zero, unless they have.
-
-        Call it repeatedly until they are no longer `missing`.
-        """
+        """Have the listeners of these robots, which stand, confirm that they receive a zero, unless they have. Call it
+        repeatedly until they are no longer `missing`."""
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """One line for each of these robots (default: all of the latest `prepare`) that would not hear a command.
-
-        The line is empty for one that will hear commands in a moment.
-        """
+        """Return one line for each of these robots (default: all of the latest `prepare`) that would not receive a
+        command. The line is empty for a robot that will be ready in a moment."""
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """One line for each of these robots (default: all of the latest `prepare`) that people should know about.
-
-        A line about the whole performance is under another key, such as a topic.
-        """
+        """Return one line for each of these robots (default: all of the latest `prepare`) that people should know
+        about. A line about the whole performance has another key, such as a topic."""
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
-        """Have some of a robot's joints move from performance time `at` on. One that reaches its limit is told so.
-
-        They understand velocities by a time of which `pace` passes in a second, as in a simulation.
-        """
+        """Have some of a robot's joints move from performance time `at` on. One that reaches its limit gets a new
+        command then. Velocities are by a time of which `pace` passes in a second, as in a simulation."""
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Move robots to other poses, if possible."""
@@ -153,17 +142,17 @@ class Sink(Protocol):
         """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent."""
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        """Like `advance`, but a simulator stops when senses that are asked for change. Returns these edges, sorted;
-        none once it is at `to`. Real robots' sensors report by themselves."""
+        """Advance, but let a simulator stop when senses in `asked` change. Returns these edges, sorted; none once it is
+        at `to`. Real robots' sensors report by themselves."""
 
     def coasting(self) -> bool:
-        """Whether robots that were told to stop still move. While they do, `advance` is called."""
+        """True while robots that were sent zeros still move. Until they stand, `advance` is called."""
 
     def poses(self) -> dict[str, Pose]:
-        """The poses of the robots if the sink knows them, otherwise empty."""
+        """Return the poses of the robots if the sink knows them, otherwise nothing."""
 
     def noticed(self) -> Noticed:
-        """What it has noticed about real robots since the last call."""
+        """Return its observations of real robots since the last call."""
 
     def close(self) -> None:
         """Release all resources. The robots have already been stopped."""

@@ -23,7 +23,7 @@ class ServerTime(TypedDict):
 
 
 class DrawnRobot(TypedDict):
-    """What a page draws of a robot: a disc of this radius in meters, and the joints that have moved so far."""
+    """A robot on the page: a disc of this radius in meters, and the joints that have moved so far."""
 
     radius: float
     joints: Sequence[str]
@@ -35,8 +35,8 @@ class DrawnRobots(TypedDict):
 
 
 class DrawnPoses(TypedDict):
-    """x, y, z and heading of every robot, in the order of `robots`, and where the joints of each are, in radians or
-    meters, in the order of its `joints` there."""
+    """The poses of all robots as x, y, z, and heading, in the order of `robots`, and the positions of each one's
+    joints, in radians or meters, in the order of its `joints` there."""
 
     type: Literal["poses"]
     at: float
@@ -54,7 +54,7 @@ how often its source was aligned; 1 if that was the simulator, otherwise 0; and 
 
 
 class DrawnTrails(TypedDict):
-    """`placed` is as in `poses`: trails and poses with different ones don't belong together."""
+    """`placed` is as in `poses`: trails and poses with different numbers don't belong together."""
 
     type: Literal["trails"]
     placed: int
@@ -103,10 +103,10 @@ class ShownBodyPart(TypedDict):
 
 
 class ShownRobot(TypedDict):
-    """What a robot of a score is like. `start_pose` is x, y, z, and heading; `near` is the reach of that sense in
-    meters.
+    """A robot of a score.
 
-    Its part `begins` and `ends` at a beat. `senses` are those that its part reads, with their sources as in a score.
+    `start_pose` is x, y, z, and heading; `near` is the reach of that sense in meters. Its part `begins` and `ends` at a
+    beat. `senses` are those that its part reads, with their sources as in a score.
     """
 
     profile: str
@@ -128,8 +128,8 @@ class ShownDeadman(TypedDict):
 
 
 class ShownMusic(TypedDict):
-    """The song of a dance: its `file` as it is written in improv.toml, "" if people choose one on the page; how many
-    seconds after its beginning beat 0 is; and its volume, from 0 to 1."""
+    """The song of a dance: its `file` as in improv.toml, "" if people choose one on the page; the seconds from its
+    beginning to beat 0; and its volume, from 0 to 1."""
 
     file: str
     first_beat: float
@@ -140,7 +140,7 @@ class ShownScore(TypedDict):
     """A score as pages show it.
 
     `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on. `scene_names` are those of all
-    scenes, "" for one without. `bar` is how many beats a bar has, if the program says it. `skeletons` are those of
+    scenes, "" for one without. `bar` is the number of beats in a bar, if the program sets it. `skeletons` are those of
     profiles.
     """
 
@@ -177,8 +177,8 @@ class Bumps(TypedDict):
 
 
 class RobotWindow(TypedDict):
-    """What one robot does up to beat `until`: the ideal pose of its base at the beginning, and the moments of its base
-    and of each body part that moves."""
+    """A robot's motion up to beat `until`: the ideal pose of its base at the beginning, and the moments of its base and
+    of each body part that moves."""
 
     pose: Sequence[float] | None
     moments: Sequence[Sequence[Any]]
@@ -187,8 +187,8 @@ class RobotWindow(TypedDict):
 
 
 class MeetingJson(TypedDict):
-    """Two robots that come too near to each other at a beat, with their poses there, x, y, z, and heading; how near
-    they come until they are apart again, in meters; and how often they meet after that."""
+    """Two robots that come too near to each other at a beat, with their poses there, x, y, z, and heading; the shortest
+    distance until they are apart again, in meters; and the number of their later meetings."""
 
     robots: Sequence[str]
     beat: float
@@ -219,8 +219,8 @@ MeetingsMessage = TypedDict(
         "hits": Sequence[HitJson],
     },
 )
-"""Who meets whom in a score between two beats. If it is `all`, nothing else comes after that; if it `assumes`, senses
-may decide otherwise."""
+"""The meetings in a score between two beats. If it is `all`, nothing else comes after that; if it `assumes`, senses may
+change them."""
 
 
 class Press(TypedDict):

@@ -1,4 +1,4 @@
-"""What a page may ask for. Every value is checked, and anything that does not fit is dropped."""
+"""Reads the requests of a page. It checks every value, and drops everything that does not fit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _REQUESTS: dict[str, Any] = by_type(FromPage)
 
 
 def read(text: str) -> FromPage | None:
-    """The request in a message, with the values that every such request has and no others, or None."""
+    """Return the request in a message, with the values that every such request has and no others, or None."""
     try:
         message = json.loads(text)
     except (ValueError, RecursionError):
@@ -32,11 +32,11 @@ def read(text: str) -> FromPage | None:
 
 
 def read_page(text: str | None) -> str:
-    """The name of a page; empty if it is not one."""
+    """Return the name of a page; empty if the text is not one."""
     return text if text and PAGE.fullmatch(text) else ""
 
 
 def read_count(text: str | None) -> int | None:
-    """A whole number in a URL."""
+    """Return a whole number from a URL."""
     number = int(text) if text and len(text) < 16 and text.isascii() and text.isdigit() else None
     return number if fits(number, Count) else None

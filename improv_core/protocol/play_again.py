@@ -1,6 +1,6 @@
-"""What it means that something outside asks to play: begin, continue, or play again. Pure functions.
+"""Decides what a request to play from outside does: begin, continue, or play again. Pure functions.
 
-ROS 2's service `~/play` and OSC's `/improv/play` ask for it. Neither can choose a program.
+ROS 2's service `~/play` and OSC's `/improv/play` send it. Neither can choose a program.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from improv_core.protocol.commands import AUTOMATIONS, Automation, Restart, Resu
 from improv_core.protocol.messages import FromStage, State, TransportMessage
 
 STOPPED = "robots were stopped: play again on the page, in the editor, or by saving"
-"""Why an automation can't have robots move."""
+"""The reason why an automation can't have robots move."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What a stage has said: the state of what plays (None: nothing has been played), what it waits for, whether it is
-    armed, and what may have robots move without a person."""
+    """The latest reports of a stage: the state of playback (None: nothing has been played), the conditions it waits
+    for, whether it is armed, and what may have robots move without a person."""
 
     state: State | None = None
     waits_for: Sequence[str] = ()
@@ -27,7 +27,7 @@ class Heard:
     startable_by: Collection[Automation] = AUTOMATIONS
 
     def after(self, message: FromStage) -> Heard:
-        """The same, after another message of the stage."""
+        """Return it after another message of the stage."""
         if message["type"] == "armed":
             return replace(self, armed=message["armed"])
         if message["type"] == "transport":
@@ -37,13 +37,14 @@ class Heard:
 
 
 def stop_of(transport: TransportMessage) -> Stop:
-    """The stop that another stage is sent because one has stopped: whose it was counts for all."""
+    """Return the stop for another stage when one has stopped; it keeps `by`, since that counts for all."""
     startable_by = transport.get("startable_by", ())
     return {"type": "stop", "by": startable_by[0]} if len(startable_by) == 1 else {"type": "stop"}
 
 
 class Reply(NamedTuple):
-    """What follows: what is asked for, if anything; whether that does what was wanted; and a line about it."""
+    """The answer to a request: the command to send, if any; whether that does what the sender wanted; and a line about
+    it."""
 
     request: Resume | Restart | None
     succeeds: bool
@@ -51,7 +52,7 @@ class Reply(NamedTuple):
 
 
 def play(heard: Heard, by: Automation) -> Reply:
-    """What follows if an automation asks to play. The stage decides whether it may: see `Run.may_start`."""
+    """Return the answer to an automation that asks to play. The stage decides whether it may: see `Run.may_start`."""
     if heard.state is None:
         return Reply(None, False, "nothing has been played yet: save or play a program first")
     if heard.waits_for:

@@ -1,4 +1,5 @@
-"""The messages between a stage and the process that publishes what plays (docs/protocol.md). Standard library only."""
+"""The messages between a stage and the process that publishes its playback (docs/protocol.md). Standard library
+only."""
 
 from __future__ import annotations
 
@@ -18,8 +19,8 @@ class Plays(TypedDict):
 
 
 class Health(TypedDict):
-    """How well commands reach robots: `late` is the longest delay in seconds, `missing` says why robots can't hear, and
-    `clipped` are those whose commands exceeded their limits."""
+    """The delivery of commands to robots: `late` is the longest delay in seconds, `missing` has the reasons why robots
+    can't receive them, and `clipped` are the robots whose commands exceeded their limits."""
 
     type: Literal["health"]
     late: float
@@ -28,6 +29,6 @@ class Health(TypedDict):
 
 
 ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | FaultMessage | Health
-"""From the stage to the process that publishes what plays, over a pipe."""
+"""From the stage to the process that publishes its playback, over a pipe."""
 FromPublisher = ErrorLine
-"""From that process to the stage: why it ends."""
+"""From that process to the stage: the reason why it ends."""

@@ -40,7 +40,7 @@ class EdgeMessage(TypedDict):
 
 
 class Unread(TypedDict):
-    """A topic can't be read at all; `message` is one line that says why."""
+    """A topic can't be read at all; `message` is one line with the reason."""
 
     type: Literal["unread"]
     topic: str
@@ -48,8 +48,7 @@ class Unread(TypedDict):
 
 
 class MeasuredPose(TypedDict):
-    """Where a robot is in the frame of its source (the type of the message on a topic), at a time on the monotonic
-    clock.
+    """A robot's pose in the frame of its source (the type of the message on a topic), at a time on the monotonic clock.
 
     `stamp` is the time in the message, on that clock if the clocks agree; null if it has none.
     """
@@ -71,14 +70,14 @@ class MeasuredPoses(TypedDict):
 
 
 class Batteries(TypedDict):
-    """How full the batteries of robots are, from 0 to 1."""
+    """The charges of robots' batteries, from 0 to 1."""
 
     type: Literal["batteries"]
     batteries: Mapping[str, float]
 
 
 class MeasuredJoints(TypedDict):
-    """Where joints of a robot are, in radians or meters, at a time on the monotonic clock; at most twenty times a
+    """The positions of a robot's joints, in radians or meters, at a time on the monotonic clock; at most twenty times a
     second."""
 
     type: Literal["joints"]

@@ -1,7 +1,5 @@
-"""The messages about the faults of robots, how they are, and what their joints were told (docs/protocol.md).
-
-Standard library only.
-"""
+"""The messages about robots: their faults, their state, and commands to their joints (docs/protocol.md). Standard
+library only."""
 
 from __future__ import annotations
 
@@ -20,21 +18,22 @@ class Instant(TypedDict):
 
 
 class RobotInstant(Instant):
-    """When a robot sensed or decided something in the score of this generation."""
+    """The instant at which a robot sensed or decided something in the score of this generation."""
 
     generation: int
     robot: str
 
 
 class JointPositions(RobotInstant):
-    """Where joints of a real robot were, in radians or meters."""
+    """The positions of a real robot's joints, in radians or meters."""
 
     type: Literal["joints"]
     positions: Mapping[str, float]
 
 
 class WorstJson(TypedDict, total=False):
-    """How bad a fault is or was: meters and radians off or jumped, seconds for which it lasts, or a command is late."""
+    """The largest extent of a fault: meters and radians off or jumped, and seconds of its duration, or of a command's
+    delay."""
 
     distance: float
     turn: float
@@ -42,9 +41,9 @@ class WorstJson(TypedDict, total=False):
 
 
 class FaultMessage(RobotInstant):
-    """A fault of a real robot has begun, or is over. `response` is what follows from it: nothing, the robot stands, or
-    all robots were stopped. `message` is a line about it, and `line` is what people are told now: the same, or if it is
-    new of several robots at once, one line about all of them in the first one's message, and "" in the others'."""
+    """A fault of a real robot has begun, or is over. `response` is its effect: nothing, the robot stands, or all robots
+    were stopped. `message` is a line about it, and `line` is the line that people see now: the same, or if several
+    robots have the same news at once, one line about all of them in the first one's message, and "" in the others'."""
 
     type: Literal["fault"]
     fault: Fault
@@ -56,7 +55,7 @@ class FaultMessage(RobotInstant):
 
 
 class Unreached(TypedDict):
-    """Robots were told to stop while they were out of reach, so they may still be moving; a line says so."""
+    """Robots were sent zeros while they were out of reach, so they may still be moving; a line reports it."""
 
     type: Literal["unreached"]
     generation: int
@@ -65,15 +64,15 @@ class Unreached(TypedDict):
 
 
 class WhyStill(TypedDict):
-    """Why real robots stand although nobody at a page has stopped them, in one line; empty if they don't."""
+    """The reason why real robots stand although nobody at a page has stopped them, in one line; empty if they don't."""
 
     type: Literal["why_still"]
     line: str
 
 
 class VitalsRobot(TypedDict):
-    """How a real robot is: whether it has a topic of poses (`odom`), when the latest pose came (`posed`, in seconds
-    since beat 0), and how full its battery is, from 0 to 1; null if that isn't known. `instead` is what a robot does
+    """The state of a real robot: whether it has a topic of poses (`odom`), the time of its latest pose (`posed`, in
+    seconds since beat 0), and its battery's charge, from 0 to 1; null if unknown. `instead` describes what a robot does
     that was away and doesn't play its part; "" for others."""
 
     odom: bool
@@ -83,7 +82,7 @@ class VitalsRobot(TypedDict):
 
 
 class Vitals(TypedDict):
-    """How all real robots of a score are."""
+    """The states of all real robots of a score."""
 
     type: Literal["vitals"]
     generation: int
@@ -91,7 +90,7 @@ class Vitals(TypedDict):
 
 
 class SentJoints(TypedDict):
-    """How joints were told to move: where each is, in radians or meters, and how fast it moves."""
+    """A command to joints: the position of each, in radians or meters, and its velocity."""
 
     type: Literal["sent_joints"]
     robot: str

@@ -1,5 +1,5 @@
-"""JSON in small pieces. `json.loads` and `json.dumps` let no other thread run before they end: too long for one
-that has to stop robots, or to show that it is alive. Standard library only."""
+"""Reads and writes JSON in small pieces. `json.loads` and `json.dumps` let no other thread run before they end: too
+long for a process that has to stop robots, or to show that it is alive. Standard library only."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from collections.abc import Iterator
 from typing import Any
 
 LONG = 10_000
-"""A text with more bytes than this takes a while to read."""
+"""The bytes from which a text takes a while to read."""
 DEPTH = 3
-"""How deep containers are opened: the rows of a score's movements are this deep, and so are its parts."""
+"""The depth to which containers are opened: the rows of a score's movements are this deep, and so are its parts."""
 
 _decode = json.JSONDecoder().raw_decode
 _skip_white_space = re.compile(r"[ \t\n\r]*").match
 
 
 def loads(line: bytes) -> Any:
-    """The value of a JSON text, as `json.loads` reads it. Raises ValueError and RecursionError."""
+    """Return the value of a JSON text, as `json.loads` reads it. Raises ValueError and RecursionError."""
     if len(line) <= LONG:
         return json.loads(line)
     text = line.decode()
@@ -32,7 +32,7 @@ def loads(line: bytes) -> Any:
 
 
 def dumps(value: Any) -> bytes:
-    """The JSON text of a value, as `json.dumps` writes it."""
+    """Return the JSON text of a value, as `json.dumps` writes it."""
     return "".join(_pieces(value, DEPTH)).encode()
 
 
@@ -51,7 +51,7 @@ def _pieces(value: Any, depth: int) -> Iterator[str]:
 
 
 def _value(text: str, at: int, depth: int) -> tuple[Any, int]:
-    """The value at an index, and the index after it."""
+    """Return the value at an index, and the index after it."""
     if not depth or text[at] not in "{[":
         return _decode(text, at)
     at, closing = _skip(text, at + 1), "}" if text[at] == "{" else "]"
@@ -81,6 +81,6 @@ def _expect(text: str, at: int, what: str) -> int:
 
 
 def _skip(text: str, at: int) -> int:
-    """The index of what follows white space."""
+    """Return the index of the first character after white space."""
     found = _skip_white_space(text, at)
     return found.end() if found else at

@@ -8,8 +8,8 @@ from improv_core.protocol.json_lines import Alive
 
 
 class Publish(TypedDict):
-    """The stage has a publisher: `kind` is the type of its messages, and it may be its second node's. For a velocity
-    controller, `joints` is how many joints it has; otherwise 0."""
+    """The stage has a publisher: `kind` is the type of its messages, and it may belong to its second node. For a
+    velocity controller, `joints` is the number of its joints; otherwise 0."""
 
     type: Literal["publish"]
     topic: str
@@ -27,7 +27,7 @@ class Withdraw(TypedDict):
 
 
 class Moves(TypedDict):
-    """A robot is about to be told to move, by velocities in a frame; `patience` as in `Pulse`."""
+    """A robot is about to be sent velocities in a frame; `patience` as in `Pulse`."""
 
     type: Literal["moves"]
     topic: str
@@ -43,13 +43,13 @@ class Pulse(TypedDict):
 
 
 class Stands(TypedDict):
-    """All robots have been told to stop. Those that moved may not have heard it."""
+    """All robots have been sent zeros. Those that moved may not have received them."""
 
     type: Literal["stands"]
 
 
 class Owes(TypedDict):
-    """The robot on a topic may not have heard that it was told to stop; sent for those that `stands` is not about."""
+    """The robot on a topic may not have received its zero; sent for robots that `stands` is not about."""
 
     type: Literal["owes"]
     topic: str
@@ -57,7 +57,7 @@ class Owes(TypedDict):
 
 
 class Paid(TypedDict):
-    """The robot on a topic has heard that it was told to stop, or zeros are no longer sent for another reason."""
+    """The robot on a topic has received its zero, or the stage has given up sending it."""
 
     type: Literal["paid"]
     topic: str

@@ -1,7 +1,7 @@
-"""The stage's process: JSON lines in, velocities out. Whatever ends it, every robot is told to stop first.
+"""The stage's process: JSON lines in, velocities out. Whatever ends it, it first sends every robot zeros.
 
-Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where our package is not installed. What it
-starts itself, and what looks at ROS's graph, begins here too, with a name.
+Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, in which our package is not installed. Its own
+helper processes, and a look at ROS's graph, begin here too, with a name.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import cast
 
 if __name__ == "__main__":
-    # Python puts the folder it runs first on the path, where our modules would hide others of the same name. What is
-    # beside our package goes last, so that it hides none of ROS's; but first, the package is found there, because
-    # another version of it may be installed.
+    # Python puts the folder it runs first on the path, where our modules would hide others of the same name. The folder
+    # of our package goes last, so that it hides none of ROS's; but first, the package is found there, because another
+    # version of it may be installed.
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.insert(0, str(here.parent.parent))
@@ -61,7 +61,8 @@ Tell = Callable[[FromStage], None]
 
 
 def main() -> int:
-    """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
+    """Play what standard input requests until it ends. Returns exit code 1 after a failure, 2 if the sink can't be
+    opened."""
     options, say = options_in(sys.argv[1:]), own_output()
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
@@ -73,17 +74,17 @@ def main() -> int:
     writer.start()
     try:
         opened, ready = open_sink(options, outbox.put, inbox.put, os.environ.get("IMPROV_PAGE_TOKEN"))
-    except Exception as error:  # whatever a sink's libraries raise, the one line that says so must get out
+    except Exception as error:  # whatever a sink's libraries raise, the one line about it must get out
         outbox.put({"type": "error", "message": one_line(error)})
         code = 2
     else:
         if options.report_sent:
             report_sent(opened.sink, outbox.put)
         parent = Parent()
-        if pipe:  # then only what comes there shows that the parent lives
+        if pipe:  # then only messages there show that the parent lives
             threading.Thread(target=read_stops, args=(int(pipe), inbox, parent), daemon=True).start()
         threading.Thread(target=read_arrivals, args=(inbox, None if pipe else parent), daemon=True).start()
-        # Collections of garbage over all that has been imported would make commands late.
+        # A garbage collection over all imported modules would make commands late.
         gc.freeze()
         gc.set_threshold(50_000, 20, 100)
         outbox.put(ready)
@@ -94,7 +95,7 @@ def main() -> int:
 
 
 def options_in(arguments: Sequence[str]) -> argparse.Namespace:
-    """What the arguments of the command line ask for."""
+    """Return the options from the arguments of the command line."""
     parser = argparse.ArgumentParser(prog="improv stage")
     parser.add_argument("--sink", choices=["simulator", "ros"], required=True)
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
@@ -112,9 +113,10 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
 def open_sink(
     options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None], token: str | None
 ) -> tuple[Opened, Ready]:
-    """The sink that was asked for, and what to say once it is ready. `token` opens the simulator's page.
+    """Return the sink that the options name, and the message to send once it is ready.
 
-    The token is no option: all users of the machine can read the arguments of a process.
+    `token` opens the simulator's page. The token is no option: all users of the machine can read the arguments of a
+    process.
     """
     if options.sink == "ros":
         from improv_core.outputs.ros.output import Ros
@@ -185,7 +187,7 @@ class SystemClock:
 
 
 def report_sent(sink: Sink, put: Tell) -> None:
-    """Have a sink tell of everything it sends, also by itself; the time is taken just before."""
+    """Have a sink report every velocity it sends, also by itself; the time is taken just before."""
     send, send_joints = sink.send, sink.send_joints
 
     def send_and_tell(robot: str, twist: Twist, at: float) -> None:

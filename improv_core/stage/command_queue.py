@@ -1,5 +1,5 @@
-"""What arrived on standard input, in order, each at its time. The robots of a new score are met a few at a time, so
-that stops and the score that plays don't wait for a thousand of them."""
+"""The arrivals from standard input, in order, each at its time. The sink gets to know the robots of a new score a few
+at a time, so that stops and the score that plays don't wait for a thousand of them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from improv_core.safety.stop_fence import Overtaking
 from improv_core.score.score import Score
 
 SLICE = 0.005
-"""Seconds for which robots are met at a time."""
+"""Seconds for which the sink gets to know robots at a time."""
 
 
 class InOrder:
-    """`meet` meets the robots of a score, a few at each step; `clock` is the time in seconds."""
+    """`meet` makes the robots of a score known, a few at each step; `clock` returns the time in seconds."""
 
     def __init__(self, meet: Callable[[Score], Iterator[None]], clock: Callable[[], float]) -> None:
         self._meet = meet
@@ -26,17 +26,17 @@ class InOrder:
         self._waiting: deque[Ordered] = deque()
         self._meeting: tuple[Play, Iterator[None]] | None = None
         self.overtaking = Overtaking()
-        """What stops have overtaken: that is dropped."""
+        """The stops that have overtaken arrivals: those arrivals are dropped."""
         self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
 
     @property
     def is_busy(self) -> bool:
-        """Whether robots of a score have not been met yet. If so, call `next` again soon."""
+        """True while robots of a score are not known yet. If so, call `next` again soon."""
         return self._meeting is not None
 
     @property
     def due(self) -> float:
-        """The time for which the next one waits; infinite if there is none, or if it waits for something else."""
+        """The time for which the next arrival waits; infinite if there is none, or if it waits for something else."""
         now = self._clock()
         first = self._first
         at = _time_of(first, now) if first else -math.inf
@@ -44,7 +44,7 @@ class InOrder:
 
     @property
     def comes_now(self) -> bool:
-        """Whether the next one waited for its time, and that has come."""
+        """True if the next arrival has waited for its time, and that has come."""
         is_next = self._pause is not None or self._meeting is None
         first = self._first
         return is_next and isinstance(first, dict) and "at" in first and self.due == math.inf
@@ -57,24 +57,24 @@ class InOrder:
         self._waiting.append(arrival)
 
     def pause(self, pause: Pause) -> bool:
-        """Keep a pause until its time, before all that came behind it; False if that is not to come."""
+        """Keep a pause until its time, before all that came behind it. Returns False if its time has come."""
         if not self._clock() < _time_of(pause, self._clock()):
             return False
         self._pause = pause
         return True
 
     def forget_pause(self) -> None:
-        """A stop has come instead."""
+        """Forget the pause, because a stop has come instead."""
         self._pause = None
 
     def stop(self) -> None:
-        """Drop what must not be obeyed after a stop that has itself arrived on standard input."""
+        """Drop arrivals that must not be obeyed after a stop that has itself arrived on standard input."""
         self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOID)
         if self._meeting and self._meeting[0].moves:
             self._meeting = None
 
     def next(self) -> Ordered | None:
-        """What to do next; None if there is nothing or a slice of time has passed."""
+        """Return the next arrival to handle; None if there is none or a slice of time has passed."""
         end = self._clock() + SLICE
         if self._pause:
             pause = self._pause if self.due == math.inf else None
@@ -111,7 +111,8 @@ class InOrder:
 
 
 def _time_of(arrival: Ordered, now: float) -> float:
-    """When it takes effect, if that is still to come. A score that takes over is prepared before."""
+    """Return the time at which it takes effect, if that is still to come. A score that takes over is prepared
+    before."""
     if not isinstance(arrival, dict):
         return -math.inf
     at = arrival.get("at")

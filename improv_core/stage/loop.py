@@ -1,4 +1,5 @@
-"""A stage's main loop: handles messages as they arrive, and plays in between. It only uses the clock it is given."""
+"""A stage's main loop: handles messages as they arrive, and plays in between. It uses no clock but the one it is
+given."""
 
 from __future__ import annotations
 
@@ -33,14 +34,14 @@ EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
 A repeat doesn't need that."""
 LATEST = 0.25
-"""Seconds by which a score may come late, and still take over at the beat at which it does so in other stages."""
+"""Seconds by which a score may come late, and still take over at the same beat as in other stages."""
 
 
 class Inbox(Protocol):
     """A queue of arrivals, such as `urgent_queue.UrgentQueue`."""
 
     def get(self, *, timeout: float | None) -> Arrival:
-        """The next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""
+        """Return the next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""
 
 
 class Clock(Protocol):
@@ -51,7 +52,7 @@ class Clock(Protocol):
     def wall(self) -> float: ...
 
     def asleep(self) -> float:
-        """How long the machine has slept since it was started."""
+        """Return for how long the machine has slept since it was started."""
 
     def wait_until(self, now: float) -> None:
         """Return at this monotonic time, as precisely as the system can."""
@@ -70,8 +71,8 @@ class ZeroRetries(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, and functions that send a message to the parent, show a score on pages, pass on what is for them, listen
-    for the release of emergency stops that are on, and end the connections to pages, after all else."""
+    """A sink, and functions that send a message to the parent, show a score on pages, pass messages on to them, listen
+    for the release of emergency stops that are on, and end the connections to pages, last of all."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
@@ -83,7 +84,7 @@ class Opened:
 
 
 def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
-    """Play what arrives until the end. Robots are stopped, whatever ends it. Returns exit code 1 after a failure."""
+    """Play what arrives until the end, and stop the robots whatever ends it. Returns exit code 1 after a failure."""
     loop = Loop(opened, clock, parent)
     last: Stopped = {"type": "stopped"}
     try:
@@ -104,7 +105,7 @@ def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
                     last["message"] = arrival.problem
                     return 1
                 loop.take(arrival, clock.now())
-            if (now := clock.now()) >= deadline:  # also if another arrival waits: robots must not wait for a flood
+            if (now := clock.now()) >= deadline:  # even if another arrival waits: robots must not wait for a flood
                 loop.advance(now)
     except Exception as error:
         loop.failed = True
@@ -119,7 +120,7 @@ def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
 
 
 class Loop:
-    """What `run` does about each arrival, and when the next thing is due."""
+    """The reaction of `run` to each arrival, and the time of the next thing to do."""
 
     def __init__(self, opened: Opened, clock: Clock, parent: Parent) -> None:
         self._opened = opened
@@ -127,16 +128,17 @@ class Loop:
         self._parent = parent
         self._asleep = clock.asleep()
         self.failed = False
-        """From then on only the last message is sent, since we don't know whether all robots have stopped."""
+        """True after a failure. Then only the last message is sent, since we don't know whether all robots have
+        stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
-        self._may_move = False  # whether real robots move, or may do so without being asked
+        self._may_move = False  # true if real robots move, or may do so by themselves
         self._in_order = InOrder(opened.sink.meet, clock.now)
-        self._is_far = False  # whether its parent is on another machine
-        self._is_one_of_many = False  # whether stages on other machines play the same
-        self._deserted = False  # whether its parent was silent, and has sent nothing to play since
-        self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
-        self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
-        self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
+        self._is_far = False  # true if its parent is on another machine
+        self._is_one_of_many = False  # true if stages on other machines play the same score
+        self._deserted = False  # true if its parent was silent, and has sent nothing to play since
+        self._held_until = math.inf  # the time at which a deadman button at the page, if it is held, counts as released
+        self._keys: dict[str, float] = {}  # keys of senses that are held, and the times at which they count as released
+        self._shown = 0, 0  # the generation and scene that pages show with the beats at which their parts begin
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
@@ -162,7 +164,7 @@ class Loop:
         for key in [key for key, until in self._keys.items() if now >= until]:
             self.hold_key(key, False, now)
         while self._in_order.comes_now and (arrival := self._in_order.next()):
-            self._do(arrival, now)  # first: what has been sent by then can't be taken back
+            self._do(arrival, now)  # first, because setpoints that have been sent can't be taken back
         due = self.player.deadline(now) if self._in_order.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
@@ -191,22 +193,22 @@ class Loop:
             playing = self.player.state == "playing"
             if not (message["type"] == "pause" and playing and self._in_order.pause(message)):
                 self._obey(message, now)
-            self._do_next()  # what came by standard input may have waited for it
-        elif isinstance(arrival, dict) and arrival["type"] == "seen":  # it waits for nothing that has its time
+            self._do_next()  # an arrival from standard input may have waited for it
+        elif isinstance(arrival, dict) and arrival["type"] == "seen":  # it doesn't wait for earlier arrivals
             self._obey(arrival, now)
         elif isinstance(arrival, dict) and is_stop(arrival):
             self._in_order.stop()
             self._do(arrival, now)
         else:
             if isinstance(arrival, Play) and self._opened.sink.real:
-                # Nobody waits for the listeners of robots that only stand there, and they are sent nothing.
+                # No robot that only stands is waited for, and none is sent anything.
                 here, score = arrival.load.get("here"), arrival.score.moving()
                 arrival = replace(arrival, score=score if here is None else score.on(here))
             self._in_order.add(arrival)
             self._do_next()
 
     def _do_next(self) -> None:
-        """Do as much as possible of what arrived on standard input."""
+        """Handle as many arrivals from standard input as possible."""
         while (arrival := self._in_order.next()) is not None:
             self._do(arrival, self._clock.now())
 
@@ -219,14 +221,14 @@ class Loop:
                 self.player.stop(now)
         elif isinstance(arrival, Lost):
             self._tell({"type": "lacks", "generation": arrival.generation})
-        elif not (self._deserted and arrival["type"] in VOID):  # its parent doesn't know yet, and will send all anew
+        elif not (self._deserted and arrival["type"] in VOID):  # its parent will find out, and send all again
             self._obey(arrival, now)
 
     def stop(self) -> None:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
         clock, player = self._clock, self.player
         end = clock.now() + END_LIMIT  # the parent waits no longer than this
-        if player.state in ("playing", "waiting"):  # otherwise they have stopped and may be moved by others
+        if player.state in ("playing", "waiting"):  # otherwise robots have stopped, and others may move them
             with suppress(Exception):
                 player.stop(clock.now())
         while (deadline := player.deadline(clock.now())) is not None and deadline < end:
@@ -246,7 +248,7 @@ class Loop:
         self._in_order.overtaking = self._in_order.overtaking.lose()
 
     def _halt(self, line: str, now: float) -> None:
-        """Stop all robots, and say why. Nothing that the parent has sent until now may move them."""
+        """Stop all robots, and report why. No message that the parent has sent until now may move them."""
         self.player.stop(now)
         self._in_order.overtaking = self._in_order.overtaking.lose()
         self._tell({"type": "error", "message": line})
@@ -262,7 +264,7 @@ class Loop:
             shown = message["generation"], message.get("scene", {"index": 0})["index"]
             if shown != self._shown and ("begins" in message or shown[0] == self._shown[0]):
                 self._shown = shown
-                self._opened.show(self.player.score, message["generation"])  # now it is known when its parts began
+                self._opened.show(self.player.score, message["generation"])  # the beginnings of its parts are known now
         self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
@@ -273,7 +275,7 @@ class Loop:
         if load["when"] == "restart":
             self._deserted = False
         elif "here" in load and (self._deserted or self.player.state not in ("playing", "paused")):
-            self._tell({"type": "lacks", "generation": load["generation"]})  # or it would play alone, from beat 0
+            self._tell({"type": "lacks", "generation": load["generation"]})  # it would play alone, from beat 0
             return
         if "entry" in load and not self._opened.sink.real:  # real robots lead
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
@@ -281,7 +283,7 @@ class Loop:
         self._is_far = "patience" in load
         self._parent.patience = load.get("patience", SILENCE_LIMIT)
         if self._opened.sink.real:
-            score = score.moving()  # nobody waits for listeners of robots that only stand there, or sends them zeros
+            score = score.moving()  # robots that only stand are not waited for, and get no zeros
         self._is_one_of_many = "here" in load
         if "here" in load:
             score = score.on(load["here"])
@@ -346,7 +348,7 @@ class Loop:
         OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
 
     def obey_stop(self, message: Stop, now: float) -> None:
-        """Stop all robots. If that was a page's stop, let our own pages know, or the parent if our robots are real."""
+        """Stop all robots. If a page has sent the stop, inform our own pages, or the parent if our robots are real."""
         self.player.stop(now, message.get("by"))
         if "mark" in message and self._opened.sink.real:
             self._tell({"type": "obeyed", "mark": message["mark"], "waits_for": []})
@@ -354,12 +356,12 @@ class Loop:
             self._opened.present(message)
 
     def hold(self, held: bool | None, now: float) -> None:
-        """The deadman button at the page is held or released; None if nothing is heard of it."""
+        """Hold or release the deadman button at the page; None if it has fallen silent."""
         self._held_until = now + DEADMAN_LIMIT if held else math.inf
         self.player.sense(Edge(GAMEPAD, held, now), now)
 
     def hold_key(self, key: str, held: bool, now: float) -> None:
-        """A key is held for a sense, or let go, or nothing more is heard of it."""
+        """Hold or release a key of a sense, or note that it has fallen silent."""
         changes = held != (key in self._keys)
         if held:
             self._keys[key] = now + DEADMAN_LIMIT
@@ -369,17 +371,17 @@ class Loop:
             self.player.hold_key(key, held, now)
 
     def _follow(self, message: Sensed | Decided, now: float) -> None:
-        """The stage that leads says what real robots sense or decide: do the same, and show it."""
+        """Do what real robots sense or decide, by the report of the leading stage, and show it."""
         if message["type"] == "sensed" and message["generation"] == self.player.generation:
             self.player.foresee(foreseen(message), now)
         self._tell(message)
 
     def _as_of(self, at: float | None, now: float) -> float:
-        """The effective time of a request. Setpoints that have been sent since then can't be taken back."""
+        """Return the effective time of a request. Setpoints that have been sent since then can't be taken back."""
         return max(min(now if at is None else at, now), self.player.reached)
 
     def late(self, message: Mapping[str, Any], at: float) -> float:
-        """Seconds since other stages have done the same, which takes effect here at this time."""
+        """Return the seconds since other stages have done the same, which takes effect here at this time."""
         return max(at - message.get("at", at), 0.0) if self._is_one_of_many else 0.0
 
 
@@ -402,4 +404,4 @@ OBEYED: Mapping[str, Callable[[Loop, Any, float, float], None]] = {
         RobotSense(message["robot"], message["sense"]), message["value"], at
     ),
 }
-"""What a stage does about each command. `at` is the time at which it takes effect, `now` the present, in seconds."""
+"""The reaction of a stage to each command. `at` is the time at which it takes effect, `now` the present, in seconds."""

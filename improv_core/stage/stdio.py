@@ -21,9 +21,9 @@ TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST
 
 
 def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
-    """Put what each line of standard input says into the inbox, and note that the `parent` speaks, unless it does so on
-    a channel of its own. The end of the input, even in the middle of a line, ends the stage, and so does any exception
-    here: a stage that no longer listens could not be told to stop."""
+    """Put the arrivals from standard input into the inbox, and note that the `parent` lives, unless it proves that on a
+    channel of its own. The end of the input, even in the middle of a line, ends the stage, and so does any exception
+    here: a stage that no longer reads could not be stopped."""
     problem, read = "", RowsRead()
     try:
         # Not sys.stdin: when Python ends, it waits for the lock of that file, which a reading thread never releases.
@@ -47,11 +47,9 @@ def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
 
 
 def read_stops(pipe: int, inbox: UrgentQueue[Arrival], parent: Parent) -> None:
-    """Put the stops, pauses, and pings that come on a channel of their own into the inbox, ahead of all that waits, and
-    note that the parent speaks.
-
-    Its end ends the stage at once, even if standard input has yet to bring a long score.
-    """
+    """Put the stops, pauses, and pings from their own channel into the inbox, ahead of all that waits, and note that
+    the parent lives. The end of the channel ends the stage at once, even if standard input has yet to bring a long
+    score."""
     problem = ""
     try:
         with open(pipe, "rb", closefd=False) as stream:
@@ -66,7 +64,7 @@ def read_stops(pipe: int, inbox: UrgentQueue[Arrival], parent: Parent) -> None:
 
 
 def arrival(line: bytes, read: RowsRead) -> Arrival:
-    """What a line says. `read` is what earlier lines have brought.
+    """Return the arrival in a line. `read` has the movements of earlier lines.
 
     Scores are read and tried here, on the thread that reads lines, so that playback continues meanwhile.
     """
@@ -93,7 +91,7 @@ def arrival(line: bytes, read: RowsRead) -> Arrival:
 
 class Outbox:
     """Messages to the parent. Answers to pings overtake all others: a parent that is slow to read the velocities of a
-    thousand robots must not take their stage for hung. Any thread may put messages in; one gets them."""
+    thousand robots must not consider their stage hung. Any thread may put messages in; one gets them."""
 
     def __init__(self) -> None:
         self._messages: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
@@ -106,7 +104,7 @@ class Outbox:
         self._messages.put(message)  # pongs too, to wake the thread that waits
 
     def get(self) -> FromStage | None:
-        """The next message, as soon as there is one."""
+        """Return the next message, as soon as there is one."""
         while self._pongs.empty():
             message = self._messages.get()
             if not message or message["type"] != "pong":
@@ -115,6 +113,6 @@ class Outbox:
 
 
 def write_messages(outbox: Outbox, say: Callable[[FromStage], None]) -> None:
-    """Say each message, until None. On a thread of its own: a full pipe must not hold up the player."""
+    """Write each message, until None. This has its own thread, so that a full pipe can't delay the player."""
     while (message := outbox.get()) is not None:
         say(message)

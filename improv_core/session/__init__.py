@@ -1,5 +1,5 @@
-"""One performance on one or more stages: starts them, and decides what each is sent.
+"""One performance on one or more stages: starts them, and decides which messages each gets.
 
 It may import `music`, `ipc`, `safety`, `protocol`, and `score`. Begin with `state`, all that a session knows; then
-`on_request` and `on_stage_message`, which decide; `session` does what they decide.
+`on_request` and `on_stage_message`, which decide; `session` carries out their decisions.
 """

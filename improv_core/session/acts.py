@@ -1,4 +1,4 @@
-"""What a decision about stages can ask for, and what comes back. Standard library only.
+"""The acts that a decision about stages can request, and the messages that follow. Standard library only.
 
 Acts decide nothing; `Playback` does them, in their order.
 """
@@ -16,7 +16,7 @@ from improv_core.session.start import SinkName
 from improv_core.session.state import PlayScore
 
 News = Heard | PlaceRobots | Form | Tune | Watched
-"""What a listener gets: a message from a stage, its end, that a page was opened, or start poses that it asks for."""
+"""The news for a listener: a message from a stage, its end, an opened page, or start poses that a page asks for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Send:
 
 @dataclass(frozen=True, slots=True)
 class SendScore:
-    """Have a stage play a score: the `whole` score, or what it lacks of it. With `entry`, it follows another stage.
+    """Have a stage play a score: the `whole` score, or the parts that it lacks. With `entry`, it follows another stage.
 
     If it is `asked` for, `Loaded` comes back, unless a stop has come since somebody asked: then it is not sent.
     """
@@ -45,7 +45,7 @@ class SendScore:
 
 @dataclass(frozen=True, slots=True)
 class Announce:
-    """Tell listeners, and whether it is from the stage that leads."""
+    """Pass a message on to listeners, with whether it is from the leading stage."""
 
     news: News
     leads: bool = True
@@ -60,7 +60,7 @@ class StartAgain:
 
 @dataclass(frozen=True, slots=True)
 class PassOn:
-    """Pass on what a page asks for while somebody edits the program, and the count of stops at that moment."""
+    """Pass on a request from a page on which somebody edits the program, and the count of stops at that moment."""
 
     editing: Editing
     stops: int
@@ -68,8 +68,8 @@ class PassOn:
 
 @dataclass(frozen=True, slots=True)
 class HearClock:
-    """Listen to this clock of music, and no longer to another one. A session that we are the first in has this tempo,
-    in beats per minute."""
+    """Listen to this clock of music, and no longer to another one. If nobody is in its session yet, that gets this
+    tempo, in beats per minute."""
 
     clock: OutsideClock | None
     tempo: float = 120.0
@@ -79,14 +79,14 @@ Act = Send | SendScore | Announce | StartAgain | PassOn | HearClock
 
 
 class Loaded(TypedDict):
-    """A score that was asked for has been sent to the stage that leads."""
+    """A score that somebody asked for has been sent to the leading stage."""
 
     type: Literal["loaded"]
     play: PlayScore
 
 
 class Failed(TypedDict):
-    """A stage could not be started. The message says why."""
+    """A stage could not be started. The message has the reason."""
 
     type: Literal["failed"]
     message: str

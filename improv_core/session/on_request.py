@@ -1,7 +1,5 @@
-"""What follows from what people ask for: `(state, request, now) -> (state, acts)`. Nothing here does anything.
-
-Standard library only.
-"""
+"""Decides about people's requests: `(state, request, now) -> (state, acts)`, without side effects. Standard library
+only."""
 
 from __future__ import annotations
 
@@ -17,14 +15,14 @@ from improv_core.session.acts import Act, Announce, PassOn, Send, SendScore
 from improv_core.session.state import Change, PlayScore, SessionState
 
 Wish = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
-"""What may be asked of all stages: a change, to resume after a pause, or to show something on pages."""
+"""The requests to all stages: a change, to resume after a pause, or to show something on pages."""
 Decided = tuple[SessionState, list[Act]]
 
 
 @dataclass(frozen=True, slots=True)
 class Now:
-    """What a decision may also depend on: the monotonic time, the count of stops when this was asked for, and the
-    emergency stops that are on."""
+    """Further facts for a decision: the monotonic time, the count of stops at the request, and the emergency stops that
+    are on."""
 
     at: float = 0.0
     stops: int = 0
@@ -32,9 +30,9 @@ class Now:
 
 
 def asked(state: SessionState, request: PlayScore | Wish | PageRequest | Watched, now: Now) -> Decided:
-    """What is known after a request, and what to do about it. Raises StageError if nothing can play it.
+    """Return the state after a request, and the acts that follow. Raises StageError if nothing can play it.
 
-    A request goes to all stages from here, so they never disagree. A stop has been obeyed already, when it arrived.
+    A request goes to all stages from here, so they never disagree. A stop has already been obeyed when it arrived.
     """
     if isinstance(request, PlayScore):
         return _play(state, request, now)
@@ -62,7 +60,7 @@ def asked(state: SessionState, request: PlayScore | Wish | PageRequest | Watched
     if request["type"] == "resume" or request["type"] == "anyway":
         resume = request.copy()
         resume["at"] = now.at
-        twin = None if state.armed else state.twin  # it begins with the leader
+        twin = None if state.armed else state.twin  # the twin begins with the leader
         return state, [Send(name, resume, unless=now.stops) for name in (state.leader, twin) if name]
     if request["type"] == "stop" and "mark" in request:
         return _await_obeyed(state, request["mark"])
@@ -72,14 +70,15 @@ def asked(state: SessionState, request: PlayScore | Wish | PageRequest | Watched
 
 
 def _await_obeyed(state: SessionState, mark: str) -> Decided:
-    """Let pages know who has to obey a stop, unless that is the simulator, which confirms it itself."""
+    """Inform pages about the stages that have yet to obey a stop, unless that is the simulator, which confirms it
+    itself."""
     if not state.real:
         return state, []
     return replace(state, unobeyed=state.unobeyed | {mark}), obeyed(state, mark, ["the real robots"])
 
 
 def obeyed(state: SessionState, mark: str, waits_for: Sequence[str] = ()) -> list[Act]:
-    """Let pages know that a stop was obeyed, except by those that it waits for."""
+    """Inform pages that all stages have obeyed a stop, except those that it waits for."""
     message: Obeyed = {"type": "obeyed", "mark": mark, "waits_for": waits_for}
     return [Send(name, message) for name, ready in state.stages.items() if "page" in ready]
 
@@ -89,7 +88,7 @@ def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
     assert first
     if on and state.stages[first]["real"] and not play.simulated:
         line = refused_by(on, play.score.safety.stop)
-        # Another stage may have heard it: this one has to hear its release.
+        # Another stage may have received the press: this one has to receive the release.
         return state, [Send(first, now.pressed), Announce({"type": "error", "message": line})]
     state, acts = _let_lead(state, play.simulated)
     state, more = _send_score(state, play)
@@ -99,7 +98,7 @@ def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
 def _let_lead(state: SessionState, simulated: bool) -> Decided:
     """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
     assert state.leader
-    # Simulated robots must not keep dancing either, while real ones are waited for.
+    # Whichever led: simulated robots, too, must not keep dancing while real ones get ready.
     stop: list[Act] = [Send(state.leader, {"type": "stop"})]
     if simulated and state.twin:
         return replace(state, leader=state.twin, idle_score=state.played.score if state.played else None), stop
@@ -119,9 +118,9 @@ def _send_score(state: SessionState, play: PlayScore) -> Decided:
 
 
 def _change(state: SessionState, change: Change, now: Now) -> Decided:
-    """Send it to all stages, effective at the same time."""
+    """Send a change to all stages, effective at the same time."""
     row, change = COMMANDS[change["type"]], change.copy()
-    change.pop("at", None)  # what is kept has no time
+    change.pop("at", None)  # a kept change has no time
     if row.kept:
         state = state.keeping(change)
     elif change["type"] == "seek" and not state.played:
@@ -131,14 +130,14 @@ def _change(state: SessionState, change: Change, now: Now) -> Decided:
     timed["at"], later["at"] = now.at, now.at + state.behind
     acts = [Send(state.leader, timed)] if state.leader else []
     if state.idle and row.kept:
-        acts.append(Send(state.idle, timed))  # it holds for what it plays next
+        acts.append(Send(state.idle, timed))  # the change holds for the next score of that stage
     if state.twin and not row.as_sensed:
         acts.append(Send(state.twin, later, state.behind))
     return state, [*acts]
 
 
 def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Answer) -> Decided:
-    """Tell pages, and those that are opened later unless it is an answer."""
+    """Send a message to pages, and to those that are opened later unless it is an answer."""
     if message["type"] != "answer":
         state = state.keeping(message)
     for_all = message["type"] == "program"

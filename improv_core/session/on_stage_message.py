@@ -1,7 +1,5 @@
-"""What follows from what stages say, start, and end: `(state, name, message, now) -> (state, acts)`.
-
-Nothing here does anything. Standard library only.
-"""
+"""Decides about what stages report, their starts, and their ends: `(state, name, message, now) -> (state, acts)`,
+without side effects. Standard library only."""
 
 from __future__ import annotations
 
@@ -20,11 +18,11 @@ from improv_core.session.start import SinkName
 from improv_core.session.state import PlayScore, SessionState
 
 BEHIND = 0.1
-"""Seconds by which the simulator plays a score with senses behind real robots: what they decide has to arrive first."""
+"""Seconds by which the simulator plays a score with senses behind real robots: their decisions have to arrive first."""
 
 
 def heard(state: SessionState, name: SinkName, message: Heard | Loaded | Failed, now: Now) -> Decided:
-    """What is known once a stage has said something, has started, or is gone, and what to do about it."""
+    """Return the state after a stage has sent a message, has started, or has ended, and the acts that follow."""
     after, acts = _heard(state, name, message, now)
     if after.obeys and not state.obeys:  # the robots of a dead stage stand
         acts += [act for mark in sorted(after.unobeyed) for act in obeyed(after, mark)]
@@ -66,7 +64,7 @@ def _heard(state: SessionState, name: SinkName, message: Heard | Loaded | Failed
         if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
             state = state.with_muted(message["robot"])
     elif message["type"] == "misplaced":
-        # The twin waits, too: it may still play what was played before.
+        # The twin waits, too: it may still play the previous score.
         pause: list[Act] = _to(state.twin, {"type": "pause"}) if leads and message["robots"] else []
         acts = [*pause, *_to(state.twin, message)] if leads else []
     elif message["type"] == "unreached" and leads:
@@ -77,9 +75,9 @@ def _heard(state: SessionState, name: SinkName, message: Heard | Loaded | Failed
 
 
 def _obeyed(state: SessionState, message: Obeyed) -> Decided:
-    """Let pages know that real robots have obeyed a stop, or who has yet to."""
+    """Inform pages that real robots have obeyed a stop, or which of their stages have yet to."""
     if not message["waits_for"] and not state.obeys:
-        return state, []  # it never moved those of the dead stage
+        return state, []  # the new stage never moved the robots of the dead one
     unobeyed = state.unobeyed if message["waits_for"] else state.unobeyed - {message["mark"]}
     return replace(state, unobeyed=unobeyed), obeyed(state, message["mark"], message["waits_for"])
 
@@ -112,7 +110,7 @@ def _followed(state: SessionState, name: SinkName, transport: TransportMessage) 
         return state, [*_to(state.twin, stop_of(transport)), *acts]
     if mode == "paused" and state.waits_for:
         pauses = _to(state.twin, {"type": "pause", "at": transport["monotonic"]})
-        if "pace" in transport and latest and not latest.score.open:  # perhaps back to where a clock stood still
+        if "pace" in transport and latest and not latest.score.open:  # perhaps back to where a clock stopped
             pauses += _to(state.twin, {"type": "seek", "beat": transport["beat"]})
         return state, [*pauses, *acts]
     return state, acts
@@ -128,7 +126,7 @@ def _bends(state: SessionState, transport: TransportMessage) -> list[Act]:
 
 
 def _why_still(state: SessionState, transport: TransportMessage) -> str:
-    """What pages say about why real robots stand. What was said at a stop stays until something else plays."""
+    """Return the reason why real robots stand, for pages. The reason for a stop stays until something else plays."""
     if near := transport.get("too_near"):
         return f"Too near to each other: {', '.join(near)}. Make room, then press Play."
     if transport["state"] == "paused" and (waits := transport.get("waits_for")):
@@ -137,7 +135,7 @@ def _why_still(state: SessionState, transport: TransportMessage) -> str:
 
 
 def _explained(state: SessionState, line: str) -> Decided:
-    """Tell pages why real robots stand, if they don't know that."""
+    """Show pages the reason why real robots stand, if it is new."""
     if line == state.why_still:
         return state, []
     return replace(state, why_still=line), _to(state.twin, {"type": "why_still", "line": line})
@@ -165,7 +163,7 @@ def _enter(
 
 
 def _send_again(state: SessionState, name: SinkName, generation: int) -> Decided:
-    """Send a stage the whole score: it did not get the one before, which this one counts on."""
+    """Send a stage the whole score: it did not get the one on which this score builds."""
     latest = state.latest
     if latest and latest.generation == generation:
         if name == state.leader:
@@ -176,7 +174,7 @@ def _send_again(state: SessionState, name: SinkName, generation: int) -> Decided
 
 
 def heard_clock(state: SessionState, message: HeardClock) -> Decided:
-    """What follows from what is heard of a clock of music, which the stage that leads follows."""
+    """Return the state after news of a clock of music, which the leading stage follows, and the acts that follow."""
     if message["type"] == "anchor":
         return state, _to(state.leader, message)
     if message["type"] == "warning":
@@ -189,7 +187,7 @@ def heard_clock(state: SessionState, message: HeardClock) -> Decided:
 
 
 def _loaded(state: SessionState, play: PlayScore) -> Decided:
-    if play.generation == state.generation:  # it was sent again
+    if play.generation == state.generation:  # the same score was sent again
         return state, []
     clock = play.score.clock if play.score.clock and play.score.clock.follow != "ros" else None
     listens: list[Act] = [HearClock(clock, float(play.score.tempo))] if clock != state.clock else []
@@ -200,10 +198,8 @@ def _loaded(state: SessionState, play: PlayScore) -> Decided:
 
 
 def _gone(state: SessionState, name: SinkName, gone: Gone) -> Decided:
-    """Replace a stage that has died, and say so.
-
-    A new stage of real robots first stops them, even if a standby should have: that one may have failed too.
-    """
+    """Replace a stage that has died, and report that. A new stage of real robots first stops them, even if a standby
+    should have: that one may have failed too."""
     leads, idles = state.leads(name), name == state.idle
     acts: list[Act] = []
     state = replace(state, gone=state.gone | {name}, latest=state.latest if idles else None)
@@ -225,7 +221,7 @@ def _gone(state: SessionState, name: SinkName, gone: Gone) -> Decided:
 
 
 def _started(state: SessionState, name: SinkName, ready: Ready, now: Now) -> Decided:
-    """Tell a new stage all that it has to know. In place of a dead one, it stops the robots."""
+    """Send a new stage all that it has to know. In place of a dead one, it stops the robots."""
     replaces = name in state.gone
     state = replace(state, stages={**state.stages, name: ready}, gone=state.gone - {name})
     acts: list[Act] = [Send(name, message) for message in state.kept.values()]
@@ -242,14 +238,15 @@ def _started(state: SessionState, name: SinkName, ready: Ready, now: Now) -> Dec
 def _not_started(state: SessionState, name: SinkName, why: str) -> Decided:
     told = Announce({"type": "error", "message": f"no new stage could be started: {why}"}, name == state.leader)
     if name == state.idle:
-        return state, [told]  # a dead one has the next play start all stages
+        return state, [told]  # after a dead stage, the next play starts all stages
     stages = {other: ready for other, ready in state.stages.items() if other != name}
     leader = None if name == state.leader else state.leader
     return replace(state, stages=stages, gone=state.gone - {name}, leader=leader), [told]
 
 
 def _standing(scores: Collection[Score]) -> Score:
-    """The robots of scores of which any may play, with nothing to play, so they are only told to stop.
+    """Return a score with the robots of these scores, any of which may play, and with nothing to play, so that they are
+    only sent zeros.
 
     A robot may have another topic in each score. Then it counts as several.
     """

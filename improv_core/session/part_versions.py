@@ -1,6 +1,8 @@
-"""Which parts a save leaves as they are: those get the edition of a part that may still play. Standard library only.
+"""Finds the parts that a save doesn't change: each gets the edition of a part that may still play. Standard library
+only.
 
-Scenes are compared one by one: a part that is the same in the scene that plays is left alone, whatever comes later.
+Scenes are compared one by one: a part that is the same in the scene that plays stays untouched, no matter what comes
+later.
 """
 
 from __future__ import annotations
@@ -14,7 +16,8 @@ from improv_core.score.movement import Movement
 from improv_core.score.score import UNNUMBERED, Part, Score
 
 MOST_SENT = 100
-"""Scores to compare with. Hundreds of saves may wait for the end of a long dance, of which only the last will play."""
+"""The most scores to compare with. Hundreds of saves may wait for the end of a long dance, of which only the last will
+play."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,14 +25,14 @@ class Editions:
     """Numbers the parts of the scores that are sent, so that stages need not compare them.
 
     `latest` is the highest number. `sent` has the scores that may play when another takes over, by generation, oldest
-    first: the last score that was reported to play, and all that were sent since.
+    first: the last score that a stage reported to play, and all later ones.
     """
 
     latest: int = 0
     sent: Mapping[int, Score] = field(default_factory=dict)
 
     def number(self, score: Score, generation: int) -> tuple[Editions, Score]:
-        """The same score with the editions of its parts, and what is known then; `generation` counts scores."""
+        """Return the next editions, and the score with the editions of its parts; `generation` counts scores."""
         new = count(self.latest + 1)
         parts = {robot: replace(part, editions=self._editions(part, new)) for robot, part in score.parts.items()}
         score = replace(score, parts=parts)
@@ -39,13 +42,14 @@ class Editions:
         return Editions(next(new) - 1, sent), score
 
     def plays(self, generation: int) -> Editions:
-        """Once a stage has reported that a score plays: the ones before it no longer matter."""
+        """Return it after a stage has reported that a score plays: the scores before it no longer matter."""
         if next(iter(self.sent), generation) == generation or generation not in self.sent:
             return self
         return replace(self, sent={number: score for number, score in self.sent.items() if number >= generation})
 
     def _editions(self, part: Part, new: Iterator[int]) -> tuple[int, ...]:
-        """A number for each scene: that of an earlier part if it moves the robot in the same way in that scene."""
+        """Return a number for each scene: that of an earlier part if it moves the robot in the same way in that
+        scene."""
         earlier = [
             known
             for score in reversed([*self.sent.values()])

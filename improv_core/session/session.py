@@ -1,7 +1,5 @@
-"""The parent's side of stages: starts them, and does what is decided about them (`asked`, `heard`).
-
-Standard library only.
-"""
+"""The parent's side of stages: starts them, and carries out decisions about them (`asked`, `heard`). Standard library
+only."""
 
 from __future__ import annotations
 
@@ -35,12 +33,13 @@ HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
 MOST_MISTAKES = 20
-"""The most mistakes that pages list."""
+"""The most errors that pages list."""
 
 Mistake = tuple[str, int, int, str, str]
-"""What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
+"""An error that keeps a program from being played: the file, the line and the column from 1, the word there, and a
+message."""
 Edit = Callable[[Editing, int], None]
-"""Handles what a page asks for while somebody edits the program; also gets the count of stops at that moment."""
+"""Handles a request from a page on which somebody edits the program; also gets the count of stops at that moment."""
 
 
 class RunningStage(Protocol):
@@ -52,7 +51,7 @@ class RunningStage(Protocol):
     def send(self, message: ToStage) -> None: ...
 
     def moving(self, robots: Iterable[str]) -> list[str]:
-        """Which of these robots move, by what was reported last, on any thread."""
+        """Return which of these robots move, by the latest report. Callable from any thread."""
 
     async def close(self) -> None: ...
 
@@ -69,7 +68,7 @@ class RunningClock(Protocol):
 
 
 ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None]], RunningClock]
-"""Listens to a clock of music, and passes on what is heard of it. Raises OSError."""
+"""Listens to a clock of music, and passes its messages on. Raises OSError."""
 
 
 class Playback:
@@ -91,9 +90,10 @@ class Playback:
         self.options = options
         self.stops = stops
         self.state = SessionState()
-        """All that is known; only to be read."""
+        """The state of the session; only to be read."""
         self.begins_with = ""
-        """The program that is to be played once all has started, until somebody plays one; empty if there is none."""
+        """The name of the program to play once everything has started, until somebody plays one; empty if there is
+        none."""
         self._listen = listen
         self._edit = edit
         self._start = start
@@ -101,26 +101,24 @@ class Playback:
         self._clock: RunningClock | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stages: dict[SinkName, RunningStage] = {}
-        self._written: dict[SinkName, RowsWritten] = {}  # what each has been sent
+        self._written: dict[SinkName, RowsWritten] = {}  # the movements that each stage has
         self._opening = asyncio.Lock()
         self._osc = OscLink(options.osc, stops, self._ask_for, self._say)
         self._beginning: list[str] = []  # programs that wait for the stages to start
-        self._ends = 0  # how often everything had to end
+        self._ends = 0  # the number of times that everything had to end
         self._replacing: set[asyncio.Task[None]] = set()
         self._still = asyncio.Event()
-        self._hosts: frozenset[Host] = frozenset()  # those whose stages have been started
+        self._hosts: frozenset[Host] = frozenset()  # the hosts whose stages have been started
         self._token = secrets.token_urlsafe()
         self._port = options.port
 
     def link(self, *, own: bool = False) -> str | None:
-        """A new URL that opens the page once.
-
-        One that a browser is started with is to be this user's `own`, since others can see it in the list of processes.
-        """
+        """Return a new URL that opens the page once. A URL for starting a browser has to be this user's `own`, since
+        others can see it in the list of processes."""
         return f"{self.state.page}?ticket={issue(self._token, own=own)}" if self.state.page else None
 
     def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
-        """Have pages show which program is to be played, and what keeps it from being played."""
+        """Have pages show the program to play, and the errors that keep it from being played."""
         problems: list[Problem] = [
             {"file": file, "line": line, "column": column, "word": word, "message": message}
             for file, line, column, word, message in mistakes
@@ -157,8 +155,8 @@ class Playback:
                 raise
 
     async def play(self, play: PlayScore) -> int | None:
-        """Play a program's score. Returns its generation; None if it has been stopped since somebody asked for it,
-        before it began, or if an emergency stop is on.
+        """Play a program's score, and return its generation; None if a stop has come since somebody asked for it, or if
+        an emergency stop is on.
 
         Raises StageError, also if it is to be simulated and there is no simulator.
         """
@@ -184,7 +182,7 @@ class Playback:
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.
 
-        Dances are counted from its count on, so none here has the number of one there that may still be ending.
+        The generations here continue its count, so no score here has the number of one there that may still be ending.
         """
         self.state = replace(self.state, kept=other.state.kept, generation=other.state.generation)
         self._token = other._token
@@ -207,7 +205,7 @@ class Playback:
         self._do((self.state.closed(), []))
 
     def stop(self) -> str:
-        """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
+        """Stop, on any thread, for `improv stop`. Returns the line of the answer."""
         state, moving = self.state, self._moving()
         names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop()
@@ -226,7 +224,7 @@ class Playback:
         return f"stopped {names[0]} on {state.status}{moved}"
 
     def _moving(self) -> list[str]:
-        """The real robots that move, by what their stages say and not by what is to play."""
+        """Return the real robots that move, by the reports of their stages and not by their scores."""
         played = self.state.played
         robots = played.score.moving().parts if played else ()
         return [robot for stage in [*self._stages.values()] if stage.ready["real"] for robot in stage.moving(robots)]
@@ -235,7 +233,7 @@ class Playback:
         return Now(time.monotonic(), stops, self.stops.pressed)
 
     def _ask_for(self, request: PageRequest, stops: int) -> None:
-        """Do what an OSC message asks for, as if a page did."""
+        """Obey an OSC message as if it were a page's request."""
         self._do(asked(self.state, request, self._now(stops)))
 
     def _say(self, line: str) -> None:
@@ -309,7 +307,7 @@ class Playback:
         if not act.asked:
             stage.send(load)
             return
-        load["stops"] = self.stops.known  # as many as when it was asked for, or it is not sent
+        load["stops"] = self.stops.known  # if the number has changed since somebody asked for it, it is not sent
         if play.senses is not None:
             load["senses"] = play.senses
         if play.anyway:
@@ -322,10 +320,10 @@ class Playback:
             self._osc.plays(play.score, play.generation)
             self._heard(name, {"type": "loaded", "play": play})
         else:
-            self._written[name] = RowsWritten()  # it lacks this score
+            self._written[name] = RowsWritten()  # the stage lacks this score
 
     async def _start_stage(self, name: SinkName) -> bool:
-        """Whether there is such a stage."""
+        """Start a stage. Returns whether there is one."""
         options = replace(self.options, port=self._port, hosts=sorted(self._hosts, key=lambda host: host.name))
         stage = await self._start(name, options, self._token, partial(self._hear, name), self.stops)
         if not stage:
@@ -334,7 +332,7 @@ class Playback:
             # Reuse the port, so a restarted stage serves the pages that are already open.
             self._port = urlsplit(stage.ready["page"]).port or 0
         if dead := self._stages.get(name):
-            self.stops.discard(dead)  # not before: until then, nobody says for its robots that they stand
+            self.stops.discard(dead)  # not before: until then, no stage reports that its robots stand
         self._stages[name], self._written[name] = stage, RowsWritten()
         self._heard(name, stage.ready)
         self.stops.add(stage, real=stage.ready["real"])

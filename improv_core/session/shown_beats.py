@@ -1,4 +1,4 @@
-"""The beats that people are shown while a score plays. Standard library only."""
+"""The beats that people see while a score plays. Standard library only."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import AsyncIterator
 from improv_core.protocol.messages import TransportMessage, counted
 
 AFTER = 0.02
-"""Seconds after each beat until people are told of it: at the beat itself, the stage needs the processor."""
+"""Seconds after each beat until people see it: at the beat itself, the stage needs the processor."""
 
 
 async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
-    """`beat 3/8` as each beat starts, beginning with the current one, forever."""
+    """Yield `beat 3/8` as each beat starts, beginning with the current one, forever."""
     # The event loop and the stage use the same clock: time.monotonic.
     loop, period = asyncio.get_running_loop(), 60 / transport["tempo"]
     zero = transport["monotonic"] - transport["beat"] * period

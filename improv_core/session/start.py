@@ -19,20 +19,20 @@ from improv_core.session.group.multi_host_stage import Ensemble
 from improv_core.session.group.state import HERE
 
 REMOTE = FOLDER.parent / "hosts"
-"""What Python is started with for a link to another machine."""
+"""The path that Python gets to run a link to another machine."""
 SinkName = Literal["simulator", "ros"]
 HearAny = Callable[[Stage | Ensemble, Heard, int], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What to play on. `backend` is auto, sim, ros, or both; the ROS fields are as in the settings.
+    """The options of a performance.
 
-    `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`.
-
-    With `report_sent`, stages report every velocity they send. `takes_start_poses` is for a listener that handles
-    `place` requests: only then does the page have start poses written into the program. `hosts` are machines that
-    have a stage of their own. `osc` is how far OSC messages may come and go.
+    `backend` is auto, sim, ros, or both; the ROS fields are as in the settings. `node` is the name of the node in ROS 2
+    (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`. With `report_sent`, stages report every
+    velocity they send. `takes_start_poses` is for a listener that handles `place` requests: only then does the page
+    have start poses written into the program. `hosts` are machines that have a stage of their own. `osc` has the
+    addresses for OSC messages.
     """
 
     backend: str = "auto"
@@ -53,7 +53,7 @@ async def start_stage(
 ) -> Stage | Ensemble | None:
     """Start a stage and return it when it is ready. `token` opens the simulator's page. Raises StageError.
 
-    That of real robots is several stages if some have hosts. None if the backend is auto and no Python has rclpy.
+    Real robots have several stages if some have hosts. None if the backend is auto and no Python has rclpy.
     """
     if sink == "simulator":
         taking = ["--takes-start-poses"] if options.takes_start_poses else []
@@ -73,7 +73,7 @@ async def start_stage(
 
 
 async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: bool) -> Stage | None:
-    """The stage of the robots that are moved from here; None if it isn't needed and no Python has rclpy."""
+    """Return the stage of the robots that this machine moves; None if it isn't needed and no Python has rclpy."""
     try:
         found = await asyncio.to_thread(find_ros_python, options.ros_python)
     except InterpreterError as error:
@@ -94,7 +94,7 @@ async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: boo
 
 
 async def _start_there(host: Host, options: Options, hear: Hear, stops: Stops) -> Stage:
-    """The stage of the robots of a host: we speak with the near end of the link to it as with any stage."""
+    """Return the stage of a host's robots: the near end of the link to it works like any stage."""
     domain = [] if host.domain is None else ["--domain", str(host.domain)]
     rmw = ["--rmw", host.rmw] if host.rmw else []
     command = [sys.executable, str(REMOTE), "near", host.name, *domain, *rmw, *_reporting(options)]

@@ -1,4 +1,5 @@
-"""All that is known about what plays and about the stages that play it, as one value. Standard library only."""
+"""The state of a session: all that is known about its stages and the score that plays, as one value. Standard library
+only."""
 
 from __future__ import annotations
 
@@ -25,20 +26,20 @@ from improv_core.session.part_versions import Editions
 from improv_core.session.start import SinkName
 
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force | OscSense
-"""What people can do to what plays, apart from stopping, pausing, and resuming it."""
+"""The changes that people can make to playback, apart from stopping, pausing, and resuming it."""
 Kept = Change | ProgramMessage | ProgramSource
-"""What stages that start later are told, too."""
+"""The messages that stages that start later need, too."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlayScore:
-    """Somebody asks to have a program's score played, or it is played for that: then its `generation` counts scores.
+    """A request to play a program's score, or a score that plays after one: then its `generation` counts scores.
 
-    `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`: parts that are the same as in the score
-    that plays are not touched then. `stops` is the count of stops when somebody asked for it. With `senses`, robots
-    sense what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots
-    stop. With `anyway`, it doesn't matter where real robots stand. With `arming`, it waits once everything is ready.
-    Unless a person asks for it, `by` is what does.
+    `when` is `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`: parts that are the same as in
+    the score that plays are not touched then. `stops` is the count of stops at the request. With `senses`, robots sense
+    what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots stop. With
+    `anyway`, real robots may stand anywhere. With `arming`, it waits once everything is ready. Unless a person asks for
+    it, `by` is the automation that does.
     """
 
     score: Score
@@ -56,22 +57,22 @@ class PlayScore:
 
 @dataclass(frozen=True, slots=True)
 class SessionState:
-    """What plays, and on what. Only `asked` and `heard` make the next one, and whoever starts and ends stages.
+    """The stages, and what they play. Only `asked`, `heard`, and the code that starts and ends stages make the next
+    one.
 
     `stages` are those that have started, by name, and `gone` are those of them that have died. One is the `leader`; all
-    others follow from that. `played` is what Restart plays again, and `latest` is the same if stages may still need it:
-    once one has died, they don't. `entered` is the first message of its playing, and `behind` how many seconds the
-    twin plays behind the leader. `waits_for` is what has to change, according to the leader.
-
-    `halting` is a new stage that only has to stop the robots of a dead one, and `still` tells whether they stand.
-    `idle_score` is what the robots of an idle stage played last.
+    others follow from that. `played` is the score that Restart plays again, and `latest` is the same if stages may
+    still need it: once one has died, they don't. `entered` is the first message about its playing, and `behind` the
+    seconds by which the twin plays behind the leader. `waits_for` are the conditions that must change, according to the
+    leader. `halting` is a new stage that only has to stop the robots of a dead one, and `still` is true once they
+    stand. `idle_score` is the latest score of an idle stage's robots.
     """
 
     stages: Mapping[SinkName, Ready] = field(default_factory=dict)
     gone: frozenset[SinkName] = frozenset()
     leader: SinkName | None = None
     is_on: bool = False
-    """Whether something plays, or is about to."""
+    """True if something plays, or is about to."""
     played: PlayScore | None = None
     latest: PlayScore | None = None
     generation: int = 0
@@ -80,9 +81,9 @@ class SessionState:
     behind: float = 0.0
     waits_for: Sequence[str] = ()
     why_still: str = ""
-    """What pages say about why real robots stand."""
+    """The reason why real robots stand, for pages."""
     armed: bool = False
-    """Whether the leader waits for nothing but a person, or its time."""
+    """True if the leader waits for nothing but a person, or its time."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
     halting: SinkName | None = None
     still: bool = True
@@ -90,7 +91,7 @@ class SessionState:
     """The marks of pages' stops that the stage of real robots has yet to obey."""
     idle_score: Score | None = None
     clock: OutsideClock | None = None
-    """The clock of music that is listened to."""
+    """The clock of music that the session follows."""
 
     @property
     def twin(self) -> SinkName | None:
@@ -109,22 +110,22 @@ class SessionState:
 
     @property
     def obeys(self) -> bool:
-        """Whether real robots stand once their stage says so: it isn't one that still stops those of a dead one."""
+        """True if real robots stand once their stage reports it: it isn't one that still stops those of a dead one."""
         return self.real is not None and self.real not in self.gone and self.still
 
     @property
     def is_open(self) -> bool:
-        """Whether all stages run that are needed to play."""
+        """True if all stages run that are needed to play."""
         return self.leader is not None and not self.gone
 
     @property
     def is_real(self) -> bool:
-        """Whether real robots play."""
+        """True if real robots play."""
         return self.leader is not None and self.stages[self.leader]["real"]
 
     @property
     def status(self) -> str:
-        """What it plays on, in words."""
+        """The backend in words."""
         about = self.stages[self.leader]["sink"] if self.leader else "nothing"
         return f"{about}, with the simulator alongside" if self.leader and self.twin else about
 
@@ -142,22 +143,22 @@ class SessionState:
         return frozenset(silence["muted"]), frozenset(silence["soloed"])
 
     def with_muted(self, robot: str) -> SessionState:
-        """With a robot that stands because of a fault: it is muted until somebody unmutes it."""
+        """Return it with a robot that stands because of a fault: the robot is muted until somebody unmutes it."""
         muted, soloed = self.silenced
         silence: Silence = {"type": "silence", "muted": sorted({*muted, robot}), "soloed": sorted(soloed)}
         return replace(self, kept={**self.kept, "silence": silence})
 
     def leads(self, name: SinkName) -> bool:
-        """Whether what this stage says counts for all."""
+        """Return whether this stage's reports count for all."""
         return name == self.leader and name not in self.gone
 
     def keeping(self, message: Kept) -> SessionState:
         return replace(self, kept={**self.kept, message["type"]: message})
 
     def opened(self, names: Iterable[SinkName]) -> SessionState:
-        """All stages that could be started have been: the first one of these leads."""
+        """Return it after all stages that could be started have been: the first one of these leads."""
         return replace(self, leader=next(name for name in names if name in self.stages))
 
     def closed(self) -> SessionState:
-        """All stages have ended. What is known about people's wishes stays."""
+        """Return it after all stages have ended. People's settings stay."""
         return SessionState(played=self.played, generation=self.generation, editions=self.editions, kept=self.kept)

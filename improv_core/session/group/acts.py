@@ -1,4 +1,5 @@
-"""What a decision about stages on several machines can ask for, and when it is made. Standard library only."""
+"""The acts that a decision about stages on several machines can request, and the times of decisions. Standard library
+only."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ class SendTo:
 
 @dataclass(frozen=True, slots=True)
 class Say:
-    """Say a message to whoever believes that all are one stage."""
+    """Pass a message to the parent, which takes all stages for one."""
 
     message: Heard
 
@@ -44,5 +45,5 @@ Decided = tuple[GroupState, list[Act]]
 
 
 def warning(line: str) -> Say:
-    """Tell people this, no matter which stage it is about."""
+    """Return a line for people, no matter which stage it is about."""
     return Say({"type": "warning", "message": line})

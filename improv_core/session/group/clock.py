@@ -1,7 +1,7 @@
-"""How stages on several machines follow a clock of music, which only their parent hears: they are told to bend, all at
-the same instants, and to come in together. Nothing here does anything. Standard library only.
+"""Lets stages on several machines follow a clock of music, which only their parent hears: it has them bend, all at the
+same instants, and come in together. Decisions without side effects. Standard library only.
 
-For the stages there is no clock: all else is as without one.
+For the stages there is no clock: everything else is as without one.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from improv_core.session.group.state import HERE, GroupState, beat_at
 from improv_core.session.group.synced_start import EARLY, begin, go, instant
 
 LOOK = 0.25
-"""Seconds between two bends, at least."""
+"""The fewest seconds between two bends."""
 NOTICED = 0.005
 """The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
 
 
 def taken(group: GroupState, load: Load) -> tuple[GroupState, Load, list[Act]]:
-    """A score is to be played: the clock that it wants to follow is taken out of it, if there are other machines."""
+    """Take the clock that a score should follow out of that score, if there are other machines."""
     wanted = load["score"].get("clock")
     if all(host == HERE for host in group.members):
         return replace(group, clock=None), load, []
-    load = {**load, "score": {**load["score"], "clock": None}}  # each would bend by itself, at another instant
+    load = {**load, "score": {**load["score"], "clock": None}}  # each stage would bend by itself, at another instant
     group = replace(group, looks=-math.inf)
     if wanted and wanted["follow"] == "ros":
         line = "stages on other machines don't follow the time of a simulation: the program's tempo counts"
@@ -41,7 +41,7 @@ def taken(group: GroupState, load: Load) -> tuple[GroupState, Load, list[Act]]:
 
 
 def anchored(group: GroupState, heard: AnchorMessage, now: Times) -> Decided:
-    """Something is heard of the clock."""
+    """Take news of the clock."""
     before = group.clock
     assert before
     anchor = Anchor(heard["at"], heard["beat"], heard["tempo"] / 60, heard["period"], heard["jumps"])
@@ -59,7 +59,7 @@ def anchored(group: GroupState, heard: AnchorMessage, now: Times) -> Decided:
 
 
 def ready(group: GroupState, now: Times) -> Decided:
-    """All is ready: beat 0 is at the next bar of the clock, once that is heard."""
+    """Begin, now that all are ready: beat 0 is at the next bar of the clock, once its beat is known."""
     group = replace(group, mode="armed")
     if group.is_led:
         return enter(group, 0.0, now)
@@ -71,7 +71,7 @@ def ready(group: GroupState, now: Times) -> Decided:
 
 
 def enter(group: GroupState, beat: float, now: Times) -> Decided:
-    """All begin or go on from this beat once the clock is at it, as a musician comes in."""
+    """Have all begin or continue from this beat once the clock reaches it, as a musician comes in."""
     clock, soonest = group.clock, now.at + group.ahead
     assert clock
     left = clock.until(beat, group.speed, group.bar, soonest)
@@ -80,13 +80,13 @@ def enter(group: GroupState, beat: float, now: Times) -> Decided:
 
 
 def due(group: GroupState) -> float:
-    """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
+    """Return the time of the next call of `waited`, in monotonic seconds; infinite if there is none."""
     enters = group.enters - EARLY if group.mode in ("armed", "paused") else math.inf
     return min(enters, _lost_at(group))
 
 
 def waited(group: GroupState, now: Times) -> Decided:
-    """Do what is due: come in, or find out that the clock is lost."""
+    """Do what is due: come in, or notice that the clock is lost."""
     clock = group.clock
     if clock and group.mode in ("armed", "paused") and now.at >= group.enters - EARLY:
         at = max(group.enters, now.at + group.ahead)
@@ -105,13 +105,13 @@ def waited(group: GroupState, now: Times) -> Decided:
 
 
 def _lost_at(group: GroupState) -> float:
-    """When the clock is lost if nothing more is heard of it."""
+    """Return the time at which the clock is lost if no more news comes."""
     runs = group.mode == "playing" and group.position and group.is_led
     return group.clock.anchor.at + LOST if runs and group.clock and group.clock.anchor else math.inf
 
 
 def _stands(group: GroupState, now: Times) -> Decided:
-    """The clock stands: so do all, until it goes on."""
+    """Have all stand while the clock stands."""
     if group.mode != "playing":
         return (replace(group, enters=math.inf, stands=True) if group.enters < math.inf else group), []
     pause: Pause = {"type": "pause", "at": instant(group, now)}
@@ -144,5 +144,5 @@ def _bend(group: GroupState, now: Times) -> Decided:
 
 
 def _pace(group: GroupState, rate: float) -> float:
-    """How many times as fast as the program says all play that play so many beats of the clock a second."""
+    """Return the factor for the program's tempo at which all play this many beats of the clock a second."""
     return float(within_reach(rate * 60 / float(group.tempo)))

@@ -1,5 +1,5 @@
-"""Stages on several machines that look like one: it has their processes and the timer, and does what is decided about
-them (`together`). Standard library only."""
+"""Stages on several machines that look like one: has their processes and the timer, and carries out the decisions of
+`rules`. Standard library only."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from improv_core.session.group.acts import Decided, Say, SendTo, StartHost, Time
 from improv_core.session.group.state import HERE, GroupState, Hosted
 
 PAUSES = (1.0, 2.0, 4.0, 8.0, 15.0)
-"""Seconds before each attempt to reach a host again; the last one is repeated."""
+"""Seconds before each attempt to reach a host again; the last one repeats."""
 
 SLOW = 5.0
-"""Seconds after which people are told which hosts have not answered."""
+"""Seconds after which a line names the hosts that have not answered."""
 LATEST = 15.0
 """Seconds after which the others begin without a host that has not answered: its stage joins them once it does."""
 
@@ -48,8 +48,8 @@ class Ensemble:
 
     @classmethod
     async def start(cls, hosts: Sequence[str], start: StartMember, hear: HearAll) -> Ensemble:
-        """Start the stages of all hosts. One that can't be reached is tried again later, and one that doesn't answer is
-        waited for only so long. Raises StageError if none can be started, or if the one here fails."""
+        """Start the stages of all hosts. One that can't be reached is tried again later, and the wait for one that
+        doesn't answer is limited. Raises StageError if none can be started, or if the one here fails."""
         made = cls(hosts, start, hear)
         starting = {host: asyncio.create_task(made._start(host)) for host in hosts}
         try:
@@ -75,14 +75,14 @@ class Ensemble:
 
     @property
     def ready(self) -> Ready:
-        """What the stages said first, as if they were one."""
+        """Return the stages' first messages as one."""
         sinks = [
             f"{stage.ready['sink']} on {host}" if host else stage.ready["sink"] for host, stage in self._stages.items()
         ]
         return {"type": "ready", "protocol": VERSION, "sink": "; ".join(sinks), "real": True}
 
     def moving(self, robots: Iterable[str]) -> list[str]:
-        """Which of these robots move, by what each stage reported last, on any thread."""
+        """Return which of these robots move, by each stage's latest report. Callable from any thread."""
         group, names = self._group, [*robots]
         return [
             robot
@@ -104,7 +104,8 @@ class Ensemble:
             self._do(rules.told(self._group, message, _now()))
 
     async def close(self) -> None:
-        """Stop the robots and end the stages. Robots are named that may still move, since no stage has confirmed it."""
+        """Stop the robots and end the stages. Names robots that may still move, since no stage has confirmed their
+        stop."""
         self.send({"type": "stop"})
         self._closing = True
         for task in self._again.values():
@@ -118,7 +119,7 @@ class Ensemble:
         self._stages.clear()
 
     async def _reach(self, starting: Mapping[str, asyncio.Task[None]]) -> None:
-        """Wait until all have started or failed, or only hosts are left that have been waited for long enough."""
+        """Wait until all have started or failed, or the time limit for the remaining hosts has passed."""
 
         def late() -> list[str]:
             return [host for host, each in starting.items() if host != HERE and not each.done()]
@@ -137,7 +138,7 @@ class Ensemble:
             self._do((self._group, [warning(line)]))
 
     async def _reach_late(self, host: str, starting: asyncio.Task[None]) -> None:
-        """Wait for a host without which the others have begun."""
+        """Wait for a host after the others have begun without it."""
         try:
             await starting
         except StageError as error:
@@ -159,7 +160,7 @@ class Ensemble:
         self._do(rules.said(self._group, host, message, _now()))
 
     def _note_stops(self) -> None:
-        """Decide what follows from stops and pauses before anything else that came after them."""
+        """Decide about stops and pauses before anything else that came after them."""
         while self._stopped:
             self._do(rules.told(self._group, self._stopped.popleft(), _now()))
 
@@ -192,7 +193,7 @@ class Ensemble:
         self._again[host] = asyncio.create_task(self._start_again(host, problem))
 
     async def _start_again(self, host: str, told: str = "") -> None:
-        """Try until it works. A reason for a failure that was `told` last is not told again."""
+        """Try until it works. The reason for a failure that people were `told` last is not repeated."""
         attempt = 0
         while not self._closing:
             await asyncio.sleep(PAUSES[min(attempt, len(PAUSES) - 1)])

@@ -1,6 +1,7 @@
-"""How stages on several machines play as one: `(group, event, now) -> (group, acts)`. Nothing here does anything.
+"""The rules for stages on several machines that play as one: `(group, event, now) -> (group, acts)`, without side
+effects.
 
-Each has the whole score and moves the robots of its host. What they are to do at an instant is sent ahead of it, by as
+Each stage has the whole score and moves the robots of its host. A command for an instant is sent ahead of it, by as
 long as the slowest message may take. Standard library only.
 """
 
@@ -22,21 +23,21 @@ from improv_core.session.group.state import HERE, GroupState, beat_at
 from improv_core.session.group.synced_start import DRIFT_PERIOD, EARLY, begin, go, going_on, instant, settling
 
 CONFIRM_LIMIT = 1.0
-"""Seconds that a stop may take to be confirmed. Then people are told which robots may still be moving."""
+"""Seconds within which stages confirm a stop. Then a line names the robots that may still be moving."""
 CLOSE = 0.005
-"""Seconds by which two stages may tell the same instant differently."""
+"""Seconds by which two stages' reports of the same instant may differ."""
 MOST_PRESSES = 20
-"""Counts of presses that are remembered. A score that somebody asked for longer ago is refused by hosts."""
+"""The counts of presses that are remembered. Hosts refuse a score that somebody asked for longer ago."""
 NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
 def told(group: GroupState, message: ToStage, now: Times) -> Decided:
-    """What follows from what all are told. Stops and pauses have been sent already: see `in_time`."""
+    """Take a message for all stages. Stops and pauses have been sent already: see `in_time`."""
     kind = message["type"]
     if message["type"] == "load":
         return _load(group, message, now)
     if message["type"] == "stop":
-        if group.is_on:  # after a second stop, who has yet to confirm the first one may still move
+        if group.is_on:  # after a second stop, a stage that has yet to confirm the first one may still move
             group = group.with_all(group.alive, may_move=True)
         group = group.with_all(group.alive, armed=False).stopped()
         if "mark" in message:
@@ -67,19 +68,19 @@ def told(group: GroupState, message: ToStage, now: Times) -> Decided:
 
 
 def in_time(group: GroupState, message: Any, now: Times) -> Any:
-    """What is asked of all, for an instant at which all have heard it. A stop is for now."""
+    """Return a request with an instant by which all have received it. A stop takes effect at once."""
     if message["type"] == "stop" or group.mode != "playing":
         return message
     return {**message, "at": instant(group, now)}
 
 
 def started(group: GroupState, host: str, now: Times) -> Decided:
-    """A stage has started, or started again. If nothing plays, it stops robots that moved when the one before died."""
+    """Take the start or restart of a stage. If nothing plays, it stops robots that moved when the one before died."""
     halts = group.members[host].died_moving and not group.is_on
     fresh = replace(group.members[host], alive=True, armed=False, transport=None, may_move=False, died_moving=halts)
     group = replace(group, members={**group.members, host: replace(fresh, misplaced={})})
     kept: list[Act] = [SendTo(host, message) for message in group.kept.values()]
-    # The stage before it stopped its robots when it ended, or this one says when it has stopped them.
+    # The stage before it stopped its robots when it ended, or this one reports when it has stopped them.
     group, told = (group, []) if halts else _obeyed(group, host, group.unobeyed)
     group, acts = _join(group, host, now)
     if halts and group.load:
@@ -88,7 +89,7 @@ def started(group: GroupState, host: str, now: Times) -> Decided:
 
 
 def said(group: GroupState, host: str, message: Heard, now: Times) -> Decided:
-    """What follows from what a stage says."""
+    """Take a message from a stage."""
     if host not in group.alive:
         return group, []
     if message["type"] == "transport":
@@ -134,7 +135,7 @@ def said(group: GroupState, host: str, message: Heard, now: Times) -> Decided:
 
 
 def waited(group: GroupState, now: Times) -> Decided:
-    """What follows once a time has come that `due` named."""
+    """Do what is due at a time that `due` named."""
     acts: list[Act] = []
     if now.at >= group.unconfirmed_at:
         group, acts = unconfirmed(group)
@@ -153,7 +154,7 @@ def waited(group: GroupState, now: Times) -> Decided:
 
 
 def unconfirmed(group: GroupState) -> Decided:
-    """Name the robots that may still move after a stop, if people wait for that to be confirmed."""
+    """Name the robots that may still move after a stop, if people wait for its confirmation."""
     if group.unconfirmed_at == math.inf:
         return group, []
     group = replace(group, unconfirmed_at=math.inf)
@@ -166,7 +167,7 @@ def unconfirmed(group: GroupState) -> Decided:
 
 
 def due(group: GroupState, now: Times) -> float:
-    """When `waited` is to be called, in monotonic seconds; infinite if nothing is waited for."""
+    """Return the time of the next call of `waited`, in monotonic seconds; infinite if there is none."""
     begins = now.at + group.opens - EARLY - now.wall if group.mode == "armed" else math.inf
     drifts = group.drifts if group.mode == "playing" else math.inf
     settles = group.settles if group.joining and group.settles > -math.inf else math.inf
@@ -183,7 +184,7 @@ def _load(group: GroupState, load: Load, now: Times) -> Decided:
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
     told += [warning(line)] if lost else []
     if goes_on:
-        if group.mode == "paused":  # each goes on as soon as it has this, so they are told soon where the lead is
+        if group.mode == "paused":  # each continues as soon as it has this, so they soon need the lead's position
             group = replace(going_on(group, now.at), drifts=now.at)
         at: Load = {**load, "at": instant(group, now)} if group.mode == "playing" else load
         sent = [SendTo(host, group.load_for(host, at)) for host in group.alive if host not in group.joining]
@@ -197,7 +198,11 @@ def _load(group: GroupState, load: Load, now: Times) -> Decided:
 
 def _gather(group: GroupState, load: Load) -> Decided:
     """Have all get ready for beat 0."""
-    whole: Load = {**load, "when": "restart", "arming": {}}  # who has sought a beat after a stop must not play already
+    whole: Load = {
+        **load,
+        "when": "restart",
+        "arming": {},
+    }  # after a stop and a seek, a stage would play
     if group.anyway:
         whole["anyway"] = True
     fresh = group.without_entry().with_all(group.alive, armed=False, misplaced={}, died_moving=False)
@@ -206,7 +211,7 @@ def _gather(group: GroupState, load: Load) -> Decided:
 
 
 def _join(group: GroupState, host: str, now: Times) -> Decided:
-    """Have a stage play along that doesn't yet: at once if the others play, otherwise as soon as they do."""
+    """Have a stage that doesn't play yet join: at once if the others play, otherwise as soon as they do."""
     if not group.is_on:
         return group, []
     led = group.lead == host
@@ -218,7 +223,7 @@ def _join(group: GroupState, host: str, now: Times) -> Decided:
 
 
 def _admit(group: GroupState, now: Times) -> Decided:
-    """Have those play along who wait for it, if that is possible now."""
+    """Have the stages that wait to join play along, if that is possible now."""
     if group.load is None or not group.joining:
         return group, []
     hosts, presses = sorted(group.joining), {host: member.pressed["count"] for host, member in group.members.items()}
@@ -232,14 +237,14 @@ def _admit(group: GroupState, now: Times) -> Decided:
     else:
         return group, []
     group = replace(group, joining=frozenset())
-    # It was asked for before, and nobody has stopped it: so each may know of all presses that it has heard.
+    # Somebody asked for the score earlier, and nobody has stopped it: so each may know of all presses it has received.
     return group, [SendTo(host, {**group.load_for(host, load), "stops": presses[host]}) for host in hosts]
 
 
 def _standing(load: Load) -> Load:
-    """A score whose robots only have to stop."""
+    """Return a score whose robots only have to stop."""
     parts = {robot: {**part, "scenes": [], "reset": None} for robot, part in load["score"]["parts"].items()}
-    score = {**load["score"], "movements": [], "parts": parts}  # nothing can build on it: what comes next is sent whole
+    score = {**load["score"], "movements": [], "parts": parts}  # nothing can build on it: the next score is sent whole
     standing: Load = {
         "type": "load",
         "generation": load["generation"],
@@ -257,26 +262,26 @@ def _resume(group: GroupState, resume: Resume | Anyway, now: Times) -> Decided:
     if group.mode == "gathering":
         return group, [warning(NOT_READY)]
     if group.mode in ("armed", "paused") and group.clock and group.clock.stands:
-        return replace(group, stands=True), []  # it is waited for
+        return replace(group, stands=True), []  # the clock has to continue first
     if group.mode == "armed":
         return clock.enter(group, 0.0, now) if group.is_led else begin(group, now.at + group.ahead)
     if group.mode == "unplaced":
         return _gather(replace(group, anyway=anyway), group.load) if group.load else (group, [])
     if group.mode == "stopped" and position and position["state"] == "paused":
-        # Somebody has sought since the stop: they go on from there, and who could not seek joins them.
+        # Somebody has sought since the stop: they continue from there, and stages that could not seek join them.
         apart = {host for host in group.alive if not (said := group.members[host].transport) or said.get("deserted")}
         group = replace(group, mode="paused", joining=frozenset(apart))
     if position is None or group.mode != "paused":
         return group, []
     if group.is_led and not anyway:
         return clock.enter(group, position["beat"], now)
-    # Who leads may have yet to say that it has paused.
+    # The lead may have yet to report that it has paused.
     return go(group, group.alive, beat_at(position, now.at), now.at + group.ahead, resume)
 
 
 def _armed(group: GroupState, host: str, said: Armed, now: Times) -> Decided:
-    """A stage is ready for beat 0, or no longer. Once all have been told to begin, the one that leads says when it
-    counts, and that it has begun."""
+    """Take a stage's report that it is ready for beat 0, or no longer. Once all have been sent the time to begin, the
+    lead reports when it counts, and that it has begun."""
     ready = all(group.members[host].armed for host in group.alive)
     if group.mode == "gathering" and ready:
         if group.arming is None:
@@ -296,7 +301,7 @@ def _armed(group: GroupState, host: str, said: Armed, now: Times) -> Decided:
 
 def _transport(group: GroupState, host: str, transport: TransportMessage, now: Times) -> Decided:
     state, before = transport["state"], group.members[host].transport
-    if group.members[host].died_moving:  # it only stops robots, whatever it says of that
+    if group.members[host].died_moving:  # it only stops robots, whatever it reports about that
         if state not in ("stopped", "ended"):
             return group, []
         return _obeyed(group.with_member(host, died_moving=False), host, group.unobeyed)
@@ -310,9 +315,9 @@ def _transport(group: GroupState, host: str, transport: TransportMessage, now: T
         by_lead += acts
     if moves and not group.is_on and before is not None and before["state"] in ("stopped", "paused"):
         stray: Stop = {"type": "stop"}
-        return group.with_member(host, may_move=True), [*by_lead, SendTo(host, stray)]  # all were to be stopped
-    # Before all begin, what is said of an earlier score is old. While they play, whoever stops may have yet to take
-    # over what was saved a moment ago.
+        return group.with_member(host, may_move=True), [*by_lead, SendTo(host, stray)]  # all had been stopped
+    # Before all begin, reports about an earlier score are old. While they play, a stage that stops may have yet to take
+    # over a score that was saved a moment ago.
     is_old = transport["generation"] != group.generation
     if host not in group.playing or (is_old and not (state == "stopped" and group.mode in ("playing", "paused"))):
         return group, by_lead
@@ -327,8 +332,8 @@ def _transport(group: GroupState, host: str, transport: TransportMessage, now: T
     was_paused = before is not None and before["state"] == "paused"
     is_old = (was_paused or transport["monotonic"] < group.since + CLOSE) and not transport.get("waits_for")
     if state == "paused" and group.mode == "playing" and is_old:
-        # It has sought the beat from which all go on, or is late to say that it was paused. Of two robots that come too
-        # near to each other, each is paused by its own stage, and the second may say so after a person resumes.
+        # It has sought the beat from which all continue, or reports its pause late. Of two robots that come too near to
+        # each other, each is paused by its own stage, and the second report may come after a person resumes.
         return group, []
     if state == "paused" and group.mode == "playing":
         others = group.others(host)
@@ -347,7 +352,7 @@ def _transport(group: GroupState, host: str, transport: TransportMessage, now: T
 
 
 def _in_one_scene(group: GroupState, host: str, now: Times) -> Decided:
-    """Have stages join the leading one if they began a scene at another beat: some news of its end came late."""
+    """Have stages join the lead if they began a scene at another beat: some news of its end came late."""
     acts: list[Act] = []
     for each in group.others(host) if host == group.lead else [host]:
         if group.mode == "playing" and each in group.playing and group.is_apart(each):
@@ -357,7 +362,7 @@ def _in_one_scene(group: GroupState, host: str, now: Times) -> Decided:
 
 
 def _goes_on(group: GroupState, host: str, transport: TransportMessage, now: Times) -> Decided:
-    """A stage that had paused by itself goes on by itself: so do the others, unless another one still waits."""
+    """Have the others continue with a stage that had paused and continues by itself, unless another one still waits."""
     others = group.others(host)
     left = group.paused_by - {host}
     if left:
@@ -393,13 +398,13 @@ def _gone(group: GroupState, host: str, why: str) -> Decided:
 
 
 def _keep_out(group: GroupState) -> list[Act]:
-    """Stop those that were sent what the others played: it is over."""
+    """Stop the stages that were sent the score of the others: that has ended."""
     stop: Stop = {"type": "stop"}
     return [SendTo(host, stop) for host in sorted(group.entering)]
 
 
 def _obeyed(group: GroupState, host: str, marks: Iterable[str]) -> Decided:
-    """The stage of a host has obeyed these stops; say who has yet to."""
+    """Note that the stage of a host has obeyed these stops, and report which have yet to."""
     acts: list[Act] = []
     for mark in [*marks]:
         if host in group.unobeyed.get(mark, ()):
@@ -412,7 +417,7 @@ def _obeyed(group: GroupState, host: str, marks: Iterable[str]) -> Decided:
 
 
 def _pressed(group: GroupState) -> Decided:
-    """Say which emergency stops are on, wherever they were heard."""
+    """Report the emergency stops that are on, on any host."""
     counts = {host: member.pressed["count"] for host, member in group.members.items()}
     topics = sorted({topic for member in group.members.values() for topic in member.pressed["topics"]})
     kept = dict([*group.presses.items(), (sum(counts.values()), counts)][-MOST_PRESSES:])
@@ -425,7 +430,8 @@ def _presses_of(group: GroupState, host: str, pressed: Pressed) -> Pressed:
 
 
 def _about_robots(group: GroupState, host: str, message: FromStage) -> list[Act]:
-    """What a stage says about its robots. What they sense decides for all when scenes begin."""
+    """Pass on a stage's message about its robots. All stages get what they sense, since that decides when scenes
+    begin."""
     if message["type"] == "measured":
         ours = {robot: each for robot, each in message["robots"].items() if group.owns(host, robot)}
         return [Say({**message, "robots": ours})] if ours else []
@@ -439,7 +445,7 @@ def _about_robots(group: GroupState, host: str, message: FromStage) -> list[Act]
 
 
 def _where_it_is(group: GroupState, now: Times) -> list[Act]:
-    """Tell the others where the one that leads is."""
+    """Send the lead's position to the others."""
     position = group.position
     if position is None or position["state"] != "playing":
         return []

@@ -1,8 +1,8 @@
-"""Where robots are is told to the stages that move others, which keep theirs apart from them. Nothing here does
-anything. Standard library only.
+"""Passes the poses of robots on to the stages that move others, which keep theirs apart from them. Decisions without
+side effects. Standard library only.
 
-Each stage tells that up to twenty times a second. What comes within a moment is passed on together, or a dozen stages
-would be told a thousand times a second.
+Each stage reports them up to twenty times a second. Reports within a moment are passed on together, or a dozen stages
+would get a thousand messages a second.
 """
 
 from __future__ import annotations
@@ -15,22 +15,23 @@ from improv_core.session.group.acts import Act, Decided, SendTo, Times
 from improv_core.session.group.state import GroupState
 
 PERIOD = 0.02
-"""Seconds between two messages to a stage, at least."""
+"""The fewest seconds between two messages to a stage."""
 
 
 def seen(group: GroupState, host: str, message: RobotsSeen, now: Times) -> Decided:
-    """A stage says where its robots are. Of others it knows nothing."""
+    """Take a stage's report about its robots. It can't know about others."""
     ours = {robot: each for robot, each in message["robots"].items() if group.owns(host, robot)}
     return passed_on(replace(group, seen={**group.seen, **ours}), now)
 
 
 def due(group: GroupState) -> float:
-    """When `passed_on` is to be called, in monotonic seconds; infinite if there is nothing to pass on."""
+    """Return the time of the next call of `passed_on`, in monotonic seconds; infinite if there is nothing to pass
+    on."""
     return group.passes_on if group.seen else math.inf
 
 
 def passed_on(group: GroupState, now: Times) -> Decided:
-    """Tell each stage where the robots of all others are, if that is due."""
+    """Send each stage the poses of all others' robots, if that is due."""
     if now.at < due(group):
         return group, []
     others = {

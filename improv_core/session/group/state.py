@@ -1,4 +1,4 @@
-"""All that is known about stages on several machines that play as one. Standard library only."""
+"""The state of a group: all that is known about stages on several machines that play as one. Standard library only."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from improv_core.score.transport import BEATS_PER_BAR
 HERE = ""
 """The host of this machine."""
 SPARE = 0.03
-"""Seconds by which what is sent ahead should arrive early."""
+"""Seconds by which a message that is sent ahead should arrive early."""
 
 Mode = Literal["stopped", "gathering", "armed", "unplaced", "playing", "paused"]
 """`gathering` until all are ready for beat 0, `armed` while that waits for a person or a time, and `unplaced` if a
-robot that is not in its place has kept it from coming."""
+robot that is not in its place has prevented it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Owner:
-    """The host whose stage moves a robot, and how long that one is patient, in seconds."""
+    """The host whose stage moves a robot, and the patience of that stage in seconds."""
 
     host: str = HERE
     patience: float = SILENCE_LIMIT
@@ -45,10 +45,10 @@ class Owner:
 
 @dataclass(frozen=True, slots=True)
 class Hosted:
-    """A stage: what it said last, whether it is ready for beat 0 (`armed`), whether it is alive, and how many seconds a
-    message may take to reach it (`lag`). `misplaced` are its robots that are not in their places. It `may_move` until
-    it has confirmed a stop. If it `died_moving`, its robots may move until another one has stopped them. `pressed` is
-    what it has said about emergency stops, and `vitals` how its robots are."""
+    """A stage of the group. `transport` is its latest position. It is `armed` if it is ready for beat 0, and a message
+    takes at most `lag` seconds to reach it. `misplaced` are its robots that are not in their places. It `may_move`
+    until it has confirmed a stop. If it `died_moving`, its robots may move until another one has stopped them.
+    `pressed` is its latest report about emergency stops, and `vitals` are the states of its robots."""
 
     alive: bool = True
     armed: bool = False
@@ -63,24 +63,24 @@ class Hosted:
 
 @dataclass(frozen=True, slots=True)
 class GroupState:
-    """The stages, by their hosts, and what they play. Only `together.py` makes the next one.
+    """The stages, by their hosts, and the score they play. Only `rules.py` makes the next one.
 
-    `load` has what plays, with the whole score, and `robots` says who moves each robot. While beat 0 waits for a
-    person, it may also come by itself: `begins` is when, in Unix time. `paused_by` are the stages that have paused by
-    themselves, of which the latest pause began with the one that `paused_first`. Those that are `joining` have yet to
-    be sent what the others play. Those that are `entering` have been sent that score, of this generation, and have yet
-    to say that they play it.
-    They play `since` a monotonic time: what is said about a pause before that is no news. From `drifts` on, in
-    monotonic seconds, their clocks may have drifted apart. Once it `settles`, in monotonic seconds, it is known what
-    came of all that was asked of them. `kept` holds for stages that start later.
+    `load` has the whole score, and `robots` the owner of each robot. While beat 0 waits for a person, it may also come
+    by itself: `begins` is that time, in Unix time. `paused_by` are the stages that have paused by themselves; the
+    latest pause began with the one that `paused_first`. Those that are `joining` have yet to be sent the score of the
+    others. Those that are `entering` have been sent that score, of this generation, and have yet to report that they
+    play it.
+    They play `since` a monotonic time: reports of a pause before that are old. From `drifts` on, in monotonic seconds,
+    their clocks may have drifted apart. Once it `settles`, in monotonic seconds, the results of all requests to them
+    are known. `kept` holds for stages that start later.
     `unobeyed` are pages' stops, each with the hosts that have yet to obey it.
-    `unconfirmed_at` is when people are told who has not confirmed a stop, in monotonic seconds. `presses` says for each
-    count of presses that was told how many each stage had heard. `seen` are robots of which stages elsewhere have yet
-    to be told where they are, from `passes_on` on, in monotonic seconds.
+    `unconfirmed_at` is the monotonic time at which a line names the stages that have not confirmed a stop. `presses`
+    has, for each total count of presses, the count of each stage. `seen` are robots whose poses stages elsewhere have
+    yet to get, from `passes_on` on, in monotonic seconds.
 
-    All follow a `clock` of music, which only the parent hears. `bent` is the latest bend that they were told, and from
-    `looks` on they may be told another one. They begin or go on when it `enters`, in monotonic seconds, at the beat
-    `enters_at`. A pause during which it `stands` ends with that.
+    All follow a `clock` of music, which only the parent hears. `bent` is the latest bend that they were sent, and from
+    `looks` on they may be sent another one. They begin or continue when it `enters`, in monotonic seconds, at the beat
+    `enters_at`. A pause during which it `stands` ends when it continues.
     """
 
     members: Mapping[str, Hosted]
@@ -116,12 +116,12 @@ class GroupState:
         return sorted(host for host, member in self.members.items() if member.alive)
 
     def others(self, host: str) -> list[str]:
-        """The hosts whose stages are alive, but for this one."""
+        """The hosts whose stages are alive, except this one."""
         return [each for each in self.alive if each != host]
 
     @property
     def lead(self) -> str | None:
-        """The host whose stage tells for all where playback is: the first one that plays and moves robots."""
+        """The host whose stage's position counts for all: the first one that plays and moves robots."""
         with_robots = {owner.host for owner in self.robots.values()}
         return min(self.playing, key=lambda host: (host not in with_robots, host), default=None)
 
@@ -137,7 +137,7 @@ class GroupState:
 
     @property
     def position(self) -> TransportMessage | None:
-        """Where the one that leads is."""
+        """The position of the lead."""
         lead = self.lead
         return self.members[lead].transport if lead is not None else None
 
@@ -148,20 +148,20 @@ class GroupState:
 
     @property
     def ahead(self) -> float:
-        """Seconds by which everybody must be told of something in order to do it at the same instant."""
+        """Seconds by which all must get a command early in order to obey it at the same instant."""
         lag = max((self.members[host].lag for host in self.alive), default=0.0)
         return min(lag + SPARE, MOST_AHEAD)
 
     @property
     def count(self) -> CountJson | None:
-        """What each stage counts before beat 0, from when it is told to begin."""
+        """The count of each stage before beat 0, from when it is sent the time to begin."""
         if not self.load or not self.load["score"].get("count_in") or self.clock:
             return None
         return {"beats": self.bar, "period": 60 / float(self.tempo * self.speed)}
 
     @property
     def bar(self) -> int:
-        """How many beats a bar has."""
+        """The beats of a bar."""
         return (self.load["score"]["bar"] or self.load.get("beats_per_bar", BEATS_PER_BAR)) if self.load else 0
 
     @property
@@ -171,31 +171,34 @@ class GroupState:
 
     @property
     def speed(self) -> Fraction:
-        """How many times as fast a person has it play."""
+        """The speed factor that a person has set."""
         return Fraction(str(cast(Speed, self.kept.get("speed", {"factor": 1.0}))["factor"]))
 
     @property
     def is_led(self) -> bool:
-        """Whether a clock that runs is followed."""
+        """True if all follow a clock that runs."""
         return self.clock is not None and self.clock.rate > 0 and not self.clock.silent
 
     @property
     def opens(self) -> float:
-        """When all have to be told to begin by themselves, in Unix time: beats may be counted until beat 0."""
+        """The time at which all have to be sent their start when they begin by themselves, in Unix time: they may count
+        beats until beat 0."""
         return self.begins - (self.count["beats"] * self.count["period"] if self.count else 0.0)
 
     @property
     def is_on(self) -> bool:
-        """Whether something plays, or is about to."""
+        """True if something plays, or is about to."""
         return self.mode != "stopped"
 
     def may_start(self, by: Automation | None) -> bool:
-        """Whether whoever asks for it may have robots begin or go on, as far as all stages have said."""
+        """Return whether this automation, or a person (None), may have robots begin or continue, by the reports of all
+        stages."""
         said = [self.members[host].transport for host in self.alive]
         return by is None or all(by in each.get("startable_by", AUTOMATIONS) for each in said if each)
 
     def repeats(self, host: str) -> bool:
-        """Whether a stage has paused because of robots that another one had found too near to each other before."""
+        """Return whether a stage has paused because of robots that another one had found too near to each other
+        before."""
         first = self.members.get(self.paused_first or HERE)
         one, other = first and first.transport, self.members[host].transport
         if self.mode != "paused" or self.paused_first in (None, host) or not one or not other:
@@ -204,7 +207,7 @@ class GroupState:
         return bool(near) and near <= {*one.get("too_near", ())}
 
     def is_apart(self, host: str) -> bool:
-        """Whether a stage has begun a scene at another beat than the one that leads."""
+        """Return whether a stage has begun a scene at another beat than the lead."""
         one, other = self.position, self.members[host].transport
         if not one or not other or one["generation"] != other["generation"] or other["state"] != "playing":
             return False
@@ -214,40 +217,40 @@ class GroupState:
         return known["index"] == here["index"] and known["begins"] != here["begins"]
 
     def without(self, host: str) -> GroupState:
-        """A stage neither joins the others nor keeps them waiting."""
+        """Return it without this stage among those that join: the others don't wait for it."""
         left = {host}
         entering = {each: generation for each, generation in self.entering.items() if each != host}
         return replace(self, joining=self.joining - left, entering=entering, paused_by=self.paused_by - left)
 
     def stopped(self) -> GroupState:
-        """Nothing plays, and nobody joins."""
+        """Return it with nothing that plays or joins."""
         none: frozenset[str] = frozenset()
         return replace(self.without_entry(), mode="stopped", joining=none, entering={}, paused_by=none)
 
     def without_entry(self) -> GroupState:
-        """Nobody begins or goes on by the clock."""
+        """Return it with nothing that begins or continues by the clock."""
         return replace(self, enters=math.inf, stands=False)
 
     def owns(self, host: str, robot: str) -> bool:
-        """Whether the stage of a host moves a robot."""
+        """Return whether the stage of a host moves a robot."""
         return self.robots.get(robot, Owner()).host == host
 
     def of(self, host: str) -> list[str]:
-        """The robots that the stage of a host moves."""
+        """Return the robots that the stage of a host moves."""
         return [robot for robot, owner in self.robots.items() if owner.host == host]
 
     def with_member(self, host: str, **changes: Any) -> GroupState:
         return replace(self, members={**self.members, host: replace(self.members[host], **changes)})
 
     def with_all(self, hosts: Iterable[str], **changes: Any) -> GroupState:
-        """The same about the stages of several hosts."""
+        """Return it with the same changes to the stages of several hosts."""
         group = self
         for host in hosts:
             group = group.with_member(host, **changes)
         return group
 
     def loading(self, load: Load) -> GroupState:
-        """With a score, which may build on the one before: a part that is the same is null in it."""
+        """Return it with a score, which may build on the one before: an unchanged part is null in it."""
         score, before = load["score"], self.load["score"] if self.load else {"movements": [], "parts": {}}
         parts = {robot: part or before["parts"].get(robot) for robot, part in score["parts"].items()}
         movements = [*(before["movements"] if score["known"] else ()), *score["movements"]]
@@ -256,7 +259,7 @@ class GroupState:
         return replace(self, load=whole, robots={robot: _owner(part or {}) for robot, part in parts.items()})
 
     def load_for(self, host: str, load: Load) -> Load:
-        """A score as it is sent to the stage of a host."""
+        """Return a score as the stage of a host gets it."""
         sent: Load = {**load, "here": host}
         if "stops" in load:
             sent["stops"] = self.presses.get(load["stops"], {}).get(host, 0)
@@ -266,7 +269,8 @@ class GroupState:
         return sent
 
     def entry_at(self, at: float) -> Takeover | None:
-        """Where the others are at a time, for a stage that joins them; None if they don't play this score."""
+        """Return the position of the others at a time, for a stage that joins them; None if they don't play this
+        score."""
         position = self.position
         if position is None or position["state"] != "playing" or position["generation"] != self.generation:
             return None
@@ -281,7 +285,7 @@ class GroupState:
 
 
 def beat_at(transport: TransportMessage, at: float) -> float:
-    """The beat at a time, which may be before what was reported last: it was told ahead."""
+    """Return the beat at a time, which may be before the latest report: that was sent ahead."""
     if transport["state"] != "playing":
         return transport["beat"]
     return max(transport["beat"] + (at - transport["monotonic"]) * transport["tempo"] / 60, 0.0)

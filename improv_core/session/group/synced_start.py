@@ -1,6 +1,5 @@
-"""When stages on several machines begin, go on, and do what they are asked for: all at the same instant. Nothing here
-does anything. Standard library only.
-"""
+"""Chooses the instants at which stages on several machines begin, continue, and obey requests: all at the same one.
+Decisions without side effects. Standard library only."""
 
 from __future__ import annotations
 
@@ -13,16 +12,16 @@ from improv_core.session.group.acts import Act, Decided, SendTo, Times
 from improv_core.session.group.state import SPARE, GroupState, beat_at
 
 EDGE = 0.01
-"""Seconds: no time is chosen so shortly before or after a beat, since two stages might take it for another beat."""
+"""Seconds around a beat in which no instant is chosen, since two stages might take it for another beat."""
 DRIFT_PERIOD = 10.0
-"""Seconds after which all are told again where the one that leads is: two clocks may drift by 0.1 ms in each."""
+"""Seconds after which all get the lead's position again: two clocks may drift by 0.1 ms in each."""
 GO_ON: Resume = {"type": "resume"}
 EARLY = 1.0
-"""Seconds before the time at which a dance begins by itself, from which on it is told to all."""
+"""Seconds before the time at which a dance begins by itself, from which on all are sent that time."""
 
 
 def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = GO_ON) -> Decided:
-    """Have stages that are paused go on from one beat, all at the same time."""
+    """Have paused stages continue from one beat, all at the same time."""
     group = going_on(group, at)
     acts, timed = list[Act](), resume.copy()
     timed["at"] = at
@@ -37,21 +36,21 @@ def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: 
 
 
 def going_on(group: GroupState, at: float) -> GroupState:
-    """All that are paused play from this time on."""
-    # The pause may have made void what those were sent that are about to enter: they join anew.
+    """Return it with all that are paused playing from this time on."""
+    # The pause may have made void what stages that are about to enter were sent: they join again.
     joining = group.joining | group.entering.keys()
     group = replace(group.without_entry(), mode="playing", joining=joining, entering={})
     return replace(group, paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
 
 
 def begin(group: GroupState, at: float) -> Decided:
-    """Beat 0 is at this time, for all."""
+    """Begin at this time with beat 0, for all."""
     group = replace(group.without_entry(), mode="playing", begins=math.inf, since=at, drifts=at + DRIFT_PERIOD)
     return group, [SendTo(host, {"type": "resume", "at": at}) for host in group.alive]
 
 
 def instant(group: GroupState, now: Times) -> float:
-    """A time at which all have heard what is sent to them now, and that isn't too close to a beat."""
+    """Return a time by which all have received a message that is sent now, and that isn't too close to a beat."""
     at, position = now.at + group.ahead, group.position
     if position is None or position["state"] != "playing":
         return at
@@ -60,6 +59,6 @@ def instant(group: GroupState, now: Times) -> float:
 
 
 def settling(group: GroupState, now: Times) -> GroupState:
-    """All have been asked for something: nobody is told where they are until it is known what came of that."""
+    """Return it after a request to all: no stage gets the others' position until the result of that is known."""
     known = now.at + 2 * group.ahead + SPARE
     return replace(group, settles=known, drifts=max(group.drifts, known), looks=max(group.looks, known))

@@ -1,4 +1,4 @@
-"""Both ends of a link: `python …/improv_core/hosts near HOST …` here, and `far …` on the other machine."""
+"""Runs either end of a link: `python …/improv_core/hosts near HOST …` here, and `far …` on the other machine."""
 
 from __future__ import annotations
 

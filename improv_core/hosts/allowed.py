@@ -17,31 +17,31 @@ from improv_core.score.score import is_host
 
 
 class HostError(Exception):
-    """A host can't be used. The message is one line that says what to do."""
+    """A host can't be used. The message is one line with the advice."""
 
 
 def checked(host: str) -> str:
-    """The host, if its name may reach ssh. Raises HostError."""
+    """Return the host, if its name may reach ssh. Raises HostError."""
     if not is_host(host):
         raise HostError(f"`{host}` is not a host: write `name`, `user@name`, or `user@name:port`")
     return host
 
 
 def split(host: str) -> tuple[str, str]:
-    """A host without its port, and the port; empty if it has none."""
+    """Return a host without its port, and the port; empty if it has none."""
     name, _, port = host.partition(":")
     return name, port
 
 
 def approved_file() -> Path:
-    """Where the hosts are listed that a person has allowed."""
+    """Return the file with the hosts that a person has allowed."""
     config = os.environ.get("XDG_CONFIG_HOME", "")
     folder = Path(config) if Path(config).is_absolute() else Path.home() / ".config"
     return folder / "improv" / "hosts"
 
 
 def approved() -> list[str]:
-    """The hosts that a person has allowed, in the order of the file. Raises HostError if that can't be read."""
+    """Return the hosts that a person has allowed, in the order of the file. Raises HostError if it can't be read."""
     try:
         lines = approved_file().read_text(encoding="utf-8", errors="replace").splitlines()
     except FileNotFoundError:
@@ -52,7 +52,7 @@ def approved() -> list[str]:
 
 
 def is_approved(host: str) -> bool:
-    """Whether a person has allowed exactly this host. Raises HostError."""
+    """Return whether a person has allowed exactly this host. Raises HostError."""
     return host in approved()
 
 
@@ -63,7 +63,7 @@ def approve(host: str) -> None:
 
 
 def withdraw(host: str) -> bool:
-    """Forget that; whether it was remembered. Raises HostError."""
+    """Forget that. Returns whether it was remembered. Raises HostError."""
     hosts = approved()
     if host not in hosts:
         return False
@@ -72,12 +72,13 @@ def withdraw(host: str) -> bool:
 
 
 def refusal(host: str) -> str:
-    """What people are told if a program needs a host that nobody has allowed."""
+    """Return the line about a program that needs a host that nobody has allowed."""
     return f"nobody has allowed Improv to use it: if you trust it, run `improv hosts allow {host}`"
 
 
 def who(process: int) -> str:
-    """Who plays, for a host that two want to play on: `user@machine`, and after a slash the process."""
+    """Return the name of a parent, for a host on which two want to play: `user@machine`, and after a slash the
+    process."""
     user = "somebody"
     with suppress(KeyError, OSError, ImportError):
         user = getpass.getuser()

@@ -1,7 +1,7 @@
-"""What runs on another machine before anything of ours is there: it gets the far end of a link, and becomes it.
+"""Runs on another machine before anything of ours is there: it gets the far end of a link, and becomes it.
 
 Its source travels as the first line (`bundle.boot_line`), so it imports nothing of ours, and Python 3.6 must be able to
-read it, to say that it is too old.
+read it, to report that it is too old.
 """
 
 import hashlib
@@ -19,7 +19,8 @@ KEPT = 2
 
 
 def begin(digest: str, size: int, arguments: List[str]) -> None:  # noqa: UP006
-    """Become the far end whose bundle has this hash and this size. It is asked for unless it is in the cache here."""
+    """Become the far end whose bundle has this hash and this size. Requests the bundle unless it is in the cache
+    here."""
     os.chdir(os.path.abspath(os.sep))  # noqa: PTH100
     paths = [path for path in os.environ.pop("PYTHONPATH", "").split(os.pathsep) if Path(path).is_absolute()]
     if paths:
@@ -49,18 +50,19 @@ def begin(digest: str, size: int, arguments: List[str]) -> None:  # noqa: UP006
 
 
 def say(**fields: Any) -> None:
-    """Tell the near end. It recognizes our lines by their first word, whatever a shell has printed before."""
+    """Send a line to the near end, which recognizes our lines by their first word, whatever a shell has printed
+    before."""
     os.write(1, b"\nimprov " + json.dumps(fields).encode() + b"\n")
 
 
 def cache_folder() -> Path:
-    """The folder for what can be had again."""
+    """Return the folder for data that can be fetched again."""
     named = Path(os.environ.get("XDG_CACHE_HOME", ""))
     return named if named.is_absolute() else Path.home() / ".cache"
 
 
 def read(size: int) -> bytes:
-    """So many bytes of standard input, and none of what follows; fewer if it ends."""
+    """Read so many bytes of standard input, and none of the next; fewer if it ends."""
     read = []
     while size:
         data = os.read(0, min(size, 65536))
@@ -89,7 +91,7 @@ def unpack(data: bytes, folder: Path) -> None:
 
 
 def tidy(stages: Path, digest: str) -> None:
-    """Remove what was left half done, and all but the latest of the other versions."""
+    """Remove incomplete folders, and all but the latest of the other versions."""
     others = []
     for path in stages.iterdir():
         version, _, maker = path.name.partition(".")

@@ -1,4 +1,4 @@
-"""What travels to another machine once for each version: the modules that a ROS 2 stage needs, and the far end."""
+"""The files that another machine gets once for each version: the modules that a ROS 2 stage needs, and the far end."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ CONTENTS = (
     *(f"hosts/{name}.py" for name in ("__init__", "__main__", "far", "far_setup", "frames")),
     *("hosts/exclusive_use.py", "hosts/hang_detection.py"),
 )
-"""What it has of our package."""
+"""The parts of our package in it."""
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """A zip file, and its hash, by which the other machine knows whether it has it."""
+    """A zip file, and its hash, by which the other machine recognizes a bundle that it has."""
 
     data: bytes
     digest: str
@@ -32,7 +32,7 @@ class Bundle:
 
 @lru_cache(maxsize=1)
 def bundle() -> Bundle:
-    """The bundle of this version: the same modules make the same bytes."""
+    """Return the bundle of this version: the same modules make the same bytes."""
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as made:
         for path in sorted(path for pattern in CONTENTS for path in PACKAGE.glob(pattern)):
@@ -45,7 +45,7 @@ def bundle() -> Bundle:
 
 
 def boot_line(carried: Bundle, arguments: Sequence[str]) -> bytes:
-    """The first line that is sent: the source of `bootstrap`, and what it is to do."""
+    """Return the first line to send: the source of `bootstrap`, and its arguments."""
     source = (PACKAGE / "hosts" / "bootstrap.py").read_text(encoding="utf-8")
     call = f"begin({carried.digest!r}, {len(carried.data)}, {[*arguments]!a})"
     return f"exec({source + call!a})\n".encode("ascii")

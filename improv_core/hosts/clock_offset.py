@@ -1,13 +1,14 @@
-"""How the clock of another machine reads, from messages that travel with random delays. It never reads a clock.
+"""Estimates the clock of another machine, from messages that travel with random delays. It never reads a clock.
 
 Each exchange has four times, as in NTP (RFC 5905, section 8): sent here, arrived there, answered there, heard here. NTP
 trusts the exchange with the least round trip. We take the least delay of each direction for itself, because delays
-there and back are independent: both are rarely short in the same exchange. Drift tilts the floor under the delays, up
-in one direction and down in the other. The drift that lifts both floors the highest is the one that fits, which is the
-linear program of Moon, Skelly, and Towsley ("Estimation and removal of clock skew from network delay measurements",
-1999) with one slope for both directions. How much a drift lifts them is weighed against how unlikely it is.
+there and back are independent: both are rarely short in the same exchange.
 
-What no such method can see is how much the least delays of both directions differ: half of that stays as an error.
+Drift tilts the floor under the delays, up in one direction and down in the other. The drift that lifts both floors the
+highest is the one that fits, which is the linear program of Moon, Skelly, and Towsley ("Estimation and removal of clock
+skew from network delay measurements", 1999) with one slope for both directions. The gain in height is weighed against
+the probability of such a drift. No such method can measure the difference between the least delays of both directions:
+half of that stays as an error.
 """
 
 from __future__ import annotations
@@ -18,25 +19,27 @@ from dataclasses import dataclass
 BUCKET = 1.0
 """Seconds of which only the least delay of each direction is kept."""
 MEMORY = 60.0
-"""Seconds of exchanges that count: clocks drift evenly for so long."""
+"""Seconds for which exchanges count: clocks drift evenly for so long."""
 KNOWN_AFTER = 3.0
-"""Seconds of exchanges after which the clock is known, however much they were delayed."""
+"""Seconds of exchanges after which the clock is known, no matter how late they were."""
 GOOD = 0.0005
 """Seconds of error with which the clock is known at once."""
 LEAST = 20
-"""Exchanges without which it is never known."""
+"""The fewest exchanges after which it is known."""
 USUAL_DRIFT = 40e-6
-"""Seconds per second by which clocks of computers differ: two of three by no more."""
+"""Seconds per second by which two of three pairs of computer clocks differ at most."""
 MOST_DRIFT = 300e-6
-"""Seconds per second that no two clocks differ by: cheap quartz has 100e-6, and what sets a clock may add as much."""
+"""Seconds per second by which any two clocks differ at most: cheap quartz has 100e-6, and a service that sets a clock
+may add as much."""
 STEP = 0.02
-"""Seconds of difference that are made up at once: the machine was asleep, or the first estimates were poor."""
+"""Seconds of difference that are corrected at once: the machine was asleep, or the first estimates were poor."""
 SLEW = 0.005
-"""Seconds per second by which smaller differences are made up."""
+"""Seconds per second by which smaller differences are corrected."""
 FEW = 3
-"""Seconds with exchanges in fewer of which chance can't be told from delay: then half the round trip is the error."""
+"""The number of seconds with exchanges below which chance can't be told from delay: then half the round trip is the
+error."""
 CERTAIN = 2.0
-"""How many times the probable error is the one that 19 of 20 estimates keep."""
+"""The ratio of the error that 19 of 20 estimates keep to the probable error."""
 FINEST = 0.1e-6
 """Seconds per second to which drift is computed."""
 
@@ -53,7 +56,8 @@ class Exchange:
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """The least delay of one direction in a bucket: when it was sent or heard here, and what the clocks made of it."""
+    """The least delay of one direction in a bucket: the time here at which it was sent or received, and the delay by
+    both clocks."""
 
     at: float
     delay: float
@@ -61,7 +65,7 @@ class Floor:
 
 @dataclass(frozen=True, slots=True)
 class Exchanges:
-    """What is remembered of them: the least delays, and when the first came."""
+    """The exchanges that are remembered: the least delays, and the time of the first."""
 
     since: float = math.inf
     count: int = 0
@@ -71,8 +75,9 @@ class Exchanges:
 
 @dataclass(frozen=True, slots=True)
 class Estimated:
-    """At the time `at` here, the clock there reads `at + offset`, and gains `drift` seconds each second. `error` is how
-    far off the offset may be (19 times of 20, if both directions have the same least delay), `round_trip` the least."""
+    """An estimate: at the time `at` here, the clock there reads `at + offset`, and gains `drift` seconds each second.
+    `error` is the most by which the offset may be wrong (19 times of 20, if both directions have the same least delay),
+    and `round_trip` the least one."""
 
     at: float
     offset: float
@@ -83,9 +88,9 @@ class Estimated:
 
 @dataclass(frozen=True, slots=True)
 class Clocks:
-    """How the clock there is read: `offset` at the time `at` here, and how much it grows per second.
+    """A reading of the clock there: `offset` at the time `at` here, and the growth of the offset per second.
 
-    Readings follow each other without a gap, so that no time that is translated goes back.
+    Readings follow each other without a gap, so that no translated time goes back.
     """
 
     at: float
@@ -93,16 +98,16 @@ class Clocks:
     rate: float = 0.0
 
     def there(self, here: float) -> float:
-        """What the clock there reads at a time here."""
+        """Return the time of the clock there at a time here."""
         return here + self.offset + self.rate * (here - self.at)
 
     def here(self, there: float) -> float:
-        """The time here at which the clock there reads this."""
+        """Return the time here at which the clock there shows this time."""
         return self.at + (there - self.offset - self.at) / (1 + self.rate)
 
 
 def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
-    """With one more exchange. What is too old is forgotten, and all is if a clock has jumped, since a machine slept."""
+    """Return it with one more exchange. Forgets old ones, or all if a clock has jumped because a machine slept."""
     if _contradicts(exchanges, new):
         exchanges = Exchanges()
     return Exchanges(
@@ -114,13 +119,13 @@ def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
 
 
 def estimate(exchanges: Exchanges, now: float) -> Estimated | None:
-    """What the exchanges say about the clock there; None before `LEAST` of them."""
+    """Estimate the clock there from the exchanges; None before `LEAST` of them."""
     if exchanges.count < LEAST:
         return None
     down = [(floor.at - now, floor.delay) for floor in exchanges.down]
     up = [(floor.at - now, floor.delay) for floor in exchanges.up]
     drift = 0.0
-    for _ in range(2):  # first as if the clocks didn't drift, which makes floors look farther apart than they are
+    for _ in range(2):  # first as if the clocks didn't drift, which makes the spread of delays seem larger
         spread = _spread(down, drift) + _spread(up, -drift)
         drift = _drift(down, up, max(spread, 1e-6))
     lowest_down, lowest_up = _lowest(down, drift), _lowest(up, -drift)
@@ -132,12 +137,12 @@ def estimate(exchanges: Exchanges, now: float) -> Estimated | None:
 
 
 def is_known(exchanges: Exchanges, found: Estimated) -> bool:
-    """Whether an estimate can be trusted with what robots do."""
+    """Return whether an estimate is good enough for moving robots."""
     return found.error <= GOOD or found.at - exchanges.since >= KNOWN_AFTER
 
 
 def steered(clocks: Clocks | None, found: Estimated) -> Clocks:
-    """The next clocks: it leads to the estimate within a few seconds, without a step unless it is far off."""
+    """Return the next clocks, which approach the estimate within a few seconds, without a step unless it is far off."""
     if clocks is None:
         return Clocks(found.at, found.offset, found.drift)
     offset = clocks.there(found.at) - found.at
@@ -148,7 +153,7 @@ def steered(clocks: Clocks | None, found: Estimated) -> Clocks:
 
 
 def _contradicts(exchanges: Exchanges, new: Exchange) -> bool:
-    """Whether a message would have come before it was sent, by what is remembered of the other direction."""
+    """Return whether a message would have come before it was sent, by the remembered delays of the other direction."""
     down, up = new.arrived - new.sent, new.heard - new.answered
     least = -MOST_DRIFT * MEMORY
     return any(down + floor.delay < least for floor in exchanges.up) or any(
@@ -163,24 +168,24 @@ def _lowered(floors: tuple[Floor, ...], new: Floor) -> tuple[Floor, ...]:
     return (*recent, new)
 
 
-_Floors = list[tuple[float, float]]  # when, in seconds from now, and the delay
+_Floors = list[tuple[float, float]]  # the time, in seconds from now, and the delay
 
 
 def _lowest(floors: _Floors, slope: float) -> float:
-    """How high a line of this slope lies now if it touches the lowest floors."""
+    """Return the present height of a line with this slope that touches the lowest floors."""
     return min(delay - slope * at for at, delay in floors)
 
 
 def _spread(floors: _Floors, slope: float) -> float:
-    """How far above the real floor the lowest one probably is: the mean distance of n floors from the lowest of them is
-    n times that."""
+    """Return the probable height of the lowest floor above the real one: the mean distance of n floors from the lowest
+    of them is n times that."""
     lowest = _lowest(floors, slope)
     return sum(delay - slope * at - lowest for at, delay in floors) / max(len(floors) - 1, 1) / len(floors)
 
 
 def _drift(down: _Floors, up: _Floors, spread: float) -> float:
-    """The likeliest slope: what it gains in height counts in units of `spread`, as it does where delays fall off
-    exponentially above the floor. This is concave, so its maximum is found by taking thirds."""
+    """Return the likeliest slope: its gain in height counts in units of `spread`, as it does if delays fall off
+    exponentially above the floor. This is concave, so taking thirds finds the maximum."""
 
     def likelihood(slope: float) -> float:
         return (_lowest(down, slope) + _lowest(up, -slope)) / spread - (slope / USUAL_DRIFT) ** 2 / 2

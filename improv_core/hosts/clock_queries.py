@@ -1,4 +1,4 @@
-"""What the near end of a link knows about the clock at its far end, and when it asks for more. It reads no clock."""
+"""The near end's knowledge about the clock at its far end, and the times of its questions. It reads no clock."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from improv_core.hosts.time_translation import SECOND, Border
 OFTEN, MOVING, RESTING = 0.05, 0.1, 0.5
 """Seconds between two questions: at first, while robots may move, and otherwise."""
 AT_FIRST = 30.0
-"""Seconds in which that is often."""
+"""Seconds at first in which questions are frequent."""
 LOST = 30.0
-"""Seconds after which no answer is expected any more."""
+"""Seconds after which no answer is expected anymore."""
 MOST_WAYS = 400
-"""Questions whose ways there are remembered. Where one packet in fifty is lost, and sent again, some of them tell what
-that takes."""
+"""The questions whose ways there are remembered. If one packet in fifty is lost, and sent again, some of these show the
+time that takes."""
 LOOK_PERIOD = 1.0
 """Seconds between two estimates, once the clock is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """The latest question's `number`, what was asked and when, and what is known from the answers."""
+    """The latest question's `number`, the open questions and their times, and the results of the answers."""
 
     since: float
     number: int = 0
@@ -34,7 +34,7 @@ class Asking:
     found: Estimated | None = None
     clocks: Clocks | None = None
     ways: tuple[float, ...] = ()
-    """What the clocks made of the latest questions' ways there, in seconds."""
+    """The times that the latest questions took to get there, by both clocks, in seconds."""
 
 
 def period(asking: Asking, now: float, *, moves: bool) -> float:
@@ -43,13 +43,13 @@ def period(asking: Asking, now: float, *, moves: bool) -> float:
 
 
 def asked(asking: Asking, number: int, now: float) -> Asking:
-    """A question is being sent."""
+    """Note that a question is being sent."""
     open_ = {other: at for other, at in asking.questions.items() if at > now - LOST}
     return replace(asking, number=number, questions={**open_, number: now})
 
 
 def told(asking: Asking, answer: TimeThere, now: float) -> Asking:
-    """An answer has come. One to a question that was never asked says nothing."""
+    """Take an answer. One to a question that was never asked is ignored."""
     sent = asking.questions.get(answer.number)
     if sent is None:
         return asking
@@ -60,7 +60,7 @@ def told(asking: Asking, answer: TimeThere, now: float) -> Asking:
 
 
 def estimated(asking: Asking, now: float) -> Asking:
-    """With a new estimate, if the clock there is known, and it is time for one."""
+    """Return it with a new estimate, if the clock there is known, and it is time for one."""
     if asking.found and now < asking.found.at + LOOK_PERIOD:
         return asking
     found = estimate(asking.exchanges, now)
@@ -70,7 +70,8 @@ def estimated(asking: Asking, now: float) -> Asking:
 
 
 def lag(asking: Asking) -> float:
-    """Seconds in which a message nearly always arrives: no more than any of the latest questions took."""
+    """Return the seconds within which a message nearly always arrives: the most that any of the latest questions
+    took."""
     if not asking.clocks or not asking.found or not asking.ways:
         return 0.0
     offset = asking.clocks.there(asking.found.at) - asking.found.at
@@ -78,8 +79,8 @@ def lag(asking: Asking) -> float:
 
 
 def border(asking: Asking, now: int, wall: int, asleep: float) -> Border | None:
-    """The border between the clocks; None if that there isn't known yet. Times here are in nanoseconds, as those of the
-    answers; `asleep` is in seconds."""
+    """Return the border between the clocks; None if the one there isn't known yet. Times here are in nanoseconds, as
+    those of the answers; `asleep` is in seconds."""
     if not asking.clocks or not asking.latest:
         return None
     there = asking.latest

@@ -1,4 +1,4 @@
-"""Connects to another machine through ssh, and brings the far end there if it isn't there yet."""
+"""Connects to another machine through ssh, and sends the far end if it isn't there yet."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from improv_core.hosts.ssh import ssh_command
 from improv_core.ipc.child import Child, Policy
 
 BEGIN_LIMIT = 45.0
-"""Seconds that it may take until the far end has begun, on a slow network."""
+"""Seconds that the far end may take to begin, on a slow network."""
 MOST_SAID = 65_536
-"""Bytes that a shell there may print before anything of ours, such as a greeting."""
+"""The most bytes that a shell there may print before anything of ours, such as a greeting."""
 POLICY = Policy(2.0, errors=subprocess.PIPE)
-"""ssh stays in our session: it is to end with us, even if we are killed."""
+"""ssh stays in our session, so that it ends with us, even if we are killed."""
 
 
 class ConnectError(Exception):
-    """There is no far end. The message is one line that says what to do."""
+    """There is no far end. The message is one line with the advice."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """ssh, which speaks with a far end, what that has said so far, and the version of Python there."""
+    """ssh, connected to a far end; the output of that so far; and the version of Python there."""
 
     ssh: Child
     said: bytes
@@ -60,7 +60,7 @@ def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:
     carried = bundle()
     python, unread, length = "", b"", 0
     end = time.monotonic() + BEGIN_LIMIT
-    with suppress(OSError):  # it has ended; then so has what it says
+    with suppress(OSError):  # ssh has ended; then its output has, too
         ssh.write(boot_line(carried, arguments))
     while True:
         try:
@@ -88,7 +88,7 @@ def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:
 
 
 def _fields_in(line: bytes) -> dict[str, Any]:
-    """What a line of the bootstrap says; nothing for any other line."""
+    """Return the fields of a line from the bootstrap; empty for any other line."""
     if line.startswith(b"improv "):
         with suppress(ValueError, RecursionError):
             fields = json.loads(line[len(b"improv ") :])

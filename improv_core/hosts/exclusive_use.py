@@ -1,4 +1,5 @@
-"""Only one parent plays on a machine at a time: who comes second is told by whom. Linux and other Unix systems."""
+"""Lets only one parent play on a machine at a time, and tells the second one who plays. Linux and other Unix
+systems."""
 
 from __future__ import annotations
 
@@ -16,16 +17,16 @@ from improv_core.protocol.limits import END_LIMIT
 AGAIN = 0.05
 """Seconds between two tries."""
 UNNAMED = 1.0
-"""Seconds that it may take until one who has just taken the machine has written who it is."""
+"""Seconds that a parent that has just taken the machine may need to write its name."""
 
 
 class TakenError(Exception):
-    """Somebody else plays on this machine. The message says who."""
+    """Somebody else plays on this machine. The message has the name."""
 
 
 def take(folder: Path, who: str) -> int:
-    """Take this machine for a parent, until the file descriptor that is returned is closed. The same parent may take it
-    over from a far end of its own, whose link it has lost: that is ended. Raises TakenError, OSError."""
+    """Take this machine for a parent, until the returned file descriptor is closed. The same parent may take it over
+    from a far end of its own to which it has lost the link: that one ends. Raises TakenError, OSError."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     # The home folder may be shared with other machines.
     lock = os.open(folder / f"taken-{socket.gethostname()}", os.O_RDWR | os.O_CREAT, 0o600)

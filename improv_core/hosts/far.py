@@ -1,7 +1,7 @@
-"""The far end of a link: beside the robots, it starts a stage, passes lines to it and from it, and ends with its link.
+"""The far end of a link: near the robots, it starts a stage, passes lines to it and from it, and ends with its link.
 
-It passes on what comes and says nothing of its own to the stage. So a stage whose link is silent hears nothing on its
-channel of stops, and stops its robots as it does if its parent hangs.
+It sends nothing of its own to the stage. So a stage whose link is silent gets nothing on its channel of stops, and
+stops its robots as it does if its parent hangs.
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ from improv_core.protocol.limits import END_LIMIT, FOLDER, STOP_PIPE
 from improv_core.safety.suspend import asleep
 
 SILENCE_LIMIT = 20.0
-"""Seconds in which something must come through the link: its near end asks for the time all the while."""
+"""Seconds of silence after which the link counts as dead: its near end always asks for the time."""
 LOOK_PERIOD, REST_PERIOD = 0.05, 0.5
-"""Seconds between two looks whether the stage hangs, while it is to answer a ping, and otherwise."""
+"""Seconds between two checks whether the stage hangs: while it has a ping to answer, and otherwise."""
 MOST_WAITING = 1_000_000
-"""Bytes from the stage that may wait for the link. Then the stage is not read until some have left."""
+"""The bytes from the stage that may wait for the link. Then the stage is not read until some have left."""
 POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
 SHORT = 1_000
-"""Only lines of fewer bytes are looked into: pings and pongs are short, and so is what says whether robots move."""
+"""Only lines with fewer bytes are parsed: pings, pongs, and reports whether robots move are short."""
 
 
 class EndedError(Exception):
-    """The far end is to end: its link has, or another one takes over."""
+    """The far end has to end: its link has, or another one takes over."""
 
 
 class FarOutbox:
-    """What goes to the near end. Any thread may put something in; one takes it out."""
+    """The output to the near end. Any thread may put something in; one takes it out."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -59,7 +59,7 @@ class FarOutbox:
         self._closed = False
 
     def put_first(self, frame: bytes | tuple[int, int]) -> None:
-        """Send this before all that the stage says: a frame, or the number of a question and when it came."""
+        """Send this before all lines of the stage: a frame, or the number of a question and the time of its arrival."""
         with self._changed:
             self._first.append(frame)
             self._changed.notify_all()
@@ -73,13 +73,13 @@ class FarOutbox:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Let all end that wait here, once what waits has been sent."""
+        """Release all threads that wait here, once the waiting output has been sent."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     def write(self) -> None:
-        """Write all that comes to standard output, until this is closed or nobody reads there."""
+        """Write all output to standard output, until this is closed or nobody reads there."""
         with suppress(OSError):
             while data := self._next():
                 while data:
@@ -105,7 +105,7 @@ def _time_there(number: int, arrived: int) -> bytes:
 
 
 class FarEnd:
-    """The stage, and what is on its way to it and from it."""
+    """The stage, and the lines that are on their way to it and from it."""
 
     def __init__(self, outbox: FarOutbox) -> None:
         self._outbox = outbox
@@ -118,10 +118,10 @@ class FarEnd:
         self._child: Child | None = None
         self._ending = False
         self.over = threading.Event()
-        """The stage has ended, or will never start."""
+        """Set once the stage has ended, or can never start."""
 
     def play(self, start: Callable[[int], Child]) -> None:
-        """Start the stage with its channel of stops, and pass on what comes until it ends."""
+        """Start the stage with its channel of stops, and pass lines on until it ends."""
         try:
             child = start(self._stops_there)
         except (StartError, OSError) as error:
@@ -139,16 +139,16 @@ class FarEnd:
             self.over.set()
 
     def look(self, describe: Callable[[], Mapping[str, Any]]) -> None:
-        """Say what holds here. The end of the input ends us."""
+        """Send a description of this machine. The end of the input ends us."""
         self._outbox.put(b"i%b\n" % json.dumps(describe()).encode())
         os.close(self._stops_there)
 
     def fail(self, why: str) -> None:
-        """Say why the link ends: a word that the near end knows, and what is special."""
+        """Send the reason why the link ends: a word that the near end knows, and details."""
         self._outbox.put_first(b"e%b\n" % why.replace("\n", " ").encode())
 
     def obey(self, frame: LinkFrame) -> None:
-        """Do what a frame says. Raises FrameError."""
+        """Obey a frame. Raises FrameError."""
         if frame.letter == "c":
             self._outbox.put_first((number_in(frame.rest), time.monotonic_ns()))
         elif frame.letter == "s":
@@ -168,7 +168,7 @@ class FarEnd:
             self._input.put(frame.rest + (b"\n" if ends else b""))
 
     def end(self) -> None:
-        """End the stage, which stops its robots. One that takes too long is killed."""
+        """End the stage, which stops its robots, or kill it if it takes too long."""
         self._ending = True
         self._input.put(None)
         os.close(self._stops_here)
@@ -177,7 +177,7 @@ class FarEnd:
             self.over.wait(END_LIMIT)
 
     def _note(self, line: bytes, *, by_input: bool = False) -> None:
-        """A line reaches the stage. Pings have to be answered."""
+        """Note that a line reaches the stage, which has to answer pings."""
         number = _number_of(line, b"ping")
         if number is not None:
             with self._lock:
@@ -218,7 +218,7 @@ class FarEnd:
 
 
 def _number_of(line: bytes, kind: bytes) -> int | None:
-    """The number of a ping or a pong; None for anything else."""
+    """Return the number of a ping or a pong; None for anything else."""
     if len(line) < SHORT and kind in line:
         with suppress(ValueError, RecursionError):
             message = json.loads(line)
@@ -229,11 +229,11 @@ def _number_of(line: bytes, kind: bytes) -> int | None:
 
 
 class StartError(Exception):
-    """No stage can be started. The message is a word that the near end knows, and what is special."""
+    """No stage can be started. The message is a word that the near end knows, and details."""
 
 
 def ros_here() -> Interpreter:
-    """The Python here that has rclpy. Raises StartError."""
+    """Return the Python here that has rclpy. Raises StartError."""
     try:
         found = find_ros_python(None)
     except InterpreterError as error:
@@ -244,7 +244,7 @@ def ros_here() -> Interpreter:
 
 
 def described_here() -> Mapping[str, Any]:
-    """What holds on this machine, for `improv doctor`."""
+    """Return a description of this machine, for `improv doctor`."""
     told: dict[str, Any] = {"python": platform.python_version(), "machine": platform.machine(), "ros": None}
     try:
         found = ros_here()
@@ -286,12 +286,12 @@ def main() -> int:
     far.end()
     player.join(END_LIMIT)
     outbox.close()
-    writer.join(1.0)  # a link that takes nothing any more must not keep us
+    writer.join(1.0)  # a link that takes no more output must not keep us
     return 0
 
 
 def listen(far: FarEnd) -> None:
-    """Obey what comes by standard input, until that or the stage ends. Raises FrameError, EndedError."""
+    """Obey the frames on standard input, until that or the stage ends. Raises FrameError, EndedError."""
     incoming = Incoming(DOWN, LONGEST_DOWN)
     heard = time.monotonic()
     while not far.over.is_set():
@@ -308,7 +308,7 @@ def listen(far: FarEnd) -> None:
 
 
 def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Our own options, and those of the stage."""
+    """Return our own options, and those of the stage."""
     parser = argparse.ArgumentParser(prog="improv far", allow_abbrev=False)
     parser.add_argument("--from", dest="by", default="somebody", help="who plays")
     parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID")

@@ -1,4 +1,4 @@
-"""The far end of a link that sets up ROS 2 on its machine. It ends, and leaves nothing half done, if its link ends."""
+"""The far end of a link that sets up ROS 2 on its machine. If its link ends, it ends and leaves nothing incomplete."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from improv_core.outputs.ros.setup.setup import set_up
 
 
 def set_up_here(proof: str, put: Callable[[bytes], None]) -> None:
-    """Set it up on the main thread, and `put` frames with what is said. `proof` is JSON."""
+    """Set up ROS 2 on the main thread, and `put` frames with the progress. `proof` is JSON."""
     topic, score = json.loads(proof)
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # what ssh starts may ignore it
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a program that ssh starts may ignore it
     threading.Thread(target=_wait_for_end, daemon=True).start()
     try:
         set_up(lambda line: put(b"t%b\n" % line.encode()), Proof(topic, score))
@@ -29,9 +29,9 @@ def set_up_here(proof: str, put: Callable[[bytes], None]) -> None:
 
 
 def _wait_for_end() -> None:
-    """Interrupt the main thread once standard input has ended: that closes and removes what it has begun."""
+    """Interrupt the main thread once standard input has ended: it then closes and removes unfinished work."""
     while os.read(0, 4_096):
         pass
     main = threading.main_thread().ident
     assert main
-    signal.pthread_kill(main, signal.SIGINT)  # it may be waiting for an installer that says nothing
+    signal.pthread_kill(main, signal.SIGINT)  # it may be waiting for an installer that prints nothing

@@ -1,16 +1,16 @@
-"""What travels through ssh between both ends of a link: one line each, whose first letter says what it is.
+"""Frames travel through ssh between both ends of a link: each is a line, and its first letter is its kind.
 
 | letter | to the far end | to the near end |
 |---|---|---|
 | `s` | a line for the channel of stops | |
 | `l` | the next line for standard input is a score | |
-| `m`, `M` | a chunk of a line for standard input, its last chunk | `m`: a line that the stage says |
-| `c` | a number: what time is it there? | the number, and the times (`TimeThere`) |
+| `m`, `M` | a chunk of a line for standard input, its last chunk | `m`: a line of the stage |
+| `c` | a number: asks for the time there | the number, and the times (`TimeThere`) |
 | `a` | | so many more bytes have reached the stage |
 | `h` | | the far end has begun |
-| `i` | | what holds there, for who only looks; that all is done, for who sets up |
-| `t` | | what is done there, in a line for who sets up |
-| `e` | | a line for people: why the link ends |
+| `i` | | a description of the machine, if we only look; that all is done, if we set up |
+| `t` | | a line about the progress of a setup |
+| `e` | | a line for people about why the link ends |
 
 So a stop never waits behind a long message: at most `WINDOW` bytes of those are on their way.
 """
@@ -21,24 +21,24 @@ from collections import deque
 from dataclasses import dataclass
 
 CHUNK = 4_096
-"""The most bytes of a long line that are sent at a time."""
+"""The most bytes of a long line in one frame."""
 WINDOW = 32_768
-"""Bytes of long lines that may be on their way: more would wait in ssh, where no stop can overtake them."""
+"""The bytes of long lines that may be on their way: more would wait in ssh, where no stop can overtake them."""
 LONGEST_DOWN = 1_000_000
 """The most bytes of a line that the far end reads. Ours are shorter than `CHUNK`."""
 LONGEST_UP = 16_000_000
-"""The most bytes of a line that the near end reads: what a stage says about a thousand robots fits many times."""
+"""The most bytes of a line that the near end reads: many times a stage's reports about a thousand robots."""
 DOWN, UP = b"slmMc", b"mcahite"
-"""The letters that are known at the far end, and at the near end."""
+"""The letters of frames to the far end, and to the near end."""
 
 
 class FrameError(Exception):
-    """What has come can't be from the other end of a link. The message is a plain line without a dot."""
+    """A frame can't be from the other end of a link. The message is a plain line without a dot."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkFrame:
-    """What has come: its letter, and the rest of the line."""
+    """A frame: its letter, and the rest of the line."""
 
     letter: str
     rest: bytes
@@ -46,9 +46,9 @@ class LinkFrame:
 
 @dataclass(frozen=True, slots=True)
 class TimeThere:
-    """What the far end answers to the question with this number, in nanoseconds: by its monotonic clock, when that
-    `arrived` and when it was `answered`; by its Unix time, the latter (`wall`); and how long that machine has been
-    `asleep`."""
+    """The far end's answer to the question with this number, in nanoseconds: the times of its monotonic clock at which
+    the question `arrived` and was `answered`; the time of its Unix clock at the latter (`wall`); and for how long that
+    machine has been `asleep`."""
 
     number: int
     arrived: int
@@ -61,7 +61,7 @@ class TimeThere:
 
 
 def time_in(rest: bytes) -> TimeThere:
-    """Raises FrameError."""
+    """Return the times in a frame. Raises FrameError."""
     try:
         number, arrived, answered, wall, asleep = map(number_in, rest.split(b" "))
     except ValueError:
@@ -73,14 +73,14 @@ _MOST_DIGITS = 20
 
 
 def number_in(rest: bytes) -> int:
-    """A number in a frame. Raises FrameError."""
+    """Return the number in a frame. Raises FrameError."""
     if not rest.isdigit() or len(rest) > _MOST_DIGITS:
         raise FrameError("it sends something else than a number")
     return int(rest)
 
 
 class Incoming:
-    """Takes bytes as they come, and gives the frames that are complete."""
+    """Takes bytes as they come, and returns complete frames."""
 
     def __init__(self, letters: bytes, longest: int) -> None:
         self._letters = letters
@@ -89,7 +89,8 @@ class Incoming:
         self._length = 0
 
     def take(self, data: bytes) -> list[LinkFrame]:
-        """Raises FrameError. Then nothing more can be understood."""
+        """Take bytes, and return the frames that they complete. Raises FrameError, after which nothing more can be
+        read."""
         frames = []
         *ends, rest = data.split(b"\n")
         for end in ends:
@@ -113,14 +114,14 @@ class Incoming:
 
 
 class Outgoing:
-    """The frames that wait to be sent to the far end, in the order in which they go: what is urgent, then chunks of
-    lines, as many as fit into the window."""
+    """The frames that wait for the far end, in their order: urgent ones, then chunks of lines, as many as the window
+    allows."""
 
     def __init__(self) -> None:
         self._urgent: deque[bytes] = deque()
-        self._lines: deque[tuple[bytes, bool]] = deque()  # and whether each is a score
-        self._at = 0  # how much of the first line was sent
-        self._unread = 0  # bytes of lines that the stage has yet to get
+        self._lines: deque[tuple[bytes, bool]] = deque()  # true if the line is a score
+        self._at = 0  # the bytes of the first line that were sent
+        self._unread = 0  # the bytes of lines that the stage has yet to get
 
     def put_first(self, frame: bytes) -> None:
         """Send this before all chunks of lines."""
@@ -131,21 +132,21 @@ class Outgoing:
         self._lines.append((line, is_score))
 
     def forget(self) -> None:
-        """Drop what has not been sent of lines: all ends."""
+        """Drop the unsent rest of all lines, because all ends."""
         self._lines.clear()
         self._at = 0
 
     def acknowledge(self, count: int) -> None:
-        """So many more bytes have reached the stage."""
+        """Note that so many more bytes have reached the stage."""
         self._unread = max(self._unread - count, 0)
 
     @property
     def rests(self) -> bool:
-        """Whether no line waits, and little is on its way."""
+        """True if no line waits, and little is on its way."""
         return not self._lines and self._unread < CHUNK
 
     def next(self) -> bytes | None:
-        """The frame to send now; None if nothing waits, or nothing may be sent."""
+        """Return the frame to send now; None if nothing waits, or nothing may be sent."""
         if self._urgent:
             return self._urgent.popleft()
         if not self._lines or self._unread >= WINDOW:

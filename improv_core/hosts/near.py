@@ -1,7 +1,7 @@
-"""The near end of a link: for its parent, it is a stage like any other. It reads the same lines on standard input and
-on the channel of stops, says the same lines, and ends when they end (docs/protocol.md).
+"""The near end of a link: for its parent, it is a stage like any other.
 
-It answers pings itself, because it lives. What comes from the far end shows that the link does.
+It reads the same lines on standard input and on the channel of stops, writes the same lines, and ends when they end
+(docs/protocol.md). It answers pings itself, which shows that it lives. Frames from the far end show that the link does.
 """
 
 from __future__ import annotations
@@ -30,20 +30,21 @@ from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.suspend import asleep
 
 BEYOND = 1.0
-"""Seconds more than the stage itself waits, until a silent link is given up while robots may move."""
+"""Seconds beyond the stage's own patience after which a silent link is given up while robots may move."""
 QUIET = 1.0
-"""Seconds of silence after which people are told of it, if robots may move for longer than that."""
+"""Seconds of silence after which a line warns people, if robots may move for longer than that."""
 HARMLESS_SILENCE = 10.0
-"""Seconds of silence after which it is given up while none may."""
+"""Seconds of silence after which the link is given up while no robots may move."""
 STALL = 0.5
-"""Seconds by which we may be late ourselves. If we are later, the silence says nothing about the link."""
+"""Seconds by which we may be late ourselves. If we are later, the silence proves nothing about the link."""
 LAST = END_LIMIT - 0.3
 """Seconds until we end although the far end has not: our parent would kill us a moment later."""
 Say = Callable[[Mapping[str, Any]], None]
 
 
 class NearEnd:
-    """The far end as it is known here, and what is on its way to it. Threads read and write; all share one lock."""
+    """The near end's state of the far end, and the lines on their way to it. Threads read and write; all share one
+    lock."""
 
     def __init__(self, host: str, ssh: Child, say: Say) -> None:
         self._host = host
@@ -54,25 +55,25 @@ class NearEnd:
         now = time.monotonic()
         self._asking = Asking(now)
         self._border: Border | None = None
-        self._seen: dict[str, Any] = {}  # where robots of others are, of which the stage there has yet to be told
-        self._held: list[Mapping[str, Any]] = []  # what the stage has said before its clock is known
+        self._seen: dict[str, Any] = {}  # poses of others' robots that the stage there has yet to get
+        self._held: list[Mapping[str, Any]] = []  # messages of the stage from before its clock is known
         self._heard = self._looked = now
-        self._linked = self._asked = 0.0  # when our parent was last told of the link, and the far end asked
+        self._linked = self._asked = 0.0  # the times of the latest `link` message and the latest question
         self._ready = False  # our parent expects that first
         self._moves = False
         self._patience = SILENCE_LIMIT
-        self._quiet = False  # people have been told that nothing comes
-        self._explained = False  # why all ends
-        self._ending = False  # because our parent wants that
+        self._quiet = False  # a line has reported the silence
+        self._explained = False  # a line has reported why all ends
+        self._ending = False  # our parent wants that
         self._gone = threading.Event()
 
     @property
     def failed(self) -> bool:
-        """Whether the link ended although our parent didn't want that."""
+        """True if the link ended although our parent didn't want that."""
         return not self._ending
 
     def run(self, said: bytes) -> None:
-        """Pass on what comes until both ends have ended. The far end has `said` something already."""
+        """Pass lines on until both ends have ended. The far end has sent `said` already."""
         stops = os.environ.pop(STOP_PIPE, None)
         works: list[Callable[[], None]] = [self._write, self._read_input, lambda: self._read(said)]
         if stops:
@@ -84,7 +85,7 @@ class NearEnd:
         self._ssh.kill()
 
     def _look(self) -> float:
-        """Do what is due, and return for how many seconds nothing will be."""
+        """Do what is due, and return the seconds until something else is."""
         with self._changed:
             now = time.monotonic()
             if now > self._looked + RESTING + STALL:
@@ -132,7 +133,7 @@ class NearEnd:
     def _pass_down(self, line: bytes) -> None:
         try:
             message = read_to_stage(line)
-        except ProtocolError:  # the stage says so
+        except ProtocolError:  # the stage reports that
             self._put(line)
             return
         if message["type"] == "ping":
@@ -150,7 +151,7 @@ class NearEnd:
             if message["type"] == "load":
                 patience: Any = message.get("patience")
                 self._patience = float(patience) if type(patience) in (int, float) else SILENCE_LIMIT
-                self._moves = True  # it may, from now on
+                self._moves = True  # it may move from now on
             self._put(dumps(to_there(message, known)), is_score=message["type"] == "load")
 
     def _read_stops(self, pipe: int) -> None:
@@ -175,7 +176,7 @@ class NearEnd:
             self._changed.notify_all()
 
     def _end(self) -> None:
-        """Our parent wants all to end: the far end does, and stops its robots, once its input has ended."""
+        """End all because our parent wants that: the far end ends, and stops its robots, once its input has ended."""
         with self._changed:
             self._ending = True
             self._outgoing.forget()
@@ -190,10 +191,10 @@ class NearEnd:
         self._ssh.close_input()
 
     def _next(self) -> bytes | None:
-        """The next frame; None after the last one."""
+        """Return the next frame; None after the last one."""
         with self._changed:
             while not (frame := self._outgoing.next()):
-                if self._seen and self._outgoing.rests and not self._ending:  # nothing waits behind where robots were
+                if self._seen and self._outgoing.rests and not self._ending:  # so that no line waits behind poses
                     self._outgoing.put(dumps({"type": "seen", "robots": self._seen}))
                     self._seen = {}
                     continue
@@ -223,7 +224,7 @@ class NearEnd:
             self._changed.notify_all()
 
     def _hear(self, frame: LinkFrame) -> None:
-        """Raises FrameError."""
+        """Handle a frame. Raises FrameError."""
         now = time.monotonic()
         if frame.letter == "c":
             with self._changed:
@@ -241,7 +242,7 @@ class NearEnd:
                     self._pass_up(message)
 
     def _pass_up(self, message: Mapping[str, Any]) -> None:
-        """Tell our parent what the stage says, in times of this machine. Hold the lock."""
+        """Pass a stage's message to our parent, in times of this machine. Hold the lock."""
         if message["type"] == "pong":
             return
         if message["type"] == "transport":
@@ -257,7 +258,7 @@ class NearEnd:
             self._tell_parent(crossed)
 
     def _fail(self, line: str) -> None:
-        """The link ends; say why, unless that is known."""
+        """End the link, and report the reason unless that has been done."""
         with self._changed:
             if not self._ending and not self._explained:
                 self._explained = True
@@ -265,7 +266,7 @@ class NearEnd:
 
 
 def main() -> int:
-    """Be a stage on another machine, for our parent. Exit code 2 if that fails."""
+    """Be a stage on another machine, for our parent. Returns exit code 2 if that fails."""
     options, stage = options_in(sys.argv[1:])
     say, speaking = own_output(), threading.Lock()
     sys.setswitchinterval(0.0005)
@@ -288,8 +289,8 @@ def main() -> int:
 
 
 def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Our own options, with the host (`user@name:port`), and those of the stage."""
-    host, *own = arguments or [""]  # not by argparse, for which one that begins with `-` would be an option
+    """Return our own options, with the host (`user@name:port`), and those of the stage."""
+    host, *own = arguments or [""]  # not by argparse, which would take a host that begins with `-` for an option
     theirs = own.index("--ros-args") if "--ros-args" in own else len(own)
     parser = argparse.ArgumentParser(prog="improv near", allow_abbrev=False)
     parser.add_argument("--from", dest="by", default=who(os.getppid()), help="who plays")

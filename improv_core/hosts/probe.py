@@ -17,12 +17,12 @@ from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, time_
 from improv_core.ipc.child import Child
 
 LIMIT = 60.0
-"""Seconds that looking for ROS 2 there may take."""
+"""Seconds that the search for ROS 2 there may take."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeenHost:
-    """What holds on a host (`far.described_here`), and how its clock is read."""
+    """The description of a host (`far.described_here`), and the state of its clock."""
 
     holds: Mapping[str, Any]
     clock: Estimated
@@ -51,7 +51,7 @@ def look(host: str, *, domain: int | None = None, rmw: str | None = None, config
 
 
 def _looked(host: str, ssh: Child, said: bytes) -> SeenHost:
-    """Ask for the time until that and all else is known."""
+    """Ask for the time until the clock and everything else is known."""
     incoming = Incoming(UP, LONGEST_UP)
     begun = due = time.monotonic()
     look = _Look(Asking(begun))
@@ -64,7 +64,7 @@ def _looked(host: str, ssh: Child, said: bytes) -> SeenHost:
             due = now + OFTEN
             number = look.asking.number + 1
             look.asking = asked(look.asking, number, time.monotonic())
-            with suppress(OSError):  # it has ended; then so has what it says
+            with suppress(OSError):  # ssh has ended; then its output has, too
                 ssh.write(b"c%d\n" % number)
         try:
             said = ssh.read_some(max(due - time.monotonic(), 0.0))

@@ -13,13 +13,13 @@ from improv_core.outputs.ros.setup.proof import Proof
 from improv_core.plain import message as in_plain_text
 
 DONE = b"done"
-"""What comes last if all went well."""
+"""The last frame if all went well."""
 
 
 def set_up_there(host: str, proof: Proof, say: Callable[[str], object], config: str | None = None) -> None:
-    """Set it up there, and `say` what is said there. Raises ConnectError. `config` is of ssh, for tests.
+    """Set up ROS 2 there, and `say` its lines. Raises ConnectError. The end of our process ends it there.
 
-    The end of our process ends it there.
+    `config` is of ssh, for tests.
     """
     connection = connect(host, ["--set-up", json.dumps([proof.topic, proof.score])], config)
     try:

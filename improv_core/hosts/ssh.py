@@ -8,19 +8,19 @@ from collections.abc import Sequence
 from improv_core.hosts.allowed import HostError, checked, is_approved, refusal, split
 
 THERE = """exec python3 -I -c "exec(open(0,'rb',0,closefd=False).readline())\""""
-"""What runs there, whatever the host: it reads the rest as its first line. All usual shells understand it alike."""
+"""The command that runs on any host: it reads the rest as its first line. All usual shells understand it alike."""
 CONNECT_LIMIT = 10
 """Seconds that connecting may take."""
 OPTIONS = {
     "BatchMode": "yes",  # never ask for a password
-    "StrictHostKeyChecking": "yes",  # nor take a key that nobody has seen, whatever the person's configuration says
+    "StrictHostKeyChecking": "yes",  # nor accept an unknown key, whatever the person's configuration says
     "ForwardAgent": "no",
     "ForwardX11": "no",
     "ClearAllForwardings": "yes",
     "Tunnel": "no",
     "PermitLocalCommand": "no",
     "RemoteCommand": "none",
-    "ControlMaster": "no",  # a connection of its own: in one that is shared, a stop could wait behind somebody's copy
+    "ControlMaster": "no",  # a connection of its own: in a shared one, a stop could wait behind somebody's copy
     "ControlPath": "none",
     "ConnectTimeout": str(CONNECT_LIMIT),
     "ServerAliveInterval": "5",
@@ -31,8 +31,8 @@ OPTIONS = {
 
 
 def ssh_command(host: str, config: str | None = None) -> list[str]:
-    """The command that connects. `config` replaces the person's own, for tests. Raises HostError, also for a host that
-    nobody has allowed."""
+    """Return the command that connects. `config` replaces the person's own, for tests. Raises HostError, also for a
+    host that nobody has allowed."""
     if not is_approved(checked(host)):
         raise HostError(refusal(host))
     name, port = split(host)

@@ -1,4 +1,4 @@
-"""What ssh and the far end of a link say, as one line that says what to do. Who shows it says which host that is."""
+"""Turns the output of ssh and of the far end of a link into one line with advice. The caller names the host."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _OF_SSH = (
     ("python3: (command )?not found|python3.*No such file", "it has no `python3`: install Python 3.10 or newer there"),
     ("Connection closed|Connection reset|Broken pipe|closed by remote host", "it has closed the connection"),
 )
-"""What ssh's own words mean. These are the words of OpenSSH, which are not translated."""
+"""The meanings of ssh's own words. These are the words of OpenSSH, which are not translated."""
 
 
 def of_ssh(host: str, said: Sequence[str]) -> str:
-    """Why ssh has ended, from what it said on its standard error."""
+    """Return the reason why ssh has ended, from its standard error."""
     name, port = split(host)
     at = ["-p", port] if port else []
     known = f"[{name.rpartition('@')[2]}]:{port}" if port else name.rpartition("@")[2]
@@ -45,7 +45,7 @@ def of_ssh(host: str, said: Sequence[str]) -> str:
 
 
 def of_bootstrap(said: Mapping[str, object]) -> str:
-    """Why there is no far end, from what the bootstrap said."""
+    """Return the reason why there is no far end, from the output of the bootstrap."""
     if said["problem"] == "old":
         version = ".".join(map(str, python)) if isinstance(python := said.get("python"), list) else "old"
         return in_plain_text(f"its Python is {version}, and Improv needs 3.10 or newer there")
@@ -67,33 +67,33 @@ _OF_FAR = {
 
 
 def of_far(host: str, said: str) -> str:
-    """Why the far end ends, from what it says: a word, and what is special."""
+    """Return the reason why the far end ends, from its message: a word, and details."""
     word, _, rest = said.partition(" ")
     return in_plain_text(_OF_FAR[word].format(host=host, rest=rest) if word in _OF_FAR else said)
 
 
 def silent(seconds: float) -> str:
-    """What people are told about a link that is given up, since nothing has come from it for so long."""
+    """Return the line about a link that is given up, since nothing has come from it for so long."""
     line = "its stage stops its robots by itself, but nobody has confirmed that: look at them"
     return in_plain_text(f"the link has been silent for {seconds:g} s: {line}")
 
 
 def quiet(seconds: float, patience: float) -> str:
-    """What people are told about robots that dance on without us: nothing has come from there for so long."""
+    """Return the line about robots that dance on without us: nothing has come from there for so long."""
     line = f"its robots may still be moving, and stop once it has heard nothing from here for {patience:g} s"
     return in_plain_text(f"nothing has come from it for {seconds:g} s: {line}")
 
 
 def late(seconds: float) -> str:
-    """What people are told if nothing of ours has begun there for so long."""
+    """Return the line about a host on which nothing of ours has begun for so long."""
     return in_plain_text(f"it did not answer within {seconds:g} s: check that it isn't too busy, then try again")
 
 
 def too_long(most: int) -> str:
-    """What people are told about a program that is too long to be sent."""
+    """Return the line about a program that is too long to be sent."""
     return in_plain_text(f"a program of more than {most // 1_000_000} MB can't be sent")
 
 
 def strange(host: str, why: str) -> str:
-    """What people are told about a host that doesn't speak as we do."""
+    """Return the line about a host that doesn't follow our protocol."""
     return in_plain_text(f"{why}, so the link has ended: check what `ssh {split(host)[0]} true` prints")

@@ -1,7 +1,7 @@
-"""Times as they cross the border between two machines, and what a stage over there may say. Nothing else knows that its
-clock is another one.
+"""Translates times between two machines, and checks the messages of a stage over there.
 
-A stage there gets its own monotonic and Unix times, and its parent here gets times of this machine.
+No other module knows that its clock is another one. A stage there gets its own monotonic and Unix times, and its parent
+here gets times of this machine.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ SECOND = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Border:
-    """How monotonic times are read there, and how far Unix time is ahead of monotonic time on both sides: `wall` here,
-    `wall_there` there, in nanoseconds. `asleep` is by how many seconds longer the machine there has slept."""
+    """The monotonic clock there, and the lead of Unix time over monotonic time on both sides: `wall` here, `wall_there`
+    there, in nanoseconds. `asleep` are the seconds by which the machine there has slept longer."""
 
     clocks: Clocks
     wall: int
@@ -28,23 +28,23 @@ class Border:
     asleep: float
 
     def at_there(self, here: float) -> float:
-        """The monotonic time there, in seconds."""
+        """Return the monotonic time there, in seconds."""
         return self.clocks.there(here)
 
     def at_here(self, there: float) -> float:
-        """The monotonic time here, in seconds."""
+        """Return the monotonic time here, in seconds."""
         return self.clocks.here(there)
 
     def unix_there(self, here: float) -> float:
-        """What the clock on the wall there shows when that here shows this, in seconds."""
+        """Return the Unix time there at a Unix time here, in seconds."""
         return self.clocks.there(here - self.wall / SECOND) + self.wall_there / SECOND
 
     def unix_here(self, there: float) -> float:
-        """What the clock on the wall here shows when that there shows this, in seconds."""
+        """Return the Unix time here at a Unix time there, in seconds."""
         return self.clocks.here(there - self.wall_there / SECOND) + self.wall / SECOND
 
     def nanoseconds_here(self, there: int) -> int:
-        """The same in nanoseconds, of which floats of seconds would lose 200."""
+        """Return the same in nanoseconds, of which floats of seconds would lose 200."""
         monotonic = there - self.wall_there
         ahead = self.clocks.here(monotonic / SECOND) - monotonic / SECOND
         return monotonic + round(ahead * SECOND) + self.wall
@@ -56,7 +56,7 @@ class Border:
 
 
 def to_there(message: Mapping[str, Any], border: Border) -> dict[str, Any]:
-    """A message to the stage, with the times of its machine. It has been checked."""
+    """Return a checked message to the stage, with the times of its machine."""
     crossed = _with(message, {"at": border.at_there})
     if crossed["type"] == "load":
         crossed = _with(crossed, {"asleep": lambda slept: slept + border.asleep})
@@ -73,10 +73,11 @@ def to_there(message: Mapping[str, Any], border: Border) -> dict[str, Any]:
 
 
 def to_here(message: Mapping[str, Any], border: Border) -> dict[str, Any] | None:
-    """A message from the stage, with the times of this machine; None for what no stage of real robots says.
+    """Return a message from the stage, with the times of this machine; None for messages that no stage of real robots
+    sends.
 
-    Whoever controls the machine there may say anything. So it can't open a page here, or ask for what only a page can
-    ask for, such as a change of the program.
+    Whoever controls the machine there may send anything. So it can't open a page here, or request things that only a
+    page may, such as a change of the program.
     """
     kind = message["type"]
     if kind == "request":

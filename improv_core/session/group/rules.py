@@ -198,11 +198,8 @@ def _load(group: GroupState, load: Load, now: Times) -> Decided:
 
 def _gather(group: GroupState, load: Load) -> Decided:
     """Have all get ready for beat 0."""
-    whole: Load = {
-        **load,
-        "when": "restart",
-        "arming": {},
-    }  # after a stop and a seek, a stage would play
+    # `arming` keeps a stage from playing that has sought a beat after a stop.
+    whole: Load = {**load, "when": "restart", "arming": {}}
     if group.anyway:
         whole["anyway"] = True
     fresh = group.without_entry().with_all(group.alive, armed=False, misplaced={}, died_moving=False)

@@ -310,7 +310,7 @@ def listen(far: FarEnd) -> None:
 def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     """Return our own options, and those of the stage."""
     parser = argparse.ArgumentParser(prog="improv far", allow_abbrev=False)
-    parser.add_argument("--from", dest="by", default="somebody", help="who plays")
+    parser.add_argument("--from", dest="by", default="somebody", help="the name of the parent")
     parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID")
     parser.add_argument("--rmw", help="RMW_IMPLEMENTATION")
     parser.add_argument("--look", action="store_true", help="say what holds here, and start nothing")

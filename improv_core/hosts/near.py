@@ -293,7 +293,7 @@ def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]
     host, *own = arguments or [""]  # not by argparse, which would take a host that begins with `-` for an option
     theirs = own.index("--ros-args") if "--ros-args" in own else len(own)
     parser = argparse.ArgumentParser(prog="improv near", allow_abbrev=False)
-    parser.add_argument("--from", dest="by", default=who(os.getppid()), help="who plays")
+    parser.add_argument("--from", dest="by", default=who(os.getppid()), help="the name of the parent")
     parser.add_argument("--domain", type=int, help="ROS_DOMAIN_ID there")
     parser.add_argument("--rmw", help="RMW_IMPLEMENTATION there")
     parser.add_argument("--ssh-config", help="instead of the person's own configuration of ssh; for tests")

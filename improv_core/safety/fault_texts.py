@@ -105,7 +105,7 @@ def in_one_phrase(robots: Sequence[str]) -> str:
     return f"{', '.join(others)}, and {last}"
 
 
-_ALL_STOP = "; all robots are told to stop: play again once that is fixed"
+_ALL_STOP = "; all robots were stopped: play again once that is fixed"
 _BEGAN: Mapping[Fault, Callable[[_Robots, Worst], str]] = {
     "off_path": lambda robots, worst: (
         f"{robots.names} {robots.pick('is', 'are up to')} {in_words(worst)} off "

@@ -181,7 +181,7 @@ def heard_clock(state: SessionState, message: HeardClock) -> Decided:
         return state, [Announce({"type": "warning", "message": message["message"]})]
     if message["type"] == "error":
         return state, [Announce(message)]
-    line = f"the clock can't be heard any more: {message['message']}" if message["message"] else ""
+    line = f"the clock is lost: {message['message']}" if message["message"] else ""
     said: list[Act] = [Announce({"type": "error", "message": line})] if line else []
     return replace(state, clock=None), [HearClock(None), *said]
 

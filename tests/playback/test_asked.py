@@ -56,7 +56,7 @@ def test_playing_again_is_not_armed() -> None:
     assert story.score.play.arming is None
 
 
-def test_what_moves_robots_carries_the_count_of_stops_when_it_was_asked_for() -> None:
+def test_messages_that_move_robots_carry_the_count_of_stops_at_the_request() -> None:
     story = Story.playing()
     story({"type": "resume"}, stops=3)
     assert [act.unless for act in story.acts] == [3, 3]  # type: ignore[union-attr]
@@ -94,14 +94,14 @@ def test_a_restart_plays_the_same_score_with_the_same_senses() -> None:
     assert again == replace(first, generation=2, when="restart", beats_per_bar=4)
 
 
-def test_what_is_muted_and_soloed_is_known() -> None:
+def test_the_state_knows_muted_and_soloed_robots() -> None:
     story = Story()
     assert story.state.silenced == (frozenset(), frozenset())
     story({"type": "silence", "muted": ["r"], "soloed": ["s", "t"]})
     assert story.state.silenced == ({"r"}, {"s", "t"})  # type: ignore[comparison-overlap]
 
 
-def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -> None:
+def test_the_simulator_leads_for_a_score_that_is_only_simulated() -> None:
     story = Story.playing()
     tell(story, [
         (play(simulated=True), ["ros: stop", "simulator: score 2"]),  # real robots stop until the next score
@@ -120,7 +120,7 @@ def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -
     ])  # fmt: skip
 
 
-def test_pages_are_told_what_plays_while_the_stage_of_real_robots_is_starting() -> None:
+def test_pages_get_the_program_while_the_stage_of_real_robots_starts() -> None:
     story = Story()
     story.state = story.state.closed()
     story(("simulator", READY["simulator"]))
@@ -129,7 +129,7 @@ def test_pages_are_told_what_plays_while_the_stage_of_real_robots_is_starting() 
     assert (story.state.is_open, story.state.status) == (False, "nothing")
 
 
-def test_what_is_kept_has_no_time() -> None:
+def test_kept_changes_have_no_time() -> None:
     story = Story.playing()
     story({"type": "speed", "factor": 2.0, "at": 3.0})
     assert [*story.state.kept.values()] == [{"type": "speed", "factor": 2.0}]
@@ -163,7 +163,7 @@ def test_the_simulator_needs_no_emergency_stop() -> None:
     assert story(play(GUARDED)) == ["simulator: score 1"]
 
 
-def test_pages_are_told_what_may_be_edited_and_ros_is_not() -> None:
+def test_pages_get_the_source_and_ros_does_not() -> None:
     tell(Story(), [
         ({"type": "source", "path": "/d", "text": "", "revision": "1"}, ["simulator: source"]),
         ({"type": "answer", "page": 1, "answer": {"type": "written", "number": 1, "revision": "", "problem": ""}},
@@ -173,7 +173,7 @@ def test_pages_are_told_what_may_be_edited_and_ros_is_not() -> None:
     ])  # fmt: skip
 
 
-def test_once_all_stages_have_ended_what_people_want_is_still_known() -> None:
+def test_peoples_settings_outlast_the_stages() -> None:
     story = Story.playing()
     story({"type": "speed", "factor": 2.0})
     state = story.state.closed()

@@ -99,7 +99,7 @@ def send(cable: Path, count: int) -> None:
 
 
 @in_a_loop
-async def test_ticks_on_a_cable_are_heard_by_the_parent(cable: Path) -> None:
+async def test_the_parent_receives_ticks_from_a_cable(cable: Path) -> None:
     with Listening(OutsideClock("midi", "cab")) as listening:
         sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
         began = time.monotonic()
@@ -130,7 +130,7 @@ async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: P
 
 
 @in_a_loop
-async def test_what_is_not_installed_is_a_line_that_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_line_explains_the_installation_of_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MIDO_BACKEND", "nobody_has_this")
     with Listening(OutsideClock("midi")) as listening:
         assert await listening.line("clock_gone") == ""
@@ -138,7 +138,7 @@ async def test_what_is_not_installed_is_a_line_that_says_how_to_install_it(monke
 
 
 @in_a_loop
-async def test_a_process_that_ends_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_process_that_ends_reports_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MIDO_BACKEND", "midi_cable")
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))  # it lacks the name of its cable
     with Listening(OutsideClock("midi")) as listening:
@@ -189,7 +189,7 @@ def own_network() -> Iterator[None]:
 @pytest.mark.slow("members of a session find each other")
 @pytest.mark.usefixtures("own_network")
 @in_a_loop
-async def test_a_link_session_is_heard_while_others_are_in_it() -> None:
+async def test_a_link_session_counts_while_others_are_in_it() -> None:
     if not importlib.util.find_spec("aalink"):
         lacking('Ableton Link is under the GPL: pip install "improv-ls[link]"')
     with Listening(OutsideClock("link"), 110) as listening:
@@ -206,9 +206,7 @@ async def test_a_link_session_is_heard_while_others_are_in_it() -> None:
 
 
 @in_a_loop
-async def test_without_aalink_a_line_says_what_it_is_and_under_which_license(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_without_aalink_a_line_names_it_and_its_license(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "aalink.py").write_text("raise ImportError\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     with Listening(OutsideClock("link")) as listening:

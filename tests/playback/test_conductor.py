@@ -66,7 +66,7 @@ def instants(story: Story) -> set[float]:
     return {act.message["at"] for act in story.acts if isinstance(act, SendTo)}  # type: ignore[typeddict-item]
 
 
-def test_no_stage_hears_of_the_clock_and_nobody_is_told_that_none_is_followed() -> None:
+def test_no_stage_gets_the_clock_and_no_line_reports_that() -> None:
     story = loaded()
     assert [story.sent(host)[0]["score"]["clock"] for host in (HERE, PI)] == [None, None]
     assert not any(isinstance(act, Say) for act in story.acts)
@@ -74,7 +74,7 @@ def test_no_stage_hears_of_the_clock_and_nobody_is_told_that_none_is_followed() 
     assert loaded("ros").words[0] == line
 
 
-def test_beat_0_is_for_all_at_the_next_bar_once_the_clock_is_heard() -> None:
+def test_beat_0_is_at_the_next_bar_of_the_clock_for_all() -> None:
     story = ready()
     assert story.words == ["say armed", AWAITED]
     story.now += 5
@@ -85,7 +85,7 @@ def test_beat_0_is_for_all_at_the_next_bar_once_the_clock_is_heard() -> None:
     assert story.sent(PI)[0]["pace"] == pytest.approx(0.75)
 
 
-def test_a_person_begins_what_is_armed_at_the_next_bar_or_at_once_without_a_clock() -> None:
+def test_an_armed_dance_begins_at_the_next_bar_or_at_once_without_a_clock() -> None:
     story = ready(arming={})
     assert story.words == ["say armed"]
     hear(story, 3.0)
@@ -125,7 +125,7 @@ def test_a_clock_that_stands_pauses_all_and_they_come_in_when_it_is_at_their_bea
     assert story.group.mode == "playing"
 
 
-def test_who_seeks_while_all_wait_for_their_beat_has_them_come_in_at_another_one() -> None:
+def test_a_seek_while_all_wait_for_their_beat_changes_that_beat() -> None:
     story = playing(beat=20.0)
     hear(story, 20.0, tempo=0.0)
     for host in (HERE, PI):
@@ -140,7 +140,7 @@ def test_who_seeks_while_all_wait_for_their_beat_has_them_come_in_at_another_one
 
 
 @pytest.mark.parametrize("kind", ["pause", "stop"])
-def test_what_a_person_has_paused_or_stopped_goes_on_only_if_a_person_says_so(kind: str) -> None:
+def test_only_a_person_continues_a_dance_that_a_person_paused_or_stopped(kind: str) -> None:
     story = playing(beat=20.0)
     hear(story, 20.0, tempo=0.0)
     story.is_at(HERE, "paused", 20.0)
@@ -213,7 +213,7 @@ def test_robots_too_near_to_each_other_wait_for_a_person_also_after_one_came_in_
     assert not goes_on_by_itself(story)
 
 
-def test_who_was_to_begin_and_is_not_ready_any_more_waits_for_a_person_again() -> None:
+def test_an_armed_dance_that_is_no_longer_ready_waits_for_a_person_again() -> None:
     story = ready(arming={})
     hear(story, 1.0, tempo=60.0)
     story.told("resume")
@@ -230,7 +230,7 @@ def test_a_person_who_begins_while_the_clock_stands_waits_for_it() -> None:
     assert hear(story, 0.0) == both("bend", "resume") or story.waits() == both("bend", "resume")
 
 
-def test_a_seek_is_not_undone_by_what_was_known_before_it() -> None:
+def test_older_news_does_not_undo_a_seek() -> None:
     story = playing(beat=20.0)
     story.now += 1
     assert story.told("seek", beat=4.0) == both("seek")
@@ -238,7 +238,7 @@ def test_a_seek_is_not_undone_by_what_was_known_before_it() -> None:
     assert hear(story, 24.0) == []
 
 
-def test_a_clock_that_is_lost_leaves_its_tempo_and_is_told_once() -> None:
+def test_a_lost_clock_leaves_its_tempo_and_is_reported_once() -> None:
     story = playing(beat=20.0)
     hear(story, 20.0)
     said = [*story.waits(), *story.waits(), *story.waits()]

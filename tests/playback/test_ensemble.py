@@ -103,18 +103,17 @@ async def test_a_host_that_cannot_be_reached_is_named_and_tried_again(members: M
     await members.until(lambda: members.failed > 2)
     members.unreachable.clear()
     await members.until(lambda: PI in members.stages)
-    assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
+    assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv keeps trying)"]
 
 
 @performed(PI)
-async def test_a_new_reason_why_a_host_cannot_be_reached_is_told_once(members: Members, all_: Ensemble) -> None:
+async def test_a_new_reason_why_a_host_cannot_be_reached_is_reported_once(members: Members, all_: Ensemble) -> None:
     await members.until(lambda: members.failed > 1)
     members.problem = "ssh refuses {}"
     seen = members.failed
     await members.until(lambda: members.failed > seen + 2)
     assert members.lines == [
-        f"{PI} can't be reached: {problem} {PI} (Improv goes on trying)"
-        for problem in ("ssh can't find", "ssh refuses")
+        f"{PI} can't be reached: {problem} {PI} (Improv keeps trying)" for problem in ("ssh can't find", "ssh refuses")
     ]
 
 
@@ -178,19 +177,19 @@ def test_a_host_that_fails_after_the_others_have_begun_is_tried_again() -> None:
     async def test(members: Members, all_: Ensemble) -> None:
         members.answers.set()
         await members.until(lambda: members.failed > 1)
-        assert members.lines[2:] == [f"{PI} can't be reached: ssh can't find {PI} (Improv goes on trying)"]
+        assert members.lines[2:] == [f"{PI} can't be reached: ssh can't find {PI} (Improv keeps trying)"]
 
     asyncio.run(with_a_silent_host(test, PI))
 
 
-def test_who_is_still_waited_for_at_the_end_is_given_up() -> None:
+def test_a_host_that_has_not_answered_is_given_up_at_the_end() -> None:
     async def test(members: Members, all_: Ensemble) -> None: ...
 
     asyncio.run(with_a_silent_host(test))
 
 
 @performed()
-async def test_robots_move_if_the_stage_of_their_host_says_so(members: Members, all_: Ensemble) -> None:
+async def test_robots_move_if_the_stage_of_their_host_reports_it(members: Members, all_: Ensemble) -> None:
     score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
     all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
     members.stages[PI].say(at("playing", 1))
@@ -212,7 +211,7 @@ def test_nothing_starts_if_there_can_be_no_stage_at_all() -> None:
 
 
 @performed()
-async def test_what_a_person_asks_for_on_a_robot_is_passed_on(members: Members, all_: Ensemble) -> None:
+async def test_a_request_on_a_robot_is_passed_on(members: Members, all_: Ensemble) -> None:
     members.stages[PI].say({"type": "request", "command": {"type": "pause"}})
     assert members.heard == [{"type": "request", "command": {"type": "pause"}}]
 

@@ -172,7 +172,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
 
 
 @pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)
-def test_a_show_with_real_robots_and_the_simulator(story: Sequence[tuple[Event, list[str]]]) -> None:
+def test_a_session_with_real_robots_and_the_simulator(story: Sequence[tuple[Event, list[str]]]) -> None:
     tell(Story(), story)
 
 
@@ -211,7 +211,7 @@ def test_one_stage_alone_has_no_twin() -> None:
         ([("simulator", GONE), ("simulator", FAILED)], True, True, True, "ROS 2"),
     ],
 )
-def test_what_is_known_of_the_stages(heard: Any, is_open: bool, is_on: bool, still: bool, status: str) -> None:
+def test_the_state_follows_the_stages(heard: Any, is_open: bool, is_on: bool, still: bool, status: str) -> None:
     """Unless it `is_open`, the next play starts all stages. Robots that don't stand `still` are waited for."""
     story = Story.playing()
     for event in heard:
@@ -255,7 +255,7 @@ def test_the_twin_pauses_and_resumes_when_the_leading_stage_did() -> None:
         ({"waits_for": ["a pose of ada"]}, "Waiting for a pose of ada."),
     ],
 )
-def test_pages_say_why_real_robots_stand_until_they_play(why: dict[str, Any], line: str) -> None:
+def test_pages_show_why_real_robots_stand_until_they_play(why: dict[str, Any], line: str) -> None:
     story = Story.playing()
     story(("ros", at("paused", 1, **why)))
     assert story.sent("simulator")[1:] == [{"type": "why_still", "line": line}]
@@ -277,7 +277,7 @@ def test_pages_name_robots_that_may_still_be_moving_until_something_plays() -> N
     assert story.sent("simulator") == [{"type": "why_still", "line": ""}]
 
 
-def test_the_twin_plays_what_senses_decide_a_moment_later() -> None:
+def test_the_twin_plays_decisions_of_senses_a_moment_later() -> None:
     story = Story()
     story(play(OPEN))
     story(("ros", at("playing", 1)))
@@ -384,7 +384,7 @@ def test_only_the_robots_of_an_idle_stage_are_stopped_when_it_dies() -> None:
 ON: Pressed = {"type": "pressed", "topics": ["/e_stop"], "count": 1}
 
 
-def test_a_new_stage_of_real_robots_learns_of_emergency_stops_so_that_it_hears_the_release() -> None:
+def test_a_new_stage_of_real_robots_gets_the_emergency_stops_that_are_on() -> None:
     story = Story.playing()
     story.pressed = ON
     story(("ros", GONE))
@@ -395,7 +395,7 @@ def test_a_new_stage_of_real_robots_learns_of_emergency_stops_so_that_it_hears_t
 
 
 @pytest.mark.parametrize("name", ["ros", "simulator"])
-def test_a_new_stage_learns_what_is_kept(name: SinkName) -> None:
+def test_a_new_stage_gets_the_kept_messages(name: SinkName) -> None:
     story = Story.playing()
     kept: list[Any] = [
         {"type": "silence", "muted": ["r"], "soloed": []},

@@ -241,7 +241,7 @@ def test_after_a_gap_all_dance_at_the_same_beat(hosts: Sequence[str], length: fl
     agree(world)
 
 
-def test_what_an_automation_has_all_play_again_goes_on_after_a_gap_too() -> None:
+def test_a_dance_that_an_automation_restarts_survives_a_gap_too() -> None:
     world = World((HERE, PI), [Gap(PI, 2.0, 2.9)])
     world.play()
     world.run(1.0)
@@ -254,7 +254,7 @@ def test_what_an_automation_has_all_play_again_goes_on_after_a_gap_too() -> None
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_whatever_people_do_in_gaps_nobody_dances_alone(seed: int) -> None:
+def test_no_robot_dances_alone_after_any_requests_in_gaps(seed: int) -> None:
     dice = random.Random(seed)
     hosts = dice.choice(HOSTS)
     gaps = [Gap(dice.choice(hosts[1:]), 2.0, 2.0 + dice.uniform(0.3, 1.5)) for _ in range(dice.choice((1, 2)))]
@@ -278,7 +278,7 @@ def entering() -> Story:
     return story
 
 
-def test_a_stage_that_enters_after_a_gap_plays_from_when_it_says_so() -> None:
+def test_a_stage_that_enters_after_a_gap_plays_once_it_reports_that() -> None:
     story = entering()
     assert story.said(PI, "lacks", generation=1) == [], "it was sent all already"
     assert story.is_at(PI, "playing", 2.0) == []
@@ -300,7 +300,7 @@ def test_a_stage_that_has_entered_after_a_gap_stops_all_although_it_has_yet_to_t
     assert story.is_at(PI, "stopped", 1.0, generation=1) == ["here: stop", f"{PAD}: stop", "say stopped"]
 
 
-def test_whoever_is_about_to_enter_after_a_gap_is_stopped_if_the_dance_ends_meanwhile() -> None:
+def test_a_stage_about_to_enter_after_a_gap_stops_if_the_dance_ends_meanwhile() -> None:
     assert entering().is_at(HERE, "ended", 20.0) == ["say ended", f"{PI}: stop"]
     story = entering()
     story.said(HERE, "gone", message="it was killed")

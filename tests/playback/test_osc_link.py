@@ -73,7 +73,7 @@ class Linked:
 
 
 @performed
-async def test_the_process_runs_while_a_score_asks_for_it_and_hears_what_the_leader_says(fakes: Fakes) -> None:
+async def test_the_process_runs_while_a_score_needs_it_and_gets_the_leaders_messages(fakes: Fakes) -> None:
     linked = Linked(fakes)
     leader = await linked.play(None)
     assert linked.processes == []
@@ -134,9 +134,7 @@ async def test_a_stop_is_obeyed_on_the_thread_that_hears_it(fakes: Fakes) -> Non
     ],
 )
 @performed
-async def test_what_is_asked_for_reaches_the_stages_unless_a_stop_came_since(
-    fakes: Fakes, command: Any, sent: str
-) -> None:
+async def test_requests_reach_the_stages_unless_a_stop_came_since(fakes: Fakes, command: Any, sent: str) -> None:
     linked = Linked(fakes)
     leader = await linked.play()
     await linked.ask(command)
@@ -155,7 +153,7 @@ async def test_a_play_that_came_before_a_stop_does_not_play_after_it(fakes: Fake
 
 
 @performed
-async def test_the_stages_learn_that_it_was_osc_which_asked(fakes: Fakes) -> None:
+async def test_the_stages_know_requests_that_came_by_osc(fakes: Fakes) -> None:
     """They decide whether it may: see tests/stage/test_stays_stopped.py."""
     linked = Linked(fakes)
     leader, twin = await linked.play(), fakes.latest("simulator")

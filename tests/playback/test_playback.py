@@ -72,7 +72,7 @@ async def test_a_page_request_made_before_a_stop_does_not_move_robots_after_it(
 
 
 @performed
-async def test_the_stage_that_leads_is_told_what_is_heard_of_the_clock_that_its_score_follows(fakes: Fakes) -> None:
+async def test_the_leading_stage_gets_news_of_the_clock_that_its_score_follows(fakes: Fakes) -> None:
     follows = PlayScore(replace(DANCE, clock=OutsideClock("midi", "IAC")), "dance.improv", 0)
     await fakes.playback.play(follows)
     await fakes.playback.play(follows)
@@ -88,7 +88,7 @@ async def test_the_stage_that_leads_is_told_what_is_heard_of_the_clock_that_its_
     await fakes.playback.play(follows)
     clock = fakes.clocks[-1]
     clock.say({"type": "clock_gone", "message": "it crashed"})
-    assert fakes.lines[-1] == "the clock can't be heard any more: it crashed"
+    assert fakes.lines[-1] == "the clock is lost: it crashed"
     await fakes.playback.play(follows)
     assert len(fakes.clocks) == 3, "a save starts it again"
     await fakes.playback.close()
@@ -160,7 +160,7 @@ async def test_an_emergency_stop_is_kept_when_its_stage_dies_and_when_another_pl
 
 
 @performed
-async def test_a_score_says_how_many_emergency_stops_were_known_when_it_was_requested(
+async def test_a_score_carries_the_number_of_emergency_stops_known_at_its_request(
     fakes: Fakes,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -298,7 +298,7 @@ async def test_only_a_parent_that_edits_lets_a_page_edit_and_a_stop_comes_first(
 
 
 @performed
-async def test_what_real_robots_are_told_at_once_the_twin_is_told_when_it_is_there(fakes: Fakes) -> None:
+async def test_the_twin_gets_a_change_once_it_reaches_that_beat(fakes: Fakes) -> None:
     await fakes.playback.play(PlayScore(OPEN, "dance", 0))
     leader, twin = fakes.latest("ros"), fakes.latest("simulator")
     leader.tell("playing")
@@ -308,7 +308,7 @@ async def test_what_real_robots_are_told_at_once_the_twin_is_told_when_it_is_the
 
 
 @performed
-async def test_pages_show_what_keeps_a_program_from_playing(fakes: Fakes) -> None:
+async def test_pages_show_the_errors_that_keep_a_program_from_playing(fakes: Fakes) -> None:
     await fakes.playback.open()
     fakes.playback.present("dance.improv", "/dances", [("dance.improv", 1, 5, "forwrd", "it is not defined")])
     problem = {"file": "dance.improv", "line": 1, "column": 5, "word": "forwrd", "message": "it is not defined"}
@@ -366,7 +366,7 @@ def load_of(stage: Fake) -> tuple[int, bool, bool]:
 
 
 @performed
-async def test_a_save_sends_each_stage_only_what_it_lacks(fakes: Fakes) -> None:
+async def test_a_save_sends_each_stage_only_the_parts_it_lacks(fakes: Fakes) -> None:
     assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
     leader, twin = fakes.latest("ros"), fakes.latest("simulator")
     leader.tell("playing")

@@ -55,7 +55,7 @@ def _brief(lines: list[str]) -> list[dict[str, Any]]:
     return [{key: each[key] for key in ("type", "after", "number") if key in each} for each in messages]
 
 
-def test_a_ping_precedes_what_may_move_robots_and_each_message_says_what_was_sent_before_it(
+def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Even if the thread that pings is held up: a stage that was never pinged would not notice that we hang."""

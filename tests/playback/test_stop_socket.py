@@ -158,14 +158,14 @@ def test_the_socket_of_a_process_that_was_killed_is_removed(runtime: Path) -> No
         ("{boot} soon", False),
     ],
 )
-def test_a_stop_counts_for_what_was_started_before_it(note: str, counts: bool) -> None:
+def test_a_stop_counts_for_processes_that_started_before_it(note: str, counts: bool) -> None:
     now = time.monotonic()
     times = {"before": now - 2, "after": now - 1, "future": now + 1000}
     (fixed_folder() / stop_socket.NOTE).write_text(note.format(boot=stop_socket._boot(), **times))
     assert stop_socket.stopped_since(now - 1.5) == counts
 
 
-def test_what_listens_reads_the_note_only_then() -> None:
+def test_a_process_reads_the_note_only_once_it_listens() -> None:
     """Or a stop between the two would be lost."""
     stops, started = Stops(), time.monotonic()
     assert list(stop_all()) == []

@@ -139,7 +139,7 @@ def test_beat_0_is_at_one_instant_once_all_are_ready() -> None:
     assert {act.message["at"] for act in story.acts} == {NOW + 0.2 + SPARE}  # type: ignore[union-attr, typeddict-item]
 
 
-def test_a_dance_that_is_armed_begins_when_a_person_or_its_time_says_so() -> None:
+def test_an_armed_dance_begins_on_a_persons_request_or_at_its_time() -> None:
     for begins in (None, NOW + 60):
         story = Story(HERE, PI)
         story.plays(arming={} if begins is None else {"begins": begins})
@@ -166,7 +166,7 @@ def counting(**arming: float) -> Story:
     return story
 
 
-def test_all_begin_to_count_at_one_instant_and_the_one_that_leads_says_until_when() -> None:
+def test_all_begin_to_count_at_one_instant_and_the_lead_reports_the_end() -> None:
     story = counting()
     assert [act.message.get("count") for act in story.acts] == [None], "nobody counts yet"  # type: ignore[union-attr]
     assert story.told("resume") == ["here: resume", f"{PI}: resume"]
@@ -188,7 +188,7 @@ def test_the_last_bar_before_a_time_is_counted_by_all() -> None:
     assert instants == {NOW + 60 - COUNT["beats"] * COUNT["period"]}
 
 
-def test_a_stop_ends_a_count_everywhere_and_people_are_told() -> None:
+def test_a_stop_ends_a_count_everywhere_and_is_reported() -> None:
     story = counting()
     story.told("resume")
     story.said(HERE, "armed", generation=1, armed=True, begins=NOW + 0.78, count=COUNT)
@@ -198,7 +198,7 @@ def test_a_stop_ends_a_count_everywhere_and_people_are_told() -> None:
     assert story.group.mode == "stopped"
 
 
-def test_only_the_stage_that_leads_says_where_playback_is() -> None:
+def test_only_the_lead_reports_the_position() -> None:
     story = Story.playing()
     assert story.is_at(PI, "playing", 2.0) == []
     assert story.is_at(HERE, "playing", 2.0) == ["say playing"]
@@ -210,7 +210,7 @@ def test_only_the_stage_that_leads_says_where_playback_is() -> None:
     "asked",
     [{"kind": "seek", "beat": 8.0}, {"kind": "speed", "factor": 0.5}, {"kind": "silence", "muted": [], "soloed": []}],
 )
-def test_what_people_ask_for_takes_effect_everywhere_at_the_same_instant(asked: Any) -> None:
+def test_requests_take_effect_everywhere_at_the_same_instant(asked: Any) -> None:
     story = Story.playing()
     story.now += 10.1
     asked = {**asked, "at": story.now}
@@ -234,7 +234,7 @@ def test_nothing_resumes_after_the_end() -> None:
     assert story.told("resume") == []
 
 
-def test_what_a_stage_says_of_an_earlier_score_is_only_where_it_is_unless_it_stops() -> None:
+def test_reports_about_an_earlier_score_count_only_if_they_are_stops() -> None:
     story = Story.playing()
     story.plays(when="end")
     assert story.is_at(HERE, "playing", 3.0, generation=1) == ["say playing"]
@@ -256,7 +256,7 @@ def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     assert story.sent(PAD)[0] == {"type": "seek", "beat": 2.26, "at": story.now + SPARE}
 
 
-def test_who_seeks_the_beat_from_which_all_go_on_has_not_paused_by_itself() -> None:
+def test_a_stage_that_seeks_the_common_beat_has_not_paused_by_itself() -> None:
     story = Story.playing()
     story.told("pause")
     story.is_at(PI, "paused", 2.26)
@@ -269,7 +269,7 @@ def test_who_seeks_the_beat_from_which_all_go_on_has_not_paused_by_itself() -> N
     assert story.is_at(PAD, "paused", 4.26) == ["here: pause", f"{PI}: pause", "say paused"]
 
 
-def test_the_others_are_told_where_the_one_that_leads_is_before_clocks_drift_apart() -> None:
+def test_the_others_get_the_leads_position_before_clocks_drift_apart() -> None:
     story = Story.playing()
     assert story.waits() == [f"{PAD}: bend", f"{PI}: bend"]
     assert story.sent(PI) == [
@@ -283,7 +283,7 @@ def test_a_stage_that_stops_by_itself_stops_all() -> None:
     assert story.is_at(HERE, "stopped", 3.1) == ["say stopped"]
 
 
-def test_a_stage_that_pauses_by_itself_pauses_all_until_it_goes_on() -> None:
+def test_a_stage_that_pauses_by_itself_pauses_all_until_it_continues() -> None:
     story = Story.playing()
     held = {"waits_for": ["button 4 on /joy"]}
     assert story.is_at(PI, "paused", 3.0, **held) == ["here: pause", f"{PAD}: pause", "say paused"]
@@ -300,7 +300,7 @@ def test_a_stage_that_pauses_by_itself_pauses_all_until_it_goes_on() -> None:
     assert story.sent(HERE)[0]["beat"] == pytest.approx(3.0 + 2 * SPARE)
 
 
-def test_of_two_stages_that_pause_by_themselves_the_first_that_could_go_on_waits_for_the_other() -> None:
+def test_of_two_stages_that_pause_by_themselves_each_waits_for_the_other() -> None:
     story = Story.playing(HERE, PI)
     held = {"waits_for": ["button 4 on /joy"]}
     story.now += 1
@@ -316,13 +316,13 @@ def seen(*robots: str, at: float = NOW) -> dict[str, Any]:
     return {robot: {"at": at, "pose": {"x": 0.0, "y": 0.0, "z": 0.0, "heading": 0.0}} for robot in robots}
 
 
-def test_where_robots_are_is_told_to_the_stages_that_move_others() -> None:
+def test_stages_get_the_poses_of_other_stages_robots() -> None:
     story = Story.playing()
     assert story.said(PI, "seen", robots=seen("p", "q", "a")) == ["here: seen", f"{PAD}: seen"]
     assert story.sent(HERE)[0]["robots"] == seen("p", "q"), "it may speak only of its own"
 
 
-def test_what_is_seen_within_a_moment_is_told_together_and_the_latest_counts() -> None:
+def test_poses_within_a_moment_are_sent_together_and_the_latest_counts() -> None:
     story = Story.playing()
     begun = story.now
     story.said(PI, "seen", robots=seen("p"))
@@ -376,7 +376,7 @@ def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_paus
     assert story.is_at(PI, "paused", 4.0, **near)[0] == "here: pause", "what comes later is another pause"
 
 
-def test_a_stage_that_says_only_after_a_person_resumes_that_it_was_paused_too_pauses_nobody() -> None:
+def test_a_pause_that_is_reported_after_a_person_resumes_pauses_no_stage() -> None:
     story = Story.playing()
     near = {"too_near": ["a", "p"]}
     story.now += 1
@@ -404,7 +404,7 @@ def test_a_robot_that_is_not_in_its_place_holds_all_back_until_people_play_again
     assert [act.message["anyway"] for act in story.acts] == [True, True]  # type: ignore[union-attr, typeddict-item]
 
 
-def test_people_are_told_which_robots_have_not_confirmed_a_stop() -> None:
+def test_a_line_names_robots_that_have_not_confirmed_a_stop() -> None:
     story = Story.playing()
     story.told("stop")
     story.is_at(HERE, "stopped", 1.0)
@@ -413,7 +413,7 @@ def test_people_are_told_which_robots_have_not_confirmed_a_stop() -> None:
     assert story.is_at(PI, "stopped", 1.0) == []
 
 
-def test_all_who_confirm_a_stop_are_no_news() -> None:
+def test_a_stop_that_all_confirm_is_no_news() -> None:
     story = Story.playing()
     story.told("stop")
     for host in story.group.alive:
@@ -421,7 +421,7 @@ def test_all_who_confirm_a_stop_are_no_news() -> None:
     assert story.waits() == []
 
 
-def test_a_page_is_told_which_hosts_have_yet_to_obey_its_stop() -> None:
+def test_a_page_shows_the_hosts_that_have_yet_to_obey_its_stop() -> None:
     story = Story.playing()
     story.told("stop", mark="page 1")
 
@@ -452,7 +452,7 @@ def test_a_host_that_died_while_it_moved_has_obeyed_once_its_next_stage_has_stop
 def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     story = Story.playing()
     assert story.said(PI, "gone", message="it was rebooted") == [
-        f"say {PI}: it was rebooted; the others go on, and it joins them again",
+        f"say {PI}: it was rebooted; the others continue, and it joins them again",
         f"start {PI} again",
     ]
     story.now += 20.1
@@ -464,7 +464,7 @@ def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     assert (load["when"], "arming" in load, load["score"]["known"]) == ("restart", False, 0)
 
 
-def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_go_on() -> None:
+def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_continue() -> None:
     story = Story.playing()
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
@@ -486,13 +486,13 @@ def test_a_host_that_comes_back_while_robots_are_waited_for_gets_ready_with_the_
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["here: resume", f"{PI}: resume"]
 
 
-def test_a_host_that_lacks_what_a_score_builds_on_gets_it_whole_and_joins() -> None:
+def test_a_host_that_lacks_an_earlier_score_gets_the_whole_one_and_joins() -> None:
     story = Story.playing(HERE, PI)
     assert story.said(PI, "lacks", generation=1) == [f"{PI}: load"]
     assert story.sent(PI)[0]["score"]["known"] == 0
 
 
-def test_if_all_who_are_left_have_yet_to_join_the_dance_is_over() -> None:
+def test_a_dance_ends_if_all_remaining_stages_have_yet_to_join() -> None:
     story = Story.playing(HERE, PI)
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
@@ -545,7 +545,7 @@ def test_a_stage_speaks_only_of_its_own_robots() -> None:
     assert story.acts[0].message["robots"] == {"a": 3, "p": 2}  # type: ignore[union-attr, typeddict-item]
 
 
-def test_what_a_robot_senses_is_told_to_the_others() -> None:
+def test_the_others_get_the_senses_of_a_robot() -> None:
     story = Story.playing()
     assert story.said(PI, "sensed", robot="p") == ["say sensed", "here: sensed", f"{PAD}: sensed"]
     assert story.said(HERE, "sensed", robot="p") == []
@@ -572,12 +572,12 @@ def test_emergency_stops_are_counted_by_each_stage_and_known_together() -> None:
     assert {host: story.sent(host)[0]["count"] for host in counts} == counts
 
 
-def test_what_is_for_pages_goes_to_the_stage_here_which_has_them() -> None:
+def test_messages_for_pages_go_to_the_stage_here_which_has_them() -> None:
     assert Story().told("program", text="") == ["here: program"]
     assert Story(PI).told("program", text="") == []
 
 
-def test_what_holds_for_later_is_told_to_stages_that_start_later() -> None:
+def test_stages_that_start_later_get_the_kept_messages() -> None:
     story = Story(HERE)
     story.told("silence", muted=["a"], soloed=[])
     story.group = replace(story.group, members={**story.group.members, PI: Hosted(alive=False)})
@@ -589,7 +589,7 @@ def test_robots_that_nobody_moves_are_named() -> None:
     assert Story(PI).plays("a p $ forward\n")[0] == "say nobody moves a: no ROS 2 runs here, and they have no `host`"
 
 
-def test_a_beat_may_be_told_ahead() -> None:
+def test_a_beat_may_be_sent_ahead() -> None:
     told = at("playing", 1, 4.0, NOW)
     assert (beat_at(told, NOW - 1), beat_at(told, NOW + 1)) == (2.0, 6.0)
 
@@ -601,7 +601,7 @@ def stopped(story: Story, by: list[str]) -> None:
         story.is_at(host, "stopped", 2.0, startable_by=by)
 
 
-def test_a_person_goes_on_from_where_somebody_has_sought_since_a_stop_and_an_automation_does_not() -> None:
+def test_only_a_person_continues_from_a_seek_since_a_stop() -> None:
     story = Story.playing(HERE, PI)
     stopped(story, [])
     assert story.told("seek", beat=5.0) == ["here: seek", f"{PI}: seek"]
@@ -612,7 +612,7 @@ def test_a_person_goes_on_from_where_somebody_has_sought_since_a_stop_and_an_aut
     assert story.group.mode == "playing"
 
 
-def test_an_automation_plays_again_only_what_all_stages_let_it_play() -> None:
+def test_an_automation_plays_again_only_if_all_stages_let_it() -> None:
     story = Story.playing(HERE, PI)
     stopped(story, ["osc"])
     story.is_at(PI, "stopped", 2.0, startable_by=[])
@@ -626,7 +626,7 @@ def test_an_automation_plays_again_only_what_all_stages_let_it_play() -> None:
     assert ["by" in load for load in story.sent(PI)] == [False]  # or a stage that is new would refuse it
 
 
-def test_an_automation_that_goes_on_is_named_to_each_stage() -> None:
+def test_each_stage_gets_the_automation_that_continues() -> None:
     story = Story.playing(HERE, PI)
     story.told("pause")
     for host in (HERE, PI):

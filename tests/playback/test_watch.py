@@ -77,7 +77,7 @@ def test_a_stopped_stage_may_take_long_to_end() -> None:
     assert turned.exceeds(2 * HANG_LIMIT) == HANG_LIMIT
 
 
-def test_our_own_stall_says_nothing_about_the_stage() -> None:
+def test_our_own_stall_proves_nothing_about_the_stage() -> None:
     turned = Turned()
     turned.now += 100
     assert turned.exceeds(HANG_LIMIT) is None

@@ -53,7 +53,7 @@ def test_the_clock_there_is_known_after_a_few_answers() -> None:
     assert known.found.round_trip == pytest.approx(0.002, abs=1e-6)
 
 
-def test_an_answer_to_what_was_never_asked_says_nothing() -> None:
+def test_an_answer_without_a_question_is_ignored() -> None:
     known = exchanged(5)
     liar = TimeThere(12_345, 0, 0, 0, 0)
     assert told(known, liar, 6.0) == known

@@ -44,7 +44,7 @@ BORDER = Border(
         ),
     ],
 )
-def test_what_a_stage_is_sent_has_the_times_of_its_machine(message: dict[str, Any], there: dict[str, Any]) -> None:
+def test_messages_to_a_stage_have_the_times_of_its_machine(message: dict[str, Any], there: dict[str, Any]) -> None:
     assert to_there(message, BORDER) == there
 
 
@@ -73,11 +73,11 @@ def test_what_a_stage_is_sent_has_the_times_of_its_machine(message: dict[str, An
         ),
     ],
 )
-def test_what_a_stage_says_has_the_times_of_this_machine(message: dict[str, Any], here: dict[str, Any]) -> None:
+def test_messages_from_a_stage_have_the_times_of_this_machine(message: dict[str, Any], here: dict[str, Any]) -> None:
     assert to_here(message, BORDER) == here
 
 
-def test_a_machine_there_opens_no_page_here_and_asks_only_for_what_ros_may_ask_for() -> None:
+def test_a_machine_there_opens_no_page_here_and_sends_only_requests_that_ros_may() -> None:
     ready = {"type": "ready", "protocol": 2, "sink": "ROS 2", "real": True}
     assert to_here({**ready, "page": "http://example.org"}, BORDER) == ready
     asked = [{"type": "request", "command": {"type": kind}} for kind in ("editing", "place", "form", "seek", "watched")]

@@ -51,7 +51,7 @@ def test_it_runs_without_anything_else_of_ours(tmp_path: Path) -> None:
     assert done.stdout.startswith(str(tmp_path))
 
 
-def test_old_pythons_can_read_the_first_line_and_what_runs_first() -> None:
+def test_old_pythons_can_read_the_first_line_and_the_bootstrap() -> None:
     line = boot_line(bundle(), ["--from", "ada@läptop\n"])
     assert line.count(b"\n") == 1
     assert line.isascii()

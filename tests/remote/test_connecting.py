@@ -137,7 +137,7 @@ def it_has_no_ros(host: Host) -> None:
     ],
     ids=lambda problem: problem.__name__ if callable(problem) else "",
 )
-def test_what_is_wrong_there_is_said_here(host: Host, problem: Callable[[Host], None], line: str) -> None:
+def test_a_problem_there_is_a_line_here(host: Host, problem: Callable[[Host], None], line: str) -> None:
     problem(host)
     check(host, line)
     assert len(host.versions()) == (problem is it_has_no_ros)
@@ -169,7 +169,7 @@ def test_a_name_that_is_none_reaches_neither_ssh_nor_a_shell(host: Host, name: s
     assert not [*host.folder.rglob("ran")]
 
 
-def test_the_host_is_no_option_and_what_runs_there_does_not_depend_on_it(
+def test_the_host_is_no_option_and_does_not_change_the_command_there(
     monkeypatch: pytest.MonkeyPatch, host: Host
 ) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", host.env["XDG_CONFIG_HOME"])
@@ -182,7 +182,7 @@ def test_the_host_is_no_option_and_what_runs_there_does_not_depend_on_it(
 
 
 @pytest.mark.parametrize("cut", [0, 1, 1000, -1])
-def test_what_is_sent_half_leaves_nothing(tmp_path: Path, cut: int) -> None:
+def test_a_bundle_that_is_sent_half_leaves_nothing(tmp_path: Path, cut: int) -> None:
     carried = bundle()
     done = started_there(tmp_path, boot_line(carried, []) + carried.data[:cut])
     assert [json.loads(line.removeprefix(b"improv ")) for line in done.splitlines()[1:]] == [{"problem": "torn"}]
@@ -203,7 +203,7 @@ def test_a_disk_that_takes_nothing_is_named(tmp_path: Path) -> None:
     assert (problem["problem"], problem["where"]) == ("disk", str(tmp_path / "improv" / "stages"))
 
 
-def test_two_earlier_versions_are_kept_and_what_was_left_half_done_is_not(tmp_path: Path) -> None:
+def test_two_earlier_versions_are_kept_and_incomplete_ones_are_not(tmp_path: Path) -> None:
     stages = tmp_path / "improv" / "stages"
     for age, name in enumerate(["a" * 64, "b" * 64, "c" * 64, "d" * 64, "e" * 64 + ".999999999"]):
         (stages / name).mkdir(parents=True)

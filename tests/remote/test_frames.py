@@ -59,7 +59,7 @@ def test_a_stop_goes_before_the_rest_of_a_long_line_even_if_the_window_is_full()
     assert all_of(outgoing) == [b"s3\n"]
 
 
-def test_it_rests_once_no_line_waits_and_what_was_sent_has_arrived() -> None:
+def test_it_rests_once_no_line_waits_and_all_have_arrived() -> None:
     outgoing = Outgoing()
     assert outgoing.rests
     outgoing.put(b"x" * CHUNK)
@@ -70,7 +70,7 @@ def test_it_rests_once_no_line_waits_and_what_was_sent_has_arrived() -> None:
     assert outgoing.rests
 
 
-def test_at_the_end_what_is_urgent_is_sent_and_the_rest_is_not() -> None:
+def test_at_the_end_only_urgent_frames_are_sent() -> None:
     outgoing = Outgoing()
     outgoing.put(b"x" * WINDOW)
     outgoing.next()

@@ -84,14 +84,14 @@ def test_a_score_may_take_long_until_the_ping_behind_it_is_answered() -> None:
     assert turned.exceeds(3 * PERIOD) == HANG_LIMIT
 
 
-def test_a_stage_that_has_said_its_last_words_may_take_a_while_to_exit() -> None:
+def test_a_stage_may_take_a_while_to_exit_after_its_last_message() -> None:
     turned = Turned()
     turned.ping(1)
     turned.asked = stopped(turned.asked, turned.now)
     assert turned.exceeds(END_LIMIT) is None
 
 
-def test_a_look_that_is_late_says_nothing_about_the_stage() -> None:
+def test_a_late_look_proves_nothing_about_the_stage() -> None:
     turned = Turned()
     turned.ping(1)
     turned.now += 10

@@ -108,7 +108,7 @@ def test_a_clock_that_drifts_much_is_known_after_a_minute(drift: float) -> None:
     check(mostly_short, {60: (0.4, 0.7)}, drift)
 
 
-def test_an_estimate_says_how_far_off_it_may_be() -> None:
+def test_an_estimate_knows_its_error() -> None:
     within = 0
     for seed in range(40):
         pair = Pair(seed, mostly_short)
@@ -136,7 +136,7 @@ def test_nothing_is_known_from_a_few_exchanges() -> None:
     assert estimate(Pair(1, evenly).known(0.5), 0.5) is None
 
 
-def test_what_is_too_old_is_forgotten() -> None:
+def test_old_exchanges_are_forgotten() -> None:
     exchanges = Pair(1, evenly).known(200)
     assert len(exchanges.down) < 65
     assert len(exchanges.up) < 65
@@ -154,7 +154,7 @@ def test_a_clock_that_has_jumped_is_known_again_after_a_second(slept: float) -> 
     assert found.offset == pytest.approx(pair.offset - 20, abs=0.01)
 
 
-def test_what_the_clocks_show_never_goes_back_and_has_no_gap() -> None:
+def test_readings_of_the_clocks_never_go_back_and_have_no_gap() -> None:
     clocks = steered(None, Estimated(0.0, 100.0, 0.0, 0.001, 0.01))
     dice = random.Random(1)
     before = clocks.there(0.0)

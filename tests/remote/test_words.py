@@ -35,7 +35,7 @@ from improv_core.hosts.texts import of_bootstrap, of_far, of_ssh
         ([], "the connection has ended"),
     ],
 )
-def test_what_ssh_says_becomes_what_to_do(said: list[str], line: str) -> None:
+def test_errors_of_ssh_become_advice(said: list[str], line: str) -> None:
     assert of_ssh("pi@anna:2222", said) == line
 
 
@@ -49,7 +49,7 @@ def test_what_ssh_says_becomes_what_to_do(said: list[str], line: str) -> None:
         ("\x1b[2J{", "\\x1b[2J{"),
     ],
 )
-def test_what_the_far_end_says_is_one_printable_line(said: str, line: str) -> None:
+def test_a_message_of_the_far_end_is_one_printable_line(said: str, line: str) -> None:
     assert of_far("anna", said) == line
 
 

@@ -42,7 +42,7 @@ def test_everything_a_page_may_request_has_a_row() -> None:
     assert COMMANDS.keys() == by_type(PageRequest).keys()
 
 
-def test_a_page_may_send_what_its_rows_say() -> None:
+def test_a_page_may_send_the_commands_of_its_rows() -> None:
     asks = {"press", "window", "move", "arrange", "tempo", "first_beat"}  # answered, or sent on
     asks |= {"analyze", "complete", "explain", "write"}
     sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}

@@ -40,16 +40,16 @@ RELEASES = ("foxy", "humble", "iron", "jazzy", "kilted", "rolling")
         (None, "SUBNET", "1", HERE),  # the wheels from PyPI are Jazzy's
     ],
 )
-def test_what_a_stage_reaches(release: str | None, given: str | None, only: str | None, reach: str) -> None:
+def test_the_reach_of_a_stage(release: str | None, given: str | None, only: str | None, reach: str) -> None:
     assert described(limited(environment(release, given, only))) == f"domain 0, {reach}"
 
 
-def test_a_setting_counts_only_if_the_environment_says_nothing() -> None:
+def test_a_setting_counts_only_if_the_environment_has_none() -> None:
     assert limited({}, "SUBNET")[RANGE] == "SUBNET"
     assert limited({RANGE: "OFF"}, "SUBNET")[RANGE] == "OFF"
 
 
-def test_a_discovery_server_is_asked_for_the_whole_graph() -> None:
+def test_a_discovery_server_gives_the_whole_graph() -> None:
     asked = limited({"ROS_DISCOVERY_SERVER": "10.0.0.1:11811"})
     assert asked["ROS_SUPER_CLIENT"] == "TRUE"
     assert described(asked) == "domain 0, all robots listed by the discovery server 10.0.0.1:11811"

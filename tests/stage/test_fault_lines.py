@@ -85,7 +85,7 @@ def test_one_line_names_three_robots_and_counts_the_others(robots: str, who: str
         ),
     ],
 )
-def test_what_is_said_of_two_robots(fault: Fault, begins: str, ends: str) -> None:
+def test_one_line_about_two_robots(fault: Fault, begins: str, ends: str) -> None:
     """The worst of them counts."""
     mild = Worst(0.26, BAD.turn, 1.0)
     assert lines(("a", FaultBegan(fault, mild)), ("b", FaultBegan(fault, BAD))) == [f"beat 3: {begins}", ""]
@@ -97,10 +97,10 @@ def test_what_is_said_of_two_robots(fault: Fault, begins: str, ends: str) -> Non
     [
         ("tell", ""),
         ("stand", "; they stand until you unmute them"),
-        ("stop", "; all robots are told to stop: play again once that is fixed"),
+        ("stop", "; all robots were stopped: play again once that is fixed"),
     ],
 )
-def test_what_follows_for_several(response: Response, follows: str) -> None:
+def test_a_line_about_several_robots_has_the_response(response: Response, follows: str) -> None:
     line, _ = lines(*same("ab", FaultBegan("stuck", BAD)), response=response)
     assert line.endswith(f"what is in their way{follows}")
 
@@ -115,12 +115,12 @@ def test_what_follows_for_several(response: Response, follows: str) -> None:
         ("pause", ""),
     ],
 )
-def test_how_several_come_back(rejoin: Rejoin, back: str) -> None:
+def test_several_robots_come_back_in_one_line(rejoin: Rejoin, back: str) -> None:
     line, _ = lines(*same("ab", FaultOver("gone", BAD)), rejoin=rejoin)
     assert line == f"beat 3: a and b listen again, after up to 1.2 s{back}"
 
 
-def test_what_differs_has_a_line_of_its_own() -> None:
+def test_different_news_have_lines_of_their_own() -> None:
     """Another kind, that it is over, or that a robot stands."""
     over = FaultOver("jumped", BAD)
     news = [("a", FaultBegan("jumped", BAD)), ("b", FaultBegan("stuck", BAD)), *same("cdef", over)]
@@ -131,7 +131,7 @@ def test_what_differs_has_a_line_of_its_own() -> None:
     assert others == ["beat 3: the poses of d and f no longer jump", "", ""]
 
 
-def test_that_a_robot_stands_is_told_when_it_begins_to_and_when_what_made_it_stand_is_over() -> None:
+def test_a_line_reports_that_a_robot_stands_and_that_the_cause_is_over() -> None:
     """Not with each other fault of a robot that stands already."""
 
     def line(news: News, response: Response, *, newly: bool) -> str:
@@ -153,7 +153,7 @@ def test_that_a_robot_stands_is_told_when_it_begins_to_and_when_what_made_it_sta
         (Worst(0.004, 0.0), "0.00 m"),
     ],
 )
-def test_nothing_is_told_of_a_distance_or_a_turn_that_is_nothing(worst: Worst, words: str) -> None:
+def test_a_distance_or_a_turn_of_zero_is_left_out(worst: Worst, words: str) -> None:
     assert in_words(worst) == words
 
 

@@ -115,7 +115,7 @@ def test_turns_neither_bring_a_robot_back_on_its_path_nor_take_it_off() -> None:
         (driving(lambda at: Pose(), 30, moves=False), []),
     ],
 )
-def test_what_measured_poses_show(known: Iterable[RobotFacts], told: list[str]) -> None:
+def test_measured_poses_show_faults(known: Iterable[RobotFacts], told: list[str]) -> None:
     assert watched(known) == told
 
 
@@ -129,7 +129,7 @@ def test_nobody_blames_a_robot_while_the_reader_of_its_poses_stalls() -> None:
     assert watched([RobotFacts(0.0, poses, 0.0, 0.0), RobotFacts(9.0, (), 1.5, 0.0)]) == ["9.0 +silent"]
 
 
-def test_a_jump_is_told_once_until_there_was_none_for_a_while() -> None:
+def test_a_jump_is_reported_once_until_there_was_none_for_a_while() -> None:
     def known(now: float) -> RobotFacts:
         jump = (1.0, 0.0) if now in (1, 2, 3) else None
         return RobotFacts(now, [measured(now, Pose(), Pose(), jump=jump)], now)
@@ -137,7 +137,7 @@ def test_a_jump_is_told_once_until_there_was_none_for_a_while() -> None:
     assert watched(known(now) for now in range(16)) == ["1.0 +jumped", f"{3 + QUIET:.1f} -jumped"]
 
 
-def test_late_commands_are_told_once_until_there_were_none_for_a_while() -> None:
+def test_late_commands_are_reported_once_until_there_were_none_for_a_while() -> None:
     late = {1: 0.021, 2: 0.019, 3: 0.3}
     lines = watched(RobotFacts(now, late=late.get(now, 0.0)) for now in range(16))
     assert lines == ["1.0 +late", f"{3 + QUIET:.1f} -late"]
@@ -147,7 +147,7 @@ def test_a_listener_that_is_gone_and_comes_back() -> None:
     assert watched(RobotFacts(now, gone=2 <= now < 5) for now in range(8)) == ["2.0 +gone", "5.0 -gone"]
 
 
-def test_how_bad_a_fault_was_is_its_maximum() -> None:
+def test_the_extent_of_a_fault_is_its_maximum() -> None:
     watch, _ = look(RobotWatch(), RobotFacts(0.0, late=0.03), RULES)
     for late in (0.2, 0.1):
         watch, news = look(watch, RobotFacts(1.0, late=late), RULES)

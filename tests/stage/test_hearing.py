@@ -54,7 +54,7 @@ def test_a_look_at_how_many_listen(before: Hearing, listeners: int, after: Heari
         (Hearing(1, since=10.0, earliest=10.3), 0),
     ],
 )
-def test_listeners_are_asked_with_zeros_until_they_answer(hearing: Hearing, zeros: int) -> None:
+def test_listeners_get_zeros_until_they_confirm_one(hearing: Hearing, zeros: int) -> None:
     assert zeros_to_send(hearing, 10.2) == zeros
 
 
@@ -79,7 +79,7 @@ def test_an_answer_counts_only_after_something_was_sent(hearing: Hearing, moves:
 @pytest.mark.parametrize(
     ("confirms", "now", "heard"), [(True, 10.01, True), (False, 10.01, False), (False, 10.0 + SETTLE, True)]
 )
-def test_who_confirms_nothing_counts_after_a_while(confirms: bool, now: float, heard: bool) -> None:
+def test_a_listener_that_confirms_nothing_counts_after_a_while(confirms: bool, now: float, heard: bool) -> None:
     assert answered(ASKED, confirms, now).is_heard(moves=False) == heard
 
 
@@ -97,5 +97,5 @@ def test_a_robot_that_moves_needs_no_new_answer_when_somebody_else_listens_too(
     ("hearing", "waited", "overdue"),
     [(ASKED, ANSWER_LIMIT, True), (ASKED, ANSWER_LIMIT - 0.1, False), (FOUND, ANSWER_LIMIT, False)],
 )
-def test_who_has_been_asked_for_long_is_named(hearing: Hearing, waited: float, overdue: bool) -> None:
+def test_a_listener_that_never_confirms_is_overdue(hearing: Hearing, waited: float, overdue: bool) -> None:
     assert is_overdue(hearing, 10.0 + waited) == overdue

@@ -66,7 +66,7 @@ def test_presses_are_counted_and_stay_until_they_are_released() -> None:
         (EmergencyStops(frozenset(), 3), (["/a"], 3), EmergencyStops(frozenset(), 3)),  # it has heard the release
     ],
 )
-def test_a_stage_learns_what_others_have_heard(
+def test_a_stage_learns_of_presses_that_others_received(
     knows: EmergencyStops, told: tuple[list[str], int], then: EmergencyStops
 ) -> None:
     pressed: Pressed = {"type": "pressed", "topics": told[0], "count": told[1]}
@@ -92,5 +92,5 @@ STILL_ON = (
         (EmergencyStops(frozenset({"/a"}), 2), None, 2, STILL_ON),
     ],
 )
-def test_what_is_refused(stops: EmergencyStops, named: str | None, known: int | None, line: str | None) -> None:
+def test_refusals_of_scores(stops: EmergencyStops, named: str | None, known: int | None, line: str | None) -> None:
     assert stops.refusal(Safety(stop=named), known) == line

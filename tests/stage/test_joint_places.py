@@ -39,7 +39,7 @@ def test_only_a_few_are_named() -> None:
     assert line(YAW, *OTHERS, yaw=0, a=1, b=1, c=1).endswith("a of ada by -57°, b of ada by -57°, and 1 more")
 
 
-def test_where_joints_are_must_be_known() -> None:
+def test_the_positions_of_joints_must_be_known() -> None:
     assert line(YAW, LIFT, lift=3.0) == (
         "nothing moves: it isn't known where yaw of ada is: start what publishes its position on /ada/joint_states, "
         "or name it there as in improv.toml"
@@ -50,7 +50,7 @@ def test_where_joints_are_must_be_known() -> None:
     )
 
 
-def test_a_joint_that_is_off_says_by_how_much() -> None:
+def test_a_joint_off_its_start_has_the_distance_left() -> None:
     assert [*joints_off("ada", [YAW, LIFT], TOPIC, {"yaw": 0.0})] == [
         JointOff("ada", YAW, YAW.start, TOPIC),
         JointOff("ada", LIFT, None, TOPIC),
@@ -63,7 +63,7 @@ def test_joints_that_are_brought_to_their_starts() -> None:
     assert line_of_moving(off) == "joints move to their starts first: yaw of ada by +10°"
 
 
-def test_it_is_not_said_that_nothing_moves_while_other_joints_do() -> None:
+def test_no_line_claims_that_nothing_moves_while_other_joints_do() -> None:
     off = [*joints_off("ada", [YAW], TOPIC, {"yaw": 0}, True), *joints_off("bo", [YAW], TOPIC, {"yaw": 0})]
     assert line_of(off) == f"{NOTHING_UNTIL} yaw of bo by +10°"
     assert line_of(off, moving=True).startswith("nothing else moves until all joints are at their starts: turn yaw of")

@@ -180,7 +180,7 @@ def test_a_simulated_robot_that_only_stands_there_is_met() -> None:
     assert sink.met == {"r", "s"}
 
 
-def test_where_robots_elsewhere_are_counts_at_once_also_behind_what_waits_for_its_time() -> None:
+def test_poses_of_robots_elsewhere_count_at_once_even_behind_waiting_arrivals() -> None:
     sink, dance = Memory(), load("a b $ repeat forward\n")
     parts = {name: replace(part, odom=f"/{name}/pose", odom_frame="world") for name, part in dance.score.parts.items()}
     parts["b"] = replace(parts["b"], host=Host("pad"))
@@ -283,7 +283,7 @@ def test_a_score_from_before_the_machine_slept_is_refused_and_one_from_after_it_
     assert states(told)[:2] == ["stopped", "playing"]
 
 
-def test_the_simulator_goes_on_after_the_machine_has_slept() -> None:
+def test_the_simulator_continues_after_the_machine_has_slept() -> None:
     told = perform(Memory(), (0, load("r $ repeat forward\n")), (9, End()), real=False, sleeps_at=2)
     assert errors(told) == []
 
@@ -311,7 +311,7 @@ def test_a_stage_that_does_not_lead_plays_at_the_pace_of_the_one_that_does() -> 
     assert zeros(sink, "r")[0] == 0.75
 
 
-def test_an_alarm_stops_moving_robots_and_says_why() -> None:
+def test_an_alarm_stops_moving_robots_and_reports_the_reason() -> None:
     sink = Memory()
     alarm = FromRos(Alarm("no standby"))
     told = perform(sink, (0, alarm), (0, load("r $ repeat forward\n")), (0.51, alarm), (2, alarm), (9, End()))
@@ -320,7 +320,7 @@ def test_an_alarm_stops_moving_robots_and_says_why() -> None:
 
 
 @pytest.mark.parametrize(("real", "who"), [(True, ["parent"]), (False, ["pages"])])
-def test_the_stop_of_a_page_is_confirmed_once_robots_were_told_to_stop(real: bool, who: list[str]) -> None:
+def test_the_stop_of_a_page_is_confirmed_once_robots_were_sent_zeros(real: bool, who: list[str]) -> None:
     sink = Memory()
     sink.real = real
     told: list[tuple[str, Twist]] = []  # to whom, and what the robot was sent last by then
@@ -438,7 +438,7 @@ def test_simulated_robots_keep_limits_only_beside_real_ones() -> None:
     assert (shown(entry=False), shown(entry=True)) == ("ideal", "limits")
 
 
-def test_a_score_that_builds_on_a_lost_one_is_asked_for_again_while_the_dance_goes_on() -> None:
+def test_a_score_that_builds_on_a_lost_one_is_requested_again_while_the_dance_continues() -> None:
     sink = Memory()
     message: Load = {
         "type": "load",

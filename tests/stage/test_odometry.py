@@ -475,7 +475,7 @@ def test_a_pose_of_the_robot_that_had_the_part_before_shows_nothing_anymore() ->
     [
         ("tell", "", "playing", Twist(2)),
         ("stand", "; it stands until you unmute it", "playing", Twist()),
-        ("stop", "; all robots are told to stop: play again once that is fixed", "stopped", Twist()),
+        ("stop", "; all robots were stopped: play again once that is fixed", "stopped", Twist()),
     ],
 )
 def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, twist: Twist) -> None:
@@ -537,7 +537,7 @@ def test_nobody_minds_poses_that_come_late_if_nothing_depends_on_them() -> None:
         (lambda y: y + 3, "beat 2: the poses of a and b jumped by up to 3.00 m: check what publishes them"),
     ],
 )
-def test_two_robots_that_are_swapped_are_told_in_one_line(others: Callable[[float], float], line: str) -> None:
+def test_two_swapped_robots_are_reported_in_one_line(others: Callable[[float], float], line: str) -> None:
     """Not if each jumps somewhere else."""
     robot = Robot(frame=Pose(), odom_frame="world")
     robot.play("beat 60\na b $ repeat forward\n", anyway=True)
@@ -570,7 +570,7 @@ def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
 
 
 @pytest.mark.parametrize("end", ["stop", "pause"])
-def test_a_robot_that_is_told_to_stop_out_of_reach_is_named_at_once(end: str) -> None:
+def test_a_robot_that_is_stopped_out_of_reach_is_named_at_once(end: str) -> None:
     robot = Robot(frame=Pose())
     on_faults(robot, "tell", 1.2)
     getattr(robot.player, end)(robot.stage.now)
@@ -579,7 +579,7 @@ def test_a_robot_that_is_told_to_stop_out_of_reach_is_named_at_once(end: str) ->
     assert told == [{"type": "unreached", "generation": 1, "robots": ["r"], "message": line}]
 
 
-def test_robots_in_reach_are_not_named_when_they_are_told_to_stop() -> None:
+def test_robots_that_are_stopped_in_reach_are_not_named() -> None:
     robot = Robot(frame=Pose())
     on_faults(robot, "tell", 1.2)
     robot.pose(Pose(4))
@@ -601,7 +601,7 @@ def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> 
 
 
 @pytest.mark.parametrize(("count", "most"), [(30, 1), (120, 2)])
-def test_many_robots_that_fail_at_once_are_told_in_one_line(count: int, most: int) -> None:
+def test_many_robots_that_fail_at_once_are_reported_in_one_line(count: int, most: int) -> None:
     """Of more than a hundred, a hundred are looked at together."""
     robot, names = Robot(frame=Pose()), [f"r{number}" for number in range(count)]
     robot.play(f"beat 60\n{' '.join(names)} $ repeat forward\n")
@@ -618,7 +618,7 @@ def test_many_robots_that_fail_at_once_are_told_in_one_line(count: int, most: in
     assert all(re.search(r"no poses of r\d+, r\d+, r\d+, and \d+ more have come for 1\.\d s:", line) for line in lines)
 
 
-def test_how_real_robots_are_is_reported_every_second() -> None:
+def test_the_states_of_real_robots_are_reported_every_second() -> None:
     robot = Robot(frame=Pose())
     robot.stage.sink.noted = Noticed(batteries={"r": 0.4})
     on_faults(robot, "tell", 0.5)
@@ -628,7 +628,7 @@ def test_how_real_robots_are_is_reported_every_second() -> None:
     assert (vitals[-1]["odom"], vitals[-1]["battery"]) == (True, 0.4)
 
 
-def test_commands_that_leave_late_are_told_within_half_a_second() -> None:
+def test_late_commands_are_reported_within_half_a_second() -> None:
     robot = Robot(frame=Pose())
     robot.play("beat 60\nr $ repeat 4 forward\n")
     robot.run(1.0)
@@ -639,7 +639,7 @@ def test_commands_that_leave_late_are_told_within_half_a_second() -> None:
     )
 
 
-def test_where_joints_were_is_reported_while_robots_play_and_for_a_moment_after() -> None:
+def test_positions_of_joints_are_reported_while_robots_play_and_for_a_moment_after() -> None:
     """Joints that the robot's body hasn't are somebody else's."""
     stage = Stage()
     stage.sink.real = True

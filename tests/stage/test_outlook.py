@@ -48,7 +48,7 @@ class Watched(Stage):
         return list(self.outlook.path(robot))
 
 
-def test_what_was_sensed_first_counts_after_a_thousand_changes() -> None:
+def test_the_first_senses_count_after_a_thousand_changes() -> None:
     stage = Watched("r $ until bump (repeat forward) repeat (if near left else right)\n", real=False)
     for _ in range(600):
         stage.run(0.1)
@@ -62,7 +62,7 @@ def test_what_was_sensed_first_counts_after_a_thousand_changes() -> None:
     assert stage.see()[3] == "left"
 
 
-def test_where_a_robot_is_and_what_it_plays() -> None:
+def test_the_forecast_has_a_robots_pose_and_movement() -> None:
     stage = Watched("side = forward left\nr $ repeat 4 side\n")
     assert stage.see() == (0, 0, 0, "side forward")
     stage.run(0.5)
@@ -130,7 +130,7 @@ def test_a_save_continues_from_where_robots_are() -> None:
     assert stage.see() == (0, 0, 0, "forward")
 
 
-def test_what_senses_decide() -> None:
+def test_the_forecast_follows_decisions_of_senses() -> None:
     stage = Watched("r $ until cue (repeat forward) left\n---\nr $ forward\n", real=False)
     stage.see()
     stage.run(1.5)

@@ -26,7 +26,7 @@ def check(heard: str, *void: tuple[str, int | None, bool]) -> None:
     assert [(kind, after, state.voids(kind, after)) for kind, after, _ in void] == list(void)
 
 
-def test_a_stop_voids_what_was_sent_before_it_and_nothing_after() -> None:
+def test_a_stop_voids_messages_sent_before_it_and_none_after() -> None:
     for stop in ("stop", "pause"):
         check(f"ping {stop} ping", ("load", 1, True), ("load", 2, False), ("load", 3, False), ("resume", 1, True))
         check(f"ping {stop}", ("seek", 1, True), ("cue", 0, True), ("speed", 0, False), ("silence", 0, False))

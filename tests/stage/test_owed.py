@@ -70,7 +70,7 @@ def every(begin: float, end: float) -> list[float]:
         ([(0, LATE), (OVERDUE + 1, RELIABLE)], every(0.2, OVERDUE + 2 - PERIOD), OVERDUE + 2, False),
     ],
 )
-def test_zeros_are_owed_until_they_are_heard(
+def test_zeros_are_pending_until_they_are_confirmed(
     facts: list[tuple[float, TopicFacts]], sent: list[float], paid: float, told: bool
 ) -> None:
     assert story(*facts) == (sent, paid, told)

@@ -68,7 +68,7 @@ def test_a_line_that_is_too_long_is_a_score_that_cannot_be_played_and_the_next_o
     assert read(monkeypatch, b'{"type": "stop"}') == [End()], "the end came in the middle of a line"
 
 
-def test_what_is_no_stop_on_the_channel_of_stops_ends_the_stage() -> None:
+def test_other_messages_on_the_channel_of_stops_end_the_stage() -> None:
     reading, writing = os.pipe()
     os.write(writing, b'{"type": "pause", "number": 3}\n{"type": "load"}\n')
     os.close(writing)

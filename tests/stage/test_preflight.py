@@ -41,7 +41,7 @@ def degrees(x: float, y: float, heading: float = 0) -> Pose:
         (degrees(0, 0), None, "nobody knows where ada stands: its poses have to arrive"),
     ],
 )
-def test_who_is_not_in_its_place_and_what_to_do(ideal: Pose, pose: Pose | None, line: str | None) -> None:
+def test_robots_that_are_not_in_their_places_get_advice(ideal: Pose, pose: Pose | None, line: str | None) -> None:
     found = misplaced({"ada": Standing(ideal, pose)}, LIMITS)
     assert [advice(robot, each) for robot, each in found.items()] == ([line] if line else [])
 

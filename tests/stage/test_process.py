@@ -106,7 +106,7 @@ threading.Thread.start = print_and_start
 """
 
 
-def test_what_a_library_prints_is_not_among_a_stages_messages() -> None:
+def test_output_of_a_library_is_not_among_a_stages_messages() -> None:
     process = Process({"PYTHONPATH": str(SITE), "IMPROV_TEST_CODE": NOISE})
     assert process.process.stdin
     assert process.process.stderr

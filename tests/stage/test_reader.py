@@ -90,7 +90,7 @@ def another_program(reading: Reading) -> None:
         (another_program, [("anna", True), ("bert", True), ("anna", None), ("bert", None)]),
     ],
 )
-def test_changes_are_told_once_and_silence_as_not_known(story: Callable[[Reading], None], expected: Told) -> None:
+def test_changes_are_reported_once_and_silence_as_unknown(story: Callable[[Reading], None], expected: Told) -> None:
     reading = Reading({ANNA: HIT})
     story(reading)
     assert reading.told == expected

@@ -93,7 +93,7 @@ def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> 
     assert seconds > HANG * 2
 
 
-def test_a_failed_stage_may_take_long_to_end_and_its_last_line_says_why() -> None:
+def test_a_failed_stage_may_take_long_to_end_and_its_last_line_is_the_reason() -> None:
     last = '{"type": "stopped", "message": "no such topic"}'
     told, _ = told_of(moving(f"print('{last}', flush=True); time.sleep(1.8); sys.exit(1)"), hang_limit=1.5)
     assert [message["type"] for message in told] == ["stopped", "gone"]

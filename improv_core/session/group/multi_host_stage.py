@@ -210,7 +210,7 @@ class Ensemble:
 
 def _cannot_be_reached(host: str, problem: str) -> Say:
     who = host or "the stage here"
-    return Say({"type": "warning", "message": f"{who} can't be reached: {problem} (Improv goes on trying)"})
+    return Say({"type": "warning", "message": f"{who} can't be reached: {problem} (Improv keeps trying)"})
 
 
 def _now() -> Times:

@@ -382,7 +382,7 @@ def _gone(group: GroupState, host: str, why: str) -> Decided:
     goes_on = group.is_on and group.lead is not None
     line = f"{host or 'the stage here'}: {why}"
     acts: list[Act] = [
-        warning(f"{line}; the others go on, and it joins them again" if goes_on else line),
+        warning(f"{line}; the others continue, and it joins them again" if goes_on else line),
         StartHost(host),
     ]
     if goes_on and led and (position := group.position):

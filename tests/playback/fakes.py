@@ -1,4 +1,4 @@
-"""A playback whose stages are fakes that tests speak for."""
+"""A playback whose stages are fakes that tests control."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Hear = Callable[[RunningStage, Heard, int], None]
 
 
 class Fake:
-    """A stage that remembers what it is sent, and says what a test has it say."""
+    """A stage that remembers its messages, and sends those that a test gives it."""
 
     def __init__(self, sink: SinkName, options: Options, hear: Hear, stops: Stops) -> None:
         self._hear = hear
@@ -63,7 +63,7 @@ class Fake:
     def tell(
         self, state: State, beat: float = 0.0, monotonic: float = 500.0, begins: Mapping[str, float] | None = None
     ) -> None:
-        """Report where it is in the score that it was given last."""
+        """Report its position in the latest score that it got."""
         known = {"restarted": 1, "begins": begins} if begins else {}
         self.say(at(state, self.loads[-1]["generation"], beat, monotonic, **known))
 
@@ -77,7 +77,7 @@ class Fake:
 
 
 class FakeClock:
-    """A process that listens to a clock, and says what a test has it say."""
+    """A process that listens to a clock, and sends the messages that a test gives it."""
 
     def __init__(self, clock: OutsideClock, tempo: float, hear: Callable[[HeardClock], None]) -> None:
         self.clock, self.tempo, self.say = clock, tempo, hear
@@ -88,7 +88,7 @@ class FakeClock:
 
 
 class Fakes:
-    """A playback on ROS 2 and the simulator, both faked, and what it tells its listener."""
+    """A playback on ROS 2 and the simulator, both faked, and the messages to its listener."""
 
     def __init__(self) -> None:
         self.stages: list[Fake] = []
@@ -123,7 +123,7 @@ class Fakes:
         return self.stages[-1]
 
     async def until(self, fits: Callable[[], Any]) -> None:
-        """Let everything else go on until it fits."""
+        """Let everything else continue until it fits."""
 
         async def look() -> None:
             while not fits():  # noqa: ASYNC110
@@ -139,7 +139,7 @@ class Fakes:
         return await self.playback.play(PlayScore(DANCE, "dance.improv", self.stops.count))
 
     async def play(self) -> tuple[Fake, Fake]:
-        """Begin: the stage that leads, and its twin, which play."""
+        """Begin. Returns the leading stage, and its twin, which play."""
         assert await self.begin()
         leader, twin = self.latest("ros"), self.latest("simulator")
         leader.tell("playing")

@@ -1,4 +1,4 @@
-"""A backend of mido whose only input is a named pipe: what is written there is what comes on a cable. Its path is in
+"""A backend of mido whose only input is a named pipe: bytes written there arrive as on a cable. Its path is in
 MIDI_CABLE, and the input is gone when the path is."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is asked and heard, and what is done about it, in words: no process, no event loop, no clock."""
+"""Requests, messages from stages, and the acts that follow, in words: no process, no event loop, no clock."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ READY: Mapping[SinkName, Ready] = {
 GONE: Gone = {"type": "gone", "message": "it exited"}
 FAILED: Failed = {"type": "failed", "message": "no ROS"}
 NOW = 1000.0
-"""The time of all that is asked."""
+"""The time of all requests."""
 
 From = tuple[SinkName, Heard | Failed]
-"""What a stage says; that it is ready, or gone; or that it could not be started."""
+"""A message of a stage; its start, or its end; or that it could not be started."""
 Event = From | PlayScore | Wish | PageRequest | Watched
 
 
@@ -37,7 +37,7 @@ def play(score: Score = DANCE, **how: Any) -> PlayScore:
 
 
 def at(state: State, generation: int, beat: float = 0.0, monotonic: float = 500.0, **known: Any) -> TransportMessage:
-    """Where a stage is in the score of a generation."""
+    """Return a stage's position in the score of a generation."""
     transport: TransportMessage = {
         "type": "transport",
         "generation": generation,
@@ -68,7 +68,7 @@ class Story:
         self._open(*names)
 
     def __call__(self, event: Event, stops: int = 0) -> list[str]:
-        """What follows from an event, in words. What is to be sent is sent."""
+        """Return the acts that follow from an event, in words. Scores to send are sent."""
         now = Now(NOW, stops, self.pressed)
         if isinstance(event, tuple):
             name, message = event
@@ -126,6 +126,6 @@ def in_words(act: Act) -> str:
 
 
 def tell(story: Story, events: Sequence[tuple[Event, list[str]]]) -> None:
-    """Each event, and what follows from it."""
+    """Check the acts that follow from each event."""
     for event, follows in events:
         assert story(event) == follows

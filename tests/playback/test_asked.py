@@ -1,4 +1,4 @@
-"""What follows from what people ask for, as tables: what is asked → what is done."""
+"""The acts that follow from people's requests, as tables: request → acts."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ PLACE: Any = {"type": "place", "start_poses": {}}
         ({"type": "speed", "factor": 0.5}, ["ros: speed", "simulator: speed"]),
         ({"type": "silence", "muted": ["r"], "soloed": []}, ["ros: silence", "simulator: silence"]),
         ({"type": "resume"}, ["ros: resume", "simulator: resume"]),
-        ({"type": "cue"}, ["ros: cue"]),  # the twin is told what was sensed
+        ({"type": "cue"}, ["ros: cue"]),  # the twin gets what robots sensed
         ({"type": "restart"}, ["ros: score 2"]),
-        ({"type": "stop"}, []),  # it has been obeyed as it arrived
+        ({"type": "stop"}, []),  # stages have obeyed it as it arrived
         ({"type": "pause"}, []),
         (PLACE, ["place"]),
         (FORM, ["form"]),
@@ -110,9 +110,9 @@ def test_the_simulator_leads_for_a_score_that_is_only_simulated() -> None:
     ])  # fmt: skip
     assert (story.state.is_on, story.state.status, story.state.is_real) == (True, "simulator", False)
     tell(story, [
-        ({"type": "speed", "factor": 2.0}, ["simulator: speed", "ros: speed"]),  # it holds for what it plays next
+        ({"type": "speed", "factor": 2.0}, ["simulator: speed", "ros: speed"]),  # for its next score
         ({"type": "seek", "beat": 2.0}, ["simulator: seek"]),
-        ({"type": "resume"}, ["simulator: resume"]),  # only what paused resumes
+        ({"type": "resume"}, ["simulator: resume"]),  # only the stage that paused resumes
         ({"type": "restart"}, ["simulator: score 3"]),
         (play(simulated=True), ["simulator: score 4"]),
         (play(), ["simulator: stop", "ros: score 5"]),
@@ -147,7 +147,7 @@ def test_real_robots_play_nothing_while_an_emergency_stop_is_on() -> None:
     story = Story.playing()
     story.pressed = {"type": "pressed", "topics": ["/e_stop"], "count": 1}
     tell(story, [
-        (play(GUARDED), ["ros: pressed", REFUSED]),  # another stage may have heard it: it has to hear its release
+        (play(GUARDED), ["ros: pressed", REFUSED]),  # so that it receives the release
         (play(), ["ros: pressed", STILL_ON]),  # also if `stop` has been removed from improv.toml
         (play(simulated=True), ["ros: stop", "simulator: score 2"]),
         (play(GUARDED), ["ros: pressed", REFUSED]),

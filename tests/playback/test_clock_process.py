@@ -1,4 +1,4 @@
-"""The process that listens to a clock of music: from bytes on a cable, or a Link session, to what its parent hears."""
+"""The process that listens to a clock of music: from bytes on a cable, or a Link session, to its messages."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TICK = 1 / 48
 
 
 class Listening:
-    """A process that listens, and what is heard of it."""
+    """A process that listens, and its messages."""
 
     def __init__(self, clock: OutsideClock, tempo: float = 120.0) -> None:
         self.heard: list[HeardClock] = []
@@ -58,7 +58,7 @@ class Listening:
         return await asyncio.wait_for(look(), LIMIT)
 
     async def anchor(self, fits: Callable[[AnchorMessage], bool]) -> AnchorMessage:
-        """The first of where the clock is that fits."""
+        """Return the first anchor that fits."""
         found = await self.until(lambda message: message["type"] == "anchor" and fits(message))
         assert found["type"] == "anchor"
         return found
@@ -104,7 +104,7 @@ async def test_the_parent_receives_ticks_from_a_cable(cable: Path) -> None:
         sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
         began = time.monotonic()
         anchor = await listening.anchor(lambda each: each["beat"] > 1)
-        assert anchor["tempo"] > 0  # `test_midi_time` asks which: here, ticks may come late
+        assert anchor["tempo"] > 0  # `test_midi_time` checks the value: here, ticks may come late
         assert began < anchor["at"] < time.monotonic()
         stands = await listening.anchor(lambda each: each["tempo"] == 0)
         assert stands["beat"] == 4
@@ -165,7 +165,7 @@ CLONE_NEWNET = 0x40000000
 
 @pytest.fixture
 def own_network() -> Iterator[None]:
-    """A network of this thread's own, and of what it starts: Link speaks to everybody in the network."""
+    """Give this thread, and the processes it starts, a network of their own: Link broadcasts to the whole network."""
     need("ip")
     libc = ctypes.CDLL(None, use_errno=True)
     before = os.open("/proc/thread-self/ns/net", os.O_RDONLY) if sys.platform == "linux" else -1

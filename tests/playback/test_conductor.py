@@ -1,4 +1,5 @@
-"""How stages on several machines follow a clock that only their parent hears: what is heard → what all are told."""
+"""Stages on several machines that follow a clock, which only their parent hears: news of the clock → messages to
+all."""
 
 from __future__ import annotations
 
@@ -35,7 +36,7 @@ def loaded(follow: Follow = "midi", **fields: Any) -> Story:
 
 
 def ready(**fields: Any) -> Story:
-    """They are ready for beat 0."""
+    """All are ready for beat 0."""
     story = loaded(**fields)
     for host in (HERE, PI):
         story.said(host, "armed", generation=1, armed=True, begins=None)
@@ -43,7 +44,7 @@ def ready(**fields: Any) -> Story:
 
 
 def hear(story: Story, beat: float, tempo: float = 120.0) -> list[str]:
-    """What follows if the clock is at a beat now."""
+    """Return the acts that follow if the clock is at a beat now."""
     return story.told("anchor", at=story.now, beat=beat, tempo=tempo, period=0.02, jumps=0)
 
 
@@ -52,7 +53,7 @@ def both(*kinds: str) -> list[str]:
 
 
 def playing(beat: float = 0.0, tempo: float = 120.0) -> Story:
-    """They have begun, with the clock, and are at this beat."""
+    """All have begun, with the clock, and are at this beat."""
     story = ready()
     hear(story, 0.0, tempo)
     story.waits()
@@ -179,7 +180,7 @@ NEAR: Any = {"too_near": ["a", "p"]}
 
 
 def goes_on_by_itself(story: Story) -> bool:
-    """Whether robots move again although nobody has said so."""
+    """Return whether robots move again although no person has resumed."""
     story.is_at(HERE, "paused", 22.0)
     for _ in range(50):
         story.now += 0.1
@@ -263,7 +264,7 @@ DELAY = 0.08
 
 
 class Dance:
-    """Two stages with real players, which a parent tells what to do by the clock."""
+    """Two stages with real players, which a parent directs by the clock."""
 
     def __init__(self, phase: Callable[[float], float]) -> None:
         self.phase = phase
@@ -290,7 +291,7 @@ class Dance:
                 self.at(when, partial(stage.player.bend, bend["pace"], bend["beat"], bend["at"], when))
 
     def report(self, host: str, now: float) -> None:
-        """What a stage has said comes to the parent."""
+        """Pass a stage's messages on to the parent."""
         told = self.stages[host].transports
         for each in told[self.heard[host] :]:
             message: dict[str, Any] = {**each}

@@ -24,8 +24,8 @@ from tests.playback.test_together import PI, on_hosts
 
 
 class Members:
-    """The stages of hosts, faked, and what all say together. Hosts that are `unreachable` fail to start, and the one
-    that is `silent` starts once it `answers`."""
+    """The stages of hosts, faked, and the messages of all together. Hosts that are `unreachable` fail to start, and the
+    one that is `silent` starts once it `answers`."""
 
     def __init__(self, unreachable: set[str]) -> None:
         self.unreachable = unreachable

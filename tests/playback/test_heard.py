@@ -1,4 +1,4 @@
-"""What follows from what stages say, start, and end, as tables: what is heard → what is done."""
+"""The acts that follow from stages' messages, starts, and ends, as tables: event → acts."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "simulator: why_still", "transport"]),
         (("ros", at("ended", 1, **BUTTON)), ["simulator: why_still", "transport"]),
         (("ros", at("playing", 1)), ["simulator: resume", "transport"]),
-        (("ros", at("paused", 1)), ["transport"]),  # what somebody asks for, the twin is told when it is asked
+        (("ros", at("paused", 1)), ["transport"]),  # the twin got the request when the leader did
         (("ros", at("playing", 1)), ["transport"]),
         (("ros", at("stopped", 1)), ["simulator: stop", "transport"]),
     ],
@@ -212,7 +212,8 @@ def test_one_stage_alone_has_no_twin() -> None:
     ],
 )
 def test_the_state_follows_the_stages(heard: Any, is_open: bool, is_on: bool, still: bool, status: str) -> None:
-    """Unless it `is_open`, the next play starts all stages. Robots that don't stand `still` are waited for."""
+    """Unless it `is_open`, the next play starts all stages. While robots don't stand `still`, a close waits for
+    them."""
     story = Story.playing()
     for event in heard:
         story(event)
@@ -287,7 +288,7 @@ def test_the_twin_plays_decisions_of_senses_a_moment_later() -> None:
         (("simulator", SENSED), []),  # as it shows it on its page
         (("ros", DECIDED), ["simulator: decided", "decided"]),
         (("simulator", DECIDED), []),
-        ({"type": "cue"}, ["ros: cue"]),  # the twin is told what was sensed
+        ({"type": "cue"}, ["ros: cue"]),  # the twin gets what robots sensed
         ({"type": "seek", "beat": 4.0}, ["ros: seek", "simulator: seek 0.1 s later"]),
     ])  # fmt: skip
     (seek, later) = (act.message for act in story.acts)  # type: ignore[union-attr]
@@ -311,7 +312,7 @@ def test_real_poses_are_shown_on_the_page() -> None:
         ("ros", {}, {"r", "s"}),
         ("ros", {"response": "tell"}, {"s"}),
         ("ros", {"over": True}, {"s"}),
-        ("simulator", {}, {"s"}),  # it follows, so what it says counts for nobody
+        ("simulator", {}, {"s"}),  # it follows, so its report counts for nobody
     ],
 )
 def test_a_robot_that_stands_because_of_a_fault_is_known_as_muted_and_can_be_unmuted(
@@ -350,7 +351,7 @@ def test_a_stage_that_lacks_something_is_sent_the_whole_score(
 
 
 def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() -> None:
-    """What was saved may wait for the end of what plays, without its robots or on other topics."""
+    """A saved score may wait for the end of the current one, without its robots or on other topics."""
     (robot,) = DANCE.parts.values()
     moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel", reset="/reset")
     story = Story.playing()
@@ -416,7 +417,7 @@ OBEYED: Obeyed = {"type": "obeyed", "mark": "page 1", "waits_for": []}
 
 
 def told_pages(story: Story) -> list[list[str]]:
-    """Who has yet to obey the stop, each time that pages are told so because of the latest event."""
+    """Return the stages that have yet to obey the stop, for each report of that to pages after the latest event."""
     return [sent["waits_for"] for sent in story.sent("simulator") if sent["type"] == "obeyed"]
 
 

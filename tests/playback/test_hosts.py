@@ -1,4 +1,4 @@
-"""Which hosts may be used, and what is no host at all."""
+"""The hosts that may be used, and names that are no host at all."""
 
 from __future__ import annotations
 

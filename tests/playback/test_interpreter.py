@@ -1,4 +1,4 @@
-"""Which Python plays ROS."""
+"""The choice of the Python for ROS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterEr
 
 @pytest.fixture(autouse=True)
 def bare_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """No ROS anywhere, whatever this machine has."""
+    """Hide every ROS of this machine."""
     for name in ("IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))

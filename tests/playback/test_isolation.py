@@ -1,4 +1,4 @@
-"""A Python that is started imports nothing from the current folder."""
+"""A child Python imports nothing from the current folder."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What becomes of a dance on several machines if links fall silent: the real loops of stages with the real rules of the
-group, on one clock, with links that delay what passes."""
+"""A dance on several machines whose links fall silent: the real loops of stages with the real rules of the group, on
+one clock, with links that delay all messages."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ START = 1000.0
 DANCE = "beat 240\na o q $ repeat forward\n"
 EDIT = "beat 240\na o q $ repeat left\n"
 SETTLED = 3.0
-"""Seconds after the last event, within which all has become of it that will."""
+"""Seconds after the last event within which everything has settled."""
 
 
 @dataclass(frozen=True)
 class Gap:
-    """From when until when nothing passes between here and a host, in seconds from the start."""
+    """The times between which nothing passes between here and a host, in seconds from the start."""
 
     host: str
     begins: float
@@ -56,12 +56,12 @@ class Machine:
 
     @property
     def moves(self) -> bool:
-        """Whether its robot was last sent anything but a zero."""
+        """Return whether its robot's latest velocity is no zero."""
         return bool(self.sink.sent) and self.sink.sent[-1][2] != STILL
 
 
 class World:
-    """All machines, the links between them, and the clock. `says` is what people and pages hear."""
+    """All machines, the links between them, and the clock. `says` has the messages to people and pages."""
 
     def __init__(self, hosts: Sequence[str], gaps: Sequence[Gap] = (), seed: int = 0) -> None:
         self._now, self._count, self._dice = START, 0, random.Random(seed)
@@ -90,7 +90,7 @@ class World:
 
     @property
     def beats(self) -> list[float]:
-        """Where each stage is now."""
+        """Return each stage's beat now."""
         players = [machine.loop.player for machine in self.machines.values()]
         return [float(player.run.beat(self._now, player._tracks.active_parts.over)) for player in players]
 
@@ -100,7 +100,7 @@ class World:
         return [host for host, machine in self.machines.items() if machine.moves]
 
     def ask(self, kind: str, **fields: Any) -> None:
-        """A person asks for something."""
+        """Send a person's request."""
         message: Any = {"type": kind, **fields}
         if is_stop(message):
             timed = rules.in_time(self.group, message, self._times)
@@ -113,7 +113,7 @@ class World:
         self.ask("load", generation=self.group.generation + 1, score=score, when=when, backend="all", stops=0, **fields)
 
     def does(self, dice: random.Random) -> None:
-        """A person does something, or a stage stops its robots by itself."""
+        """Do something as a person, or have a stage stop its robots by itself."""
         kind = dice.choice(("stop", "pause", "resume", "seek", "speed", "save", "save", "play", "alarm"))
         if kind == "save":
             self.play(dice.choice((DANCE, EDIT)), dice.choice(("now", "beat", "bar")))
@@ -122,7 +122,7 @@ class World:
             self._take(machine, Alarm("its standby has died"))
         elif kind == "play":
             self.play()
-            self.run(0.5)  # what is asked for in the moment in which it begins is another story
+            self.run(0.5)  # a request in the moment in which it begins is another story
         else:
             fields: dict[str, Any] = {"seek": {"beat": 20.0}, "speed": {"factor": 1.5}}.get(kind, {})
             self.ask(kind, **fields)
@@ -148,7 +148,8 @@ class World:
         self._now = end
 
     def comes_up(self, host: str, message: Any) -> None:
-        """A stage says something. One whose robots stopped in a gap has them stand until it is sent all anew."""
+        """Take a message from a stage. A stage whose robots stopped in a gap keeps them still until it gets a score
+        again."""
         assert not (message.get("deserted") and message["state"] in ("playing", "waiting"))
         if message["type"] != "pong":
             line = json.dumps(message).encode()
@@ -200,7 +201,7 @@ class World:
         self._at(self._now + PING_PERIOD, lambda: self._ping(host))
 
     def _pass(self, host: str, channel: str, arrive: Callable[[], None]) -> None:
-        """Have something arrive after a while, behind all that is on this channel."""
+        """Have a message arrive after a while, behind all others on its channel."""
         at = self._now if host == HERE else self._now + self._dice.choice((0.001, 0.01, 0.03))
         for gap in self._gaps:
             if gap.host == host and START + gap.begins <= at < START + gap.ends:
@@ -222,7 +223,7 @@ HOSTS = ((HERE, PI), (PI, PAD), (HERE, PI, PAD))
 
 
 def agree(world: World) -> None:
-    """All dance at the same beat, or all stand; whoever decides for them and people know which."""
+    """Check that all dance at the same beat, or all stand, and that the group and people know which."""
     assert world.moving == ([*world.machines] if world.group.mode == "playing" else [])
     assert (states(world)[-1] == "playing") == bool(world.moving)
     if world.moving:
@@ -269,7 +270,7 @@ def test_no_robot_dances_alone_after_any_requests_in_gaps(seed: int) -> None:
 
 
 def entering() -> Story:
-    """PI has been sent what the others play, after a gap, and has yet to play it."""
+    """PI has been sent the score of the others, after a gap, and has yet to play it."""
     story = Story.playing()
     story.now += 1.0
     story.said(PI, "deserted", seconds=0.5)

@@ -1,4 +1,4 @@
-"""What OSC messages ask for reaches stages as requests of pages do. The process is a fake that the tests speak for."""
+"""OSC messages reach stages like requests of pages. The process is a fake that the tests control."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HERE, AWAY = Osc((Peer("127.0.0.1", 4560),), Peer("127.0.0.1", 7000)), Osc(liste
 
 
 class FakeProcess:
-    """A process that remembers what it is told."""
+    """A process that remembers its messages."""
 
     def __init__(self, hear: Hear) -> None:
         self.hear = hear
@@ -42,7 +42,7 @@ class FakeProcess:
 
 
 class Linked:
-    """A playback whose score asks for OSC, and the processes that were started for it."""
+    """A playback whose score uses OSC, and the processes that were started for it."""
 
     def __init__(self, fakes: Fakes, reach: Reach = "here") -> None:
         self.fakes = fakes
@@ -56,7 +56,7 @@ class Linked:
         return self.processes[-1]
 
     async def play(self, osc: Osc | None = HERE) -> Fake:
-        """Have a score played that asks for this; the stage that plays it."""
+        """Have a score played that needs this. Returns the stage that plays it."""
         score: Score = replace(DANCE, osc=osc)
         assert await self.fakes.playback.play(PlayScore(score, "dance.improv", self.fakes.stops.count))
         leader = self.fakes.latest("ros")
@@ -64,7 +64,7 @@ class Linked:
         return leader
 
     async def ask(self, command: PageRequest) -> None:
-        """An OSC message asks for something: on a thread, then on the event loop."""
+        """Take a command from an OSC message: on a thread, then on the event loop."""
         hear = self.processes[-1].hear
         thread = threading.Thread(target=hear, args=({"type": "request", "command": command},))
         thread.start()
@@ -154,7 +154,7 @@ async def test_a_play_that_came_before_a_stop_does_not_play_after_it(fakes: Fake
 
 @performed
 async def test_the_stages_know_requests_that_came_by_osc(fakes: Fakes) -> None:
-    """They decide whether it may: see tests/stage/test_stays_stopped.py."""
+    """They decide whether it may move robots: see tests/stage/test_stays_stopped.py."""
     linked = Linked(fakes)
     leader, twin = await linked.play(), fakes.latest("simulator")
     await linked.ask({"type": "resume", "by": "osc"})

@@ -1,6 +1,5 @@
-"""Stages are started, told what has been decided, and ended. They are fakes that the tests speak for, but for one test.
-
-What is decided is asked in test_asked.py and test_heard.py."""
+"""Stages are started, sent messages, and ended. They are fakes that the tests control, except in one test. Decisions
+are tested in test_asked.py and test_heard.py."""
 
 from __future__ import annotations
 
@@ -113,7 +112,7 @@ async def test_a_stop_from_another_terminal(fakes: Fakes) -> None:
     assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: no robots were moving"]
     leader.tell("stopped")
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
-    leader.moves, leader.sent[:] = True, []  # a stage whose robots move although nothing plays, whatever made them
+    leader.moves, leader.sent[:] = True, []  # a stage whose robots move although nothing plays, for whatever reason
     assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: 1 robot was moving"]
     assert leader.kinds == ["stop"]
     assert fakes.lines == ["stopped by `improv stop`"] * 4
@@ -170,7 +169,7 @@ async def test_a_score_carries_the_number_of_emergency_stops_known_at_its_reques
     before = fakes.stops.count
     leader.say(ON)
     leader.say(OFF)
-    assert await fakes.begin()  # it arrived together with the press, so nobody can have known of that
+    assert await fakes.begin()  # it arrived together with the press, which nobody can have known yet
     assert leader.loads[-1]["stops"] == 0
     await fakes.until(lambda: fakes.stops.known)
     assert await fakes.playback.play(PlayScore(DANCE, "dance.improv", before)) is None
@@ -360,7 +359,7 @@ def edited(bert: str) -> Score:
 
 
 def load_of(stage: Fake) -> tuple[int, bool, bool]:
-    """The generation of the last score that a stage was sent, whether it was whole, and whether anna was only named."""
+    """Return the generation of a stage's latest score, whether it was whole, and whether anna was only named."""
     load = stage.loads[-1]
     return load["generation"], load["score"]["known"] == 0, load["score"]["parts"]["anna"] is None
 

@@ -1,4 +1,4 @@
-"""What a stage process is sent on which of its two channels, by a process that writes down what it reads."""
+"""The messages on each of a stage process's two channels, by a process that writes down its input."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.stage.test_watchdog import CHANNEL, LIMIT, READY
 
 
 def received(*messages: ToStage) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """What has come by standard input, and what has come on the channel of stops when the last of that is read."""
+    """Return the messages from standard input, and those that had come on the channel of stops by the end of that."""
     waiting = sum(message["type"] not in ("stop", "pause") for message in messages)
     code = "\n".join(
         [
@@ -58,7 +58,7 @@ def _brief(lines: list[str]) -> list[dict[str, Any]]:
 def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Even if the thread that pings is held up: a stage that was never pinged would not notice that we hang."""
+    """Even if the pinging thread is held up: a stage without a ping would not notice that we hang."""
     monkeypatch.setattr(Watch, "may_ping", lambda watch, now: False)
     lines, first = received({"type": "stop"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
     assert first == [{"type": "stop", "number": 1}, {"type": "ping", "number": 2}]
@@ -66,7 +66,7 @@ def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
 
 
 def test_a_start_that_is_canceled_ends_all_that_the_stage_has_started(tmp_path: Path) -> None:
-    alive = tmp_path / "alive"  # somebody writes there as long as the stage's child runs
+    alive = tmp_path / "alive"  # the stage's child writes there as long as it runs
     os.mkfifo(alive)
     code = f"import subprocess; subprocess.run('exec sleep {LIMIT * 2} > {alive}', shell=True)"
 

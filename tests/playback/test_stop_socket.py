@@ -1,4 +1,4 @@
-"""Who may stop what plays, and what happens to sockets whose process is gone."""
+"""The users who may stop a performance, and the sockets of processes that are gone."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(autouse=True)
 def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder with a short name: that of a socket has at most 107 bytes. `SHARED` is beside it."""
+    """A folder with a short name: the name of a socket has at most 107 bytes. `SHARED` is beside it."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
         monkeypatch.setattr(stop_socket, "RUNTIME", Path(folder, "users"))
@@ -35,7 +35,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @pytest.fixture
 def made(runtime: Path) -> Iterator[StopSocket]:
-    """What a process that plays has, where it is found."""
+    """The socket of a process that plays, in its folder."""
     made = StopSocket(lambda: "stopped")
     yield made
     made.close()
@@ -114,7 +114,7 @@ def test_without_any_folder_it_fails_with_one_line() -> None:
 @pytest.mark.skipif(os.getuid() != 0, reason="needs root, to be other users")
 @pytest.mark.parametrize("taken", [False, True])
 def test_sudo_stops_its_callers_robots(taken: bool) -> None:
-    """Real processes and folders: the user is one that exists only here."""
+    """With real processes and folders: the user is one that exists only here."""
     user = 200_000 + os.getpid() * 2 + taken
     usual = Path(f"/tmp/improv-{user}")
     if taken:  # by another user
@@ -166,7 +166,7 @@ def test_a_stop_counts_for_processes_that_started_before_it(note: str, counts: b
 
 
 def test_a_process_reads_the_note_only_once_it_listens() -> None:
-    """Or a stop between the two would be lost."""
+    """Otherwise a stop between the two would be lost."""
     stops, started = Stops(), time.monotonic()
     assert list(stop_all()) == []
     made = stop_socket.listening(lambda: "stopped", stops, started)

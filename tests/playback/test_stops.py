@@ -9,7 +9,7 @@ from improv_core.safety.stops import Stops
 
 
 class Stage:
-    """Remembers what it is sent."""
+    """A stage that remembers its messages."""
 
     def __init__(self) -> None:
         self.sent: list[ToStage] = []
@@ -30,7 +30,7 @@ def load(asked: int) -> Load:
 def test_requests_made_before_a_stop_are_not_sent_after_it() -> None:
     stops, stage = Stops(), Stage()
     asked = stops.count
-    stops.stop()  # also if no stage is there yet
+    stops.stop()  # even if there is no stage yet
     stops.add(stage)
     assert not stops.send(load(asked), stage, asked)
     assert stage.sent == []

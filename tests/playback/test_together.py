@@ -1,4 +1,4 @@
-"""How stages on several machines play as one, as stories: what is told and said → what follows, in words."""
+"""Stages on several machines that play as one, as stories: messages → acts, in words."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NOW = 1000.0
 
 
 def on_hosts(text: str) -> Score:
-    """A score whose robots p, q, and o are moved elsewhere."""
+    """Return a score whose robots p, q, and o have other hosts."""
     score = score_of(analyze(text))
     parts = {name: replace(part, host=HOSTS.get(name)) for name, part in score.parts.items()}
     return replace(score, parts=parts)
@@ -46,30 +46,30 @@ class Story:
             assert acts == []
 
     def told(self, kind: str, **fields: Any) -> list[str]:
-        """What follows if the parent sends a message."""
+        """Return the acts that follow if the parent sends a message."""
         message: Any = {"type": kind, **fields}
         self.group, self.acts = rules.told(self.group, message, Times(self.now, self.now))
         return self.words
 
     def said(self, host: str, kind: str, /, **fields: Any) -> list[str]:
-        """What follows if the stage of a host says something."""
+        """Return the acts that follow if the stage of a host sends a message."""
         message: Any = {"type": kind, **fields}
         self.group, self.acts = rules.said(self.group, host, message, Times(self.now, self.now))
         return self.words
 
     def is_at(self, host: str, state: State, beat: float = 0.0, **known: Any) -> list[str]:
-        """What follows if the stage of a host is in a state now, at 120 beats per minute."""
+        """Return the acts that follow if the stage of a host is in a state now, at 120 beats per minute."""
         message: Any = {**at(state, self.group.generation, beat, self.now), **known}
         return self.said(host, message.pop("type"), **message)
 
     def waits(self) -> list[str]:
-        """What follows once the next time has come that it waits for."""
+        """Return the acts that follow at the next time that the group waits for."""
         self.now = rules.due(self.group, Times(self.now, self.now))
         self.group, self.acts = rules.waited(self.group, Times(self.now, self.now))
         return self.words
 
     def plays(self, text: str = "a p q o $ repeat forward\n", **fields: Any) -> list[str]:
-        """What follows if a program is to be played."""
+        """Return the acts that follow if somebody plays a program."""
         rest = {"when": "restart", "backend": "all", **fields}
         score = to_json(on_hosts(text), self.written)
         return self.told("load", generation=self.group.generation + 1, score=score, **rest)
@@ -155,7 +155,7 @@ COUNT = {"beats": 3, "period": 0.25}
 
 
 def counting(**arming: float) -> Story:
-    """All are ready, and a bar is counted before beat 0."""
+    """All are ready, and count a bar before beat 0."""
     story = Story(HERE, PI)
     story.told("speed", factor=2.0)
     score = replace(on_hosts("beat 120\na p $ repeat forward\n"), count_in=True, bar=3)
@@ -595,7 +595,7 @@ def test_a_beat_may_be_sent_ahead() -> None:
 
 
 def stopped(story: Story, by: list[str]) -> None:
-    """All have stopped, and say what may have robots move without a person."""
+    """Have all stop, and report which automations may have robots move."""
     story.told("stop")
     for host in story.group.alive:
         story.is_at(host, "stopped", 2.0, startable_by=by)

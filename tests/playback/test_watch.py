@@ -1,4 +1,4 @@
-"""When a stage counts as hung, on a clock that the tests advance."""
+"""The limits after which a stage counts as hung, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from improv_core.safety.stage_watchdog import HARMLESS_HANG_LIMIT, LOOK_PERIOD, 
 
 
 class Turned:
-    """A watch over a stage that moves real robots, whose clock is turned look by look."""
+    """A watch over a stage that moves real robots, on a clock that advances look by look."""
 
     def __init__(self, real: bool = True, plays: bool = True) -> None:
         self.now = 0.0
@@ -19,7 +19,7 @@ class Turned:
         self._number = 0
 
     def exceeds(self, seconds: float) -> float | None:
-        """The limit that the stage exceeds within this many seconds without an answer."""
+        """Return the limit that the stage exceeds within this many seconds without an answer."""
         for _ in range(round(seconds / LOOK_PERIOD)):
             self.now += LOOK_PERIOD
             if limit := self.watch.look(self.now, self._real):

@@ -1,9 +1,9 @@
-"""A way to an ssh server that delays what passes, as a busy Wi-Fi does: ssh starts it as its ProxyCommand.
+"""A way to an ssh server that delays all bytes, as a busy Wi-Fi does: ssh starts it as its ProxyCommand.
 
-    slow_way.py HOST PORT [--delay 0.002] [--jitter 0.098] [--loss 0.02] [--rate BYTES_PER_SECOND] [--seed 1]
+slow_way.py HOST PORT [--delay 0.002] [--jitter 0.098] [--loss 0.02] [--rate BYTES_PER_SECOND] [--seed 1]
 
-Each piece of up to a packet waits the delay, and a random time of mean jitter/3, cut at the jitter. What is lost comes
-0.2 s later, as if it were sent again. Order is kept. All that is said here ends when either side does.
+Each piece of up to a packet waits the delay, and a random time of mean jitter/3, cut at the jitter. A lost piece comes
+0.2 s later, as if it were sent again. Order is kept. It ends when either side does.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ AGAIN = 0.2
 
 @dataclass
 class Way:
-    """One direction: what waits, until when, and when the last of it arrives."""
+    """One direction: the pieces that wait, their times, and the time at which the last one arrives."""
 
     waiting: list[tuple[float, int, bytes]] = field(default_factory=list)
     free: float = 0.0

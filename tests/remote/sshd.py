@@ -21,12 +21,12 @@ from improv_core.session.start import REMOTE
 from tests.needs import lacking, need
 
 NAME = "robot"
-"""What the host is called here."""
+"""The name of the host here."""
 LIMIT = 60.0
 SLOW = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
 """A Wi-Fi with 2 to 100 ms of random delay each way, which loses 2%."""
 TRIES = 5
-"""Ports that are tried: one that was free may be taken before the server listens."""
+"""The ports to try: a free one may be taken before the server listens."""
 SSHD = Path("/usr/sbin/sshd")
 
 
@@ -66,7 +66,7 @@ class Host:
         path.write_text("".join(f"{host}\n" for host in hosts))
 
     def command(self, *stage: str, host: str = NAME, by: str | None = None, domain: int | None = None) -> list[str]:
-        """The command of a link, as a parent starts it, but for the configuration of ssh."""
+        """Return the command of a link, as a parent starts it, except for the configuration of ssh."""
         named = [*(["--from", by] if by else []), *([] if domain is None else ["--domain", str(domain)])]
         return [sys.executable, str(REMOTE), "near", host, "--ssh-config", str(self.config), *named, *stage]
 
@@ -77,12 +77,12 @@ class Host:
         self.install("python3", *lines, f'exec {shlex.quote(sys.executable)} "$@"')
 
     def run_first(self, code: str) -> None:
-        """Have Python there run this before what is sent to it."""
+        """Have Python there run this code before its input."""
         whole = f"import sys\n{code}\nexec(open(0, 'rb', 0, closefd=False).readline())"
         self.install("python3", f"exec {shlex.quote(sys.executable)} -I -c {shlex.quote(whole)}")
 
     def install(self, name: str, *lines: str) -> None:
-        """A script there that is found before all other programs of this name."""
+        """Install a script there that hides all other programs of this name."""
         script = self.bin / name
         script.write_text("\n".join(["#!/bin/sh", *lines, ""]))
         script.chmod(0o755)
@@ -100,14 +100,14 @@ class Host:
         self.known.write_text(f"[127.0.0.1]:{self.port} {kind} {key}\n")
 
     def slow(self, seed: int, *options: str) -> Path:
-        """A configuration of ssh that reaches the host by a slow way."""
+        """Return a configuration of ssh that reaches the host by a slow way."""
         path = self.folder / f"slow_config_{seed}"
         way = [sys.executable, str(Path(__file__).with_name("slow_way.py")), "%h", "%p", "--seed", str(seed)]
         path.write_text(f"{self.config.read_text()}  ProxyCommand {shlex.join([*way, *(options or SLOW)])}\n")
         return path
 
     def versions(self) -> list[Path]:
-        """What is in the cache there but the lock."""
+        """Return the versions in the cache there."""
         stages = self.cache / "improv" / "stages"
         return [path for path in stages.glob("*") if not path.name.startswith("taken-")]
 
@@ -122,7 +122,7 @@ class Host:
             self._write_configs()
             server = subprocess.Popen([SSHD, "-D", "-e", "-f", self.folder / "sshd_config"], stderr=subprocess.DEVNULL)
             end = time.monotonic() + LIMIT
-            while server.poll() is None:  # nothing else tells when it listens
+            while server.poll() is None:  # nothing else shows that it listens
                 assert time.monotonic() < end, "sshd does not listen"
                 with suppress(OSError), socket.create_connection(("127.0.0.1", self.port), LIMIT) as connection:
                     if connection.recv(4) == b"SSH-":
@@ -170,7 +170,7 @@ class Host:
 
 @contextmanager
 def a_host(folder: Path, there: Mapping[str, str]) -> Iterator[Host]:
-    """A machine that runs until the test ends, and that the person has allowed."""
+    """Run a machine until the test ends; the person has allowed it."""
     host = Host(folder, there)
     try:
         host.allow(NAME)

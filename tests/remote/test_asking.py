@@ -1,4 +1,4 @@
-"""What the near end of a link knows about the clock there, and when it asks, on a clock that the tests advance."""
+"""The near end's knowledge about the clock there, and its questions, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ASLEEP = 7.0
 
 
 def exchanged(seconds: float, way: float = 0.001) -> Asking:
-    """What is known after so many seconds of questions, of which each way takes `way`."""
+    """Return the state after so many seconds of questions, each of which takes `way` to get there."""
     asking = Asking(0.0)
     for number in range(int(seconds / OFTEN)):
         now = number * OFTEN

@@ -1,4 +1,4 @@
-"""Times that cross a border: every one that a message holds, there and back."""
+"""Every time in a message is translated, there and back."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ TIMES = {"at", "monotonic", "wall", "begins", "asleep"}
 
 
 def example(hint: Any, name: str = "") -> Any:
-    """A value of a type, whose times are all 1."""
+    """Return a value of a type whose times are all 1."""
     origin, arguments = get_origin(hint), get_args(hint)
     if hasattr(hint, "__required_keys__"):
         return {key: example(inner, key) for key, inner in hints_of(hint).items() if key != "command"}

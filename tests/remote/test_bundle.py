@@ -1,4 +1,4 @@
-"""What travels to another machine: all that a stage there imports, and nothing that it doesn't need."""
+"""The bundle for another machine: all modules that a stage there imports, and none that it doesn't need."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STARTED = tuple(
     for helper in ("standby.process", "sensors.process", "publisher.process", "graph", "output")
 )
 SIMULATOR = ("improv_core.outputs.simulator.simulator", "improv_core.page.server")
-"""What only a stage with the simulator imports."""
+"""The modules that only a stage with the simulator imports."""
 
 
 def test_it_has_every_module_that_a_stage_there_imports() -> None:

@@ -27,7 +27,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Host]:
 
 @pytest.fixture
 def host(shared: Host) -> Host:
-    """A host as it should be, but for ROS 2."""
+    """A host as it should be, except for ROS 2."""
     shared.allow(NAME, "off", "nowhere")
     shared.authorized.write_text((shared.folder / "ours.pub").read_text())
     shared.trust()
@@ -36,7 +36,8 @@ def host(shared: Host) -> Host:
 
 
 def said(host: Host, name: str = NAME) -> list[dict[str, object]]:
-    """All that a link to a host says until it ends, which it does by itself. No process is left here or there."""
+    """Return all messages of a link to a host until it ends, which it does by itself. No process is left here or
+    there."""
     before = descendants(os.getpid())
     pipe = subprocess.PIPE
     with subprocess.Popen(host.command(host=name), env=host.env, stdin=pipe, stdout=pipe, stderr=pipe) as link:
@@ -49,7 +50,7 @@ def said(host: Host, name: str = NAME) -> list[dict[str, object]]:
 
 
 def check(host: Host, line: str, name: str = NAME) -> None:
-    """A link to a host says this one line."""
+    """Check that a link to a host sends this one line."""
     assert said(host, name) == [{"type": "error", "message": line}]
 
 
@@ -213,7 +214,7 @@ def test_two_earlier_versions_are_kept_and_incomplete_ones_are_not(tmp_path: Pat
 
 
 def started_there(cache: Path, data: bytes) -> bytes:
-    """What the first line and what follows it make a Python say."""
+    """Return the output of a Python that reads the first line and this data."""
     code = "exec(open(0, 'rb', 0, closefd=False).readline())"
     env = {**os.environ, "XDG_CACHE_HOME": str(cache), "IMPROV_ROS_PYTHON": ""}
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""What travels through a link, line by line."""
+"""The frames of a link, line by line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a stage beside the far end of a link counts as hung, on a clock that the tests advance."""
+"""The limits after which a stage beside the far end of a link counts as hung, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PERIOD = 0.05
 
 
 class Turned:
-    """A stage that is looked at until its clock has been turned."""
+    """A stage that is watched while its clock advances."""
 
     def __init__(self, *, moves: bool = True) -> None:
         self.now = 0.0
@@ -29,7 +29,7 @@ class Turned:
         self.asked = plays(self.asked, moves)
 
     def exceeds(self, seconds: float) -> float | None:
-        """The limit that it exceeds within so many seconds without an answer."""
+        """Return the limit that it exceeds within so many seconds without an answer."""
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             self.asked, limit = looked(self.asked, self.now, PERIOD)

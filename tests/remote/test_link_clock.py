@@ -1,4 +1,4 @@
-"""What exchanges say about another clock, behind links whose delays the tests throw."""
+"""Estimates of another clock from exchanges over links whose delays the tests throw."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def mostly_short(dice: random.Random) -> float:
 
 
 class Pair:
-    """Two clocks and the link between them: what is lost comes later, and nothing overtakes, as in TCP."""
+    """Two clocks and the link between them: a lost message comes later, and none overtakes, as in TCP."""
 
     def __init__(self, seed: int, delay: Delay, drift: float | None = None) -> None:
         self.dice = random.Random(seed)
@@ -59,7 +59,7 @@ class Pair:
             yield Exchange(sent, self.there(down), self.there(down), up)
 
     def known(self, seconds: float) -> Exchanges:
-        """What is remembered after so many seconds."""
+        """Return the exchanges that are remembered after so many seconds."""
         exchanges = Exchanges()
         for each in self.exchanges(seconds):
             if each.heard <= seconds:
@@ -71,8 +71,8 @@ class Pair:
 
 
 def check(delay: Delay, bounds: Mapping[float, tuple[float, float]], drift: float | None = None) -> None:
-    """After so many seconds each, the offset is off by less than these milliseconds: in half of the links, and in 19 of
-    20."""
+    """Check that after so many seconds each, the offset is off by less than these milliseconds: in half of the links,
+    and in 19 of 20."""
     off = dict[float, list[float]]()
     for seed in range(LINKS):
         pair, exchanges = Pair(seed, delay, drift), Exchanges()

@@ -1,4 +1,4 @@
-"""What ssh and the other end of a link say, as one line. What a real server causes is in test_connecting.py."""
+"""Errors of ssh and of the other end of a link, as one line. Errors of a real server are in test_connecting.py."""
 
 from __future__ import annotations
 

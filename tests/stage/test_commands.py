@@ -17,7 +17,7 @@ DOCS = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="
 
 
 def listed() -> list[str]:
-    """The rows as docs/protocol.md has them."""
+    """Return the rows as docs/protocol.md has them."""
     rows = []
     for row in COMMANDS.values():
         properties = {

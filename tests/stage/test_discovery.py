@@ -1,4 +1,4 @@
-"""Which robots ROS 2 can reach, in each release; `tests/ros/test_ros_sink.py` asks a real sink."""
+"""The robots that ROS 2 can reach, in each release; `tests/ros/test_ros_sink.py` checks a real sink."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RELEASES = ("foxy", "humble", "iron", "jazzy", "kilted", "rolling")
     ("release", "given", "only", "reach"),
     [
         ("humble", None, None, HERE),
-        ("humble", None, "0", HERE),  # sourcing Humble sets 0, though nobody asked for it
+        ("humble", None, "0", HERE),  # sourcing Humble sets 0, though nobody set it
         ("humble", None, "1", HERE),
         ("humble", "", "0", HERE),
         ("humble", "SUBNET", None, SUBNET),

@@ -1,4 +1,4 @@
-"""Faults in words: what is new about robots at one look → the lines that people are told."""
+"""Faults in words: the news about robots at one look → the lines for people."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_different_news_have_lines_of_their_own() -> None:
 
 
 def test_a_line_reports_that_a_robot_stands_and_that_the_cause_is_over() -> None:
-    """Not with each other fault of a robot that stands already."""
+    """No line reports that about the other faults of a robot that stands already."""
 
     def line(news: News, response: Response, *, newly: bool) -> str:
         return as_line(SeenNews(part("a"), news, True, newly), "beat 3", response, "continue")

@@ -1,4 +1,4 @@
-"""What is wrong with a robot: what is known of it at each look → when a fault begins, and when it is over."""
+"""Faults of a robot: the facts at each look → the times at which a fault begins, and is over."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def measured(at: float, pose: Pose, ideal: Pose, **different: object) -> Compari
 
 
 def watched(known: Iterable[RobotFacts], rules: FaultRules = RULES) -> list[str]:
-    """When each fault begins and is over: `1.1 +stuck`, `3.0 -stuck`."""
+    """Return the times at which each fault begins and is over: `1.1 +stuck`, `3.0 -stuck`."""
     watch, lines = RobotWatch(), []
     for each in known:
         watch, news = look(watch, each, rules)
@@ -42,7 +42,7 @@ def driving(
     moves: bool = True,
     every: float = LOOK,
 ) -> Iterable[RobotFacts]:
-    """A robot that is told to drive from time 0 on, at `speed`, and is at `where`; None: no pose comes. Poses come
+    """A robot that is sent to drive from time 0 on, at `speed`, and is at `where`; None: no pose comes. Poses come
     `late`, one after each `every` seconds."""
     taken = -1
     for count in range(round(seconds / LOOK) + 1):
@@ -103,9 +103,9 @@ def test_turns_neither_bring_a_robot_back_on_its_path_nor_take_it_off() -> None:
         # It is blocked at 2 s.
         (driving(halts, 3.1), ["3.0 +stuck"]),
         (driving(rests, 4.3), ["3.0 +stuck", "3.6 +off_path", "4.2 -stuck"]),
-        # Wheels 20% off: after 6.25 s it is 0.25 m behind, and after 7.5 s also behind where it was to be 0.25 s ago.
+        # Wheels 20% off: after 6.25 s it is 0.25 m behind, and after 7.5 s also behind its ideal pose of 0.25 s ago.
         (driving(lambda at: Pose(0.8 * SPEED * at), 8), ["7.6 +off_path"]),
-        # It is turned by 16 degrees, which wasn't told.
+        # It is turned by 16 degrees, without a command.
         (driving(lambda at: Pose(SPEED * at, heading=math.radians(16 if at >= 2 else 0)), 3), ["2.0 +off_path"]),
         (driving(lambda at: Pose(SPEED * at, heading=math.radians(14)), 3), []),
         (driving(lambda at: Pose(SPEED * at, 0.26 if 1 <= at < 2 else 0), 3), ["1.0 +off_path", "2.0 -off_path"]),

@@ -1,4 +1,4 @@
-"""Whether listeners are known to hear: whom to ask, and when they count."""
+"""Listeners that are known to receive: the ones to ask for a confirmation, and the times from which they count."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Input that a stage can't understand is refused in one line; any other trouble stops its robots and ends it."""
+"""A stage refuses input that it can't understand, in one line; any other trouble stops its robots and ends it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ MOVING = load("r $ repeat forward\n")
 
 
 def variants(value: Any) -> Iterator[Any]:
-    """Copies of a JSON value, each with one thing in it replaced by something wrong, or missing."""
+    """Yield copies of a JSON value, each with one thing in it replaced by something wrong, or missing."""
     yield from WRONG
     if isinstance(value, dict):
         for key in value:
@@ -55,7 +55,7 @@ def variants(value: Any) -> Iterator[Any]:
 
 @pytest.mark.slow("tries every wrong value")
 def test_no_wrong_value_keeps_a_robot_moving() -> None:
-    """The stage refuses any bad value, or plays it and ends; and every robot has heard zeros at the end."""
+    """The stage refuses any bad value, or plays it and ends; and every robot has received zeros at the end."""
     seen = {Play: 0, Unreadable: 0}
     for wrong in variants(copy.deepcopy(LOAD)):
         came = arrival(json.dumps(wrong).encode() + b"\n", RowsRead())

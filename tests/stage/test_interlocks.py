@@ -1,4 +1,5 @@
-"""When an emergency stop is on: what its publishers say, and what a stage knows about those that no score names."""
+"""The state of emergency stops: the messages of their publishers, and a stage's knowledge of those that no score
+names."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ T, F = True, False
 
 
 def turns(told: Iterable[tuple[float, list[bool]]], until: float) -> list[tuple[float, bool | None]]:
-    """When an emergency stop turns on or off if these messages come, looked at every 0.05 s."""
+    """Return the times at which an emergency stop turns on or off if these messages come, with a look every 0.05 s."""
     stop, found, waiting = StopTopic(), list[tuple[float, bool | None]](), list(told)
     for now in [step / 20 for step in range(round(until * 20) + 1)]:
         before = stop
@@ -63,7 +64,7 @@ def test_presses_are_counted_and_stay_until_they_are_released() -> None:
     [
         (EmergencyStops(), (["/a"], 3), EmergencyStops(frozenset({"/a"}), 3)),
         (EmergencyStops(), ([], 3), EmergencyStops(frozenset(), 3)),
-        (EmergencyStops(frozenset(), 3), (["/a"], 3), EmergencyStops(frozenset(), 3)),  # it has heard the release
+        (EmergencyStops(frozenset(), 3), (["/a"], 3), EmergencyStops(frozenset(), 3)),  # it has received the release
     ],
 )
 def test_a_stage_learns_of_presses_that_others_received(

@@ -1,4 +1,4 @@
-"""What people are told about joints that aren't at their starts."""
+"""The lines about joints that aren't at their starts."""
 
 from __future__ import annotations
 

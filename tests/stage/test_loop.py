@@ -1,4 +1,4 @@
-"""What a stage does with what arrives, on a clock that the tests advance."""
+"""A stage's reactions to arrivals, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def load(program: str) -> Play:
 
 @dataclass(frozen=True)
 class FromRos:
-    """What arrives, but not through the stage's own input."""
+    """An arrival that doesn't come through the stage's own input."""
 
     arrival: Arrival
 
 
 class Reading:
-    """A long line has arrived, and is being read."""
+    """A long line has arrived, and the reader is busy with it."""
 
 
 Event = Arrival | FromRos | Reading
@@ -120,7 +120,7 @@ class Slow(Memory):
 def perform(
     sink: Memory, *arrivals: tuple[float, Event], real: bool = True, sleeps_at: float = math.inf, late: float = 0.0
 ) -> list[FromStage]:
-    """What a stage says until the last of the arrivals has ended it."""
+    """Return the messages of a stage until the last of the arrivals has ended it."""
     sink.real = real
     told: list[FromStage] = []
     turned = Turned(arrivals, sleeps_at, late)
@@ -323,7 +323,7 @@ def test_an_alarm_stops_moving_robots_and_reports_the_reason() -> None:
 def test_the_stop_of_a_page_is_confirmed_once_robots_were_sent_zeros(real: bool, who: list[str]) -> None:
     sink = Memory()
     sink.real = real
-    told: list[tuple[str, Twist]] = []  # to whom, and what the robot was sent last by then
+    told: list[tuple[str, Twist]] = []  # by then, the robots and their latest velocities
 
     def tell(to: str, kind: str, message: FromStage | ToPages | Stop) -> None:
         if message["type"] == kind:

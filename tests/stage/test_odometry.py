@@ -1,4 +1,4 @@
-"""How far off robots are: poses in any frame are laid on the world of the score, and compared with the ideal path."""
+"""The deviation of robots: poses in any frame are moved to the world of the score, and compared with the ideal path."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from tests.stage.test_player import Stage, numbered, score
 
 ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"
 FRAME = Pose(5, -3, 0, 2.5)
-"""Where the source believes the origin of the world to be."""
+"""The origin of the world in the frame of the source."""
 PROGRAM = "beat 60\nr $ forward left forward\n"
 
 
 class Robot:
-    """A stage with real robots of which `r` is measured every 50 ms: it is where `off` puts it in the world."""
+    """A stage with real robots of which `r` is measured every 50 ms: `off` is its pose in the world."""
 
     def __init__(self, source: str = ODOMETRY, frame: Pose = FRAME, odom_frame: OdomFrame = "own") -> None:
         self.stage = Stage()
@@ -70,15 +70,15 @@ class Robot:
         self.stage.run(seconds)
 
     def pose(self, world: Pose, ago: float = 0.0) -> dict[str, Any] | None:
-        """What is reported about a pose; None if nothing is."""
+        """Return the report about a pose; None if there is none."""
         before = len(self.measured)
         raw = RawPose("r", self.source, self.frame.then(world), self.stage.now - ago)
         self.player.measure([raw], self.stage.now)
         return self.measured[-1]["robots"]["r"] if len(self.measured) > before else None
 
     def drive(self, seconds: float, age: float | None = None) -> None:
-        """Drive along the x axis at 2 m/s, as far from where it began as it should be by now; poses are stamped so
-        many seconds before they come."""
+        """Drive along the x axis at 2 m/s, to the ideal distance at this time; poses are stamped so many seconds before
+        they come."""
         for _ in range(round(seconds / 0.05)):
             at = self.stage.now
             place = self.frame.then(Pose(2 * (at - 1000)))
@@ -87,7 +87,7 @@ class Robot:
             self.run(0.05)
 
     def off(self, world: Pose, ago: float = 0.0) -> tuple[float, float]:
-        """How far off it is in meters and degrees, as reported about a pose."""
+        """Return the reported deviation of a pose in meters and degrees."""
         told = self.pose(world, ago)
         assert told
         found = error(told["pose"], told["ideal"])
@@ -125,7 +125,7 @@ def test_a_robot_begins_where_it_stood_shortly_before_beat_0() -> None:
     robot.run(0.1)  # since the latest pose, 0.1 s have passed, of which it has played nearly all
     assert robot.off(Pose()) == pytest.approx((0.2, 0), abs=0.03)
     robot.play()
-    robot.run(RECENT + 0.1)  # nothing came in time: it counts as being where it ideally is
+    robot.run(RECENT + 0.1)  # no pose came in time: it counts as being at its ideal pose
     assert robot.off(Pose()) == (0, 0)
 
 
@@ -136,7 +136,7 @@ def test_a_pose_counts_from_when_it_came() -> None:
     robot.run(1.1)
     assert robot.off(Pose(1.8), ago=0.2) == (0, 0)
     assert robot.off(Pose(2, 0, 0, math.radians(4.5)), ago=0.05) == (0, 0)
-    assert robot.pose(Pose(1.8), ago=0.1) is None  # older than what has been reported
+    assert robot.pose(Pose(1.8), ago=0.1) is None  # older than the latest report
 
 
 def test_it_is_measured_until_it_has_come_to_rest() -> None:
@@ -296,7 +296,7 @@ class Follower(Robot):
 
     @property
     def sent(self) -> list[tuple[float, float]]:
-        """When the robot's speed changed, and to what."""
+        """Return the times at which the robot's speed changed, and the new speeds."""
         found: list[tuple[float, float]] = []
         for _, at, twist in self.stage.sink.sent:
             if not found or found[-1][1] != round(twist.x, 6):
@@ -341,9 +341,9 @@ def test_poses_that_are_too_old_or_too_far_off() -> None:
     ("latencies", "follows"),
     [
         ([0.05, 0.08], True),
-        ([0.05, 0.21], False),  # the clocks agree, so it was late
+        ([0.05, 0.21], False),  # the clocks agree, so the pose was late
         ([0.3, 0.3], False),
-        ([3600.0, 3600.3], True),  # the clocks don't agree: it counts from when it came
+        ([3600.0, 3600.3], True),  # the clocks don't agree: the time of its arrival counts
         ([-0.02, -0.03], True),
         ([-9.0, -8.7], True),
     ],
@@ -405,7 +405,7 @@ def test_any_frame_is_laid_on_the_world(x: float, y: float, heading: float, step
 
 
 def on_faults(robot: Robot, response: Response, seconds: float) -> list[str]:
-    """Play, with poses for a second, then without; the lines that are told."""
+    """Play, with poses for a second, then without. Returns the lines for people."""
     robot.play("beat 60\nr $ repeat forward\n", rules=FaultRules(dict.fromkeys(get_args(Fault), response)))
     robot.drive(1)
     robot.run(seconds)
@@ -413,7 +413,8 @@ def on_faults(robot: Robot, response: Response, seconds: float) -> list[str]:
 
 
 def corrected(odometry: Odometry, world: Pose, at: float) -> Twist:
-    """What is added to the velocity of `r`, which drives 0.2 m/s along x from the origin, after a pose at a time."""
+    """Return the correction of the velocity of `r`, which drives 0.2 m/s along x from the origin, after a pose at a
+    time."""
     odometry.take(RawPose("r", LOCALIZATION, world, at))
     return odometry.correction("r", Twist(0.2), at)
 
@@ -486,7 +487,7 @@ def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, 
 
 
 def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in_time() -> None:
-    """Which are old by their stamps. As long as there are none, that is silence."""
+    """Their stamps show that they are late. As long as there are none, that is silence."""
     robot = Robot(LOCALIZATION, Pose(), "world")
     robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True)
     for seconds, age in ((1, 0.08), (2, 0.5), (1, 0.08)):
@@ -509,7 +510,7 @@ def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in
     ],
 )
 def test_a_clock_that_does_not_agree_is_named_once(ahead: float, use_sim_time: bool, says: str | None) -> None:
-    """Then the age of its poses is not known."""
+    """Then the age of its poses is unknown."""
     robot = Robot(LOCALIZATION, Pose(), "world")
     robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True, use_sim_time=use_sim_time)
     robot.drive(3, age=0.08 - ahead)
@@ -602,7 +603,7 @@ def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> 
 
 @pytest.mark.parametrize(("count", "most"), [(30, 1), (120, 2)])
 def test_many_robots_that_fail_at_once_are_reported_in_one_line(count: int, most: int) -> None:
-    """Of more than a hundred, a hundred are looked at together."""
+    """Of more than a hundred, a hundred share a line."""
     robot, names = Robot(frame=Pose()), [f"r{number}" for number in range(count)]
     robot.play(f"beat 60\n{' '.join(names)} $ repeat forward\n")
     for _ in range(20):
@@ -640,7 +641,7 @@ def test_late_commands_are_reported_within_half_a_second() -> None:
 
 
 def test_positions_of_joints_are_reported_while_robots_play_and_for_a_moment_after() -> None:
-    """Joints that the robot's body hasn't are somebody else's."""
+    """Joints that are not in the robot's body belong to others."""
     stage = Stage()
     stage.sink.real = True
     stage.load("r is puppet\nbeat 60\nr $ head left")

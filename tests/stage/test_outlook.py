@@ -1,4 +1,4 @@
-"""What can be seen of a performance from outside, from what a real player says about it."""
+"""The forecast of a performance for others, from the messages of a real player."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.stage.test_player import Stage, score
 
 
 class Watched(Stage):
-    """A player of a program, and an outlook that hears everything it says."""
+    """A player of a program, and a forecast that gets all its messages."""
 
     def __init__(self, program: str, *, real: bool = True) -> None:
         super().__init__()
@@ -32,7 +32,7 @@ class Watched(Stage):
         self.player.load(made, generation, when, self.now)
 
     def see(self, robot: str = "r") -> tuple[float, float, float, str]:
-        """x, y, and degrees of a robot now, and what it plays."""
+        """Return x, y, and degrees of a robot now, and its movement."""
         for message in self.told[self._heard :]:
             if message["type"] == "transport" or message["type"] == "sensed":
                 self.outlook.take(message)
@@ -118,7 +118,7 @@ def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
 
 
 def test_a_save_continues_from_where_robots_are() -> None:
-    """Real robots don't say where they are: the part that begins does so where the one before ideally was."""
+    """Real robots don't report where they are: a new part begins at the ideal pose of the one before."""
     stage = Watched("r $ repeat forward\nb $ repeat left\n")
     stage.see()
     stage.run(1)
@@ -149,7 +149,7 @@ def test_the_forecast_follows_decisions_of_senses() -> None:
 
 
 def test_in_the_frame_of_odometry() -> None:
-    """Once it is known, and as long as the robot has one."""
+    """Once that frame is known, and as long as the robot has one."""
     stage = Watched("r $ repeat forward\n")
     stage.see()
     at: PoseJson = {"x": 0, "y": 5, "z": 0, "heading": math.pi / 2}

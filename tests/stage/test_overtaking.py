@@ -1,4 +1,4 @@
-"""What a stop makes void by overtaking it, and that robots of a new score are met between stops."""
+"""Requests that a stop makes void by overtaking them, and new robots that a sink gets to know between stops."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.stage.test_player import Memory, score
 
 
 def check(heard: str, *void: tuple[str, int | None, bool]) -> None:
-    """What is void after messages on the channel of stops, numbered from 1; `lost` if the parent hangs."""
+    """Check the void requests after messages on the channel of stops, numbered from 1; `lost` if the parent hangs."""
     state = Overtaking()
     for number, kind in enumerate(heard.split(), 1):
         state = state.lose() if kind == "lost" else state.hear(kind, number)
@@ -49,7 +49,7 @@ def play(program: str, after: int, robots: str = "") -> Play:
 
 
 class Slow:
-    """A sink that takes 4 ms to meet each robot."""
+    """A sink that takes 4 ms to get to know each robot."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -101,7 +101,7 @@ def test_a_score_that_only_stops_robots_is_never_void() -> None:
 
 
 def states(told: list[Any]) -> list[tuple[str, float]]:
-    """What a stage was doing from when on, in seconds."""
+    """Return the states of a stage and their beginnings, in seconds."""
     return [(each["state"], round(each["monotonic"] - START, 3)) for each in told if each["type"] == "transport"]
 
 

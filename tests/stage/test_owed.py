@@ -1,4 +1,4 @@
-"""When zeros that robots may not have heard are sent again, on a clock that the tests advance."""
+"""Zeros that robots may not have received are sent again, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ TELEOP = frozenset({"/teleop"})
 def story(
     *facts: tuple[float, TopicFacts], listened: bool = True, inherited: bool = False
 ) -> tuple[list[float], float, bool]:
-    """A robot is told to stop at 0; each of these facts holds from its time on.
+    """Send a robot a zero at 0; each of these facts holds from its time on.
 
-    When zeros are sent again, when none is pending anymore, and whether people are told that it may not have heard it.
+    Returns the times of the repeated zeros, the time from which none is pending anymore, and whether people are warned.
     """
 
     def holds(now: float) -> TopicFacts:
@@ -50,23 +50,23 @@ def every(begin: float, end: float) -> list[float]:
         # Confirmed at once, or as soon as DDS asks: nothing more.
         ([(0, RELIABLE)], [], 0.2, False),
         ([(0, LATE), (1.3, RELIABLE)], every(0.2, 1.2), 1.4, False),
-        # One that confirms nothing is sent zeros for longer than it takes to be found again after a cut.
+        # A listener that confirms nothing gets zeros for longer than it takes to find it again after a cut.
         ([(0, BEST_EFFORT)], every(0.2, UNCONFIRMED - PERIOD), UNCONFIRMED, False),
         # A listener that is lost and not found again: no zeros into nothing, and a line.
         ([(0, LATE), (19, GONE)], every(0.2, 18.8), LIMIT, True),
         ([(0, GONE)], [], LIMIT, True),
-        # One that is lost and found again gets a burst, whatever it seems to have confirmed at first.
+        # A listener that is lost and found again gets a burst, whatever it seems to have confirmed at first.
         ([(0, GONE), (31, RELIABLE)], every(31, 31 + LATER - PERIOD), 32, False),
         ([(0, BEST_EFFORT), (20, GONE), (40, BEST_EFFORT)], every(0.2, 19.8) + every(40, 40.8), 41, False),
         # Another node has begun to publish: somebody else moves the robot.
         ([(0, BEST_EFFORT), (4, replace(BEST_EFFORT, others=TELEOP))], every(0.2, 3.8), 4, False),
         ([(0, GONE), (31, replace(RELIABLE, others=TELEOP))], [], 31, False),
-        # One that has published all the time says nothing about this stop, but may move a robot that comes back.
+        # A node that has always published proves nothing about this stop, but may move a robot that comes back.
         ([(0, replace(LATE, others=TELEOP)), (1, replace(RELIABLE, others=TELEOP))], every(0.2, 0.8), 1, False),
         ([(0, replace(GONE, others=TELEOP)), (31, replace(RELIABLE, others=TELEOP))], [], 31, False),
-        # Two listened, and one is lost: the other has heard it, which does not help the first.
+        # Two listened, and one is lost: the other has received the zero, which does not help the first.
         ([(0, replace(LATE, listeners=2)), (1, RELIABLE)], every(0.2, 0.8), LIMIT, True),
-        # The link was cut for so long that a first confirmation may be about what came before: another one is needed.
+        # The link was cut for so long that a first confirmation may be about earlier messages: another one is needed.
         ([(0, LATE), (OVERDUE + 1, RELIABLE)], every(0.2, OVERDUE + 2 - PERIOD), OVERDUE + 2, False),
     ],
 )
@@ -81,7 +81,7 @@ def test_a_robot_that_never_listened_is_not_reported() -> None:
 
 
 def test_a_robot_that_an_earlier_stage_moved() -> None:
-    """The listener may now be a monitor and the robot away: anything that appears gets zeros, and there is no alarm."""
+    """The listener may now be a monitor and the robot away: any new listener gets zeros, and there is no alarm."""
     assert story((0.0, RELIABLE), inherited=True) == ([], LIMIT, False)
     sent, end, tells = story((0.0, RELIABLE), (9.0, replace(RELIABLE, listeners=2)), inherited=True)
     assert sent == every(9.0, 9.0 + LATER - PERIOD)

@@ -1,4 +1,4 @@
-"""What a stage reads, and its messages to its parent: what overtakes what."""
+"""The input of a stage, and its messages to its parent: urgent messages overtake others."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_an_answer_wakes_anything_waiting_for_a_message() -> None:
 
 
 def read(monkeypatch: pytest.MonkeyPatch, text: bytes) -> list[Arrival]:
-    """What arrives if standard input has this text, of which no line may have more than 40 bytes."""
+    """Return the arrivals if standard input has this text, of which no line may have more than 40 bytes."""
     monkeypatch.setattr(stdio, "LONGEST_LINE", 40)
     monkeypatch.setattr(stdio, "open", lambda *_, **__: io.BytesIO(text), raising=False)
     inbox: UrgentQueue[Arrival] = UrgentQueue()

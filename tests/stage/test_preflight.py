@@ -1,4 +1,4 @@
-"""Whether robots stand where the program has them, before they begin."""
+"""Robots stand where the program has them before they begin, or people get advice."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Lab:
         self.stage.player.measure([raw], self.stage.now)
 
     def begins(self, pose: Pose | None, **rest: Any) -> None:
-        """Ada stands there when beat 0 is due."""
+        """Put ada there when beat 0 is due."""
         self.stage.sink.resets = True
         self.play(**rest)
         self.stage.run(0.1)
@@ -97,13 +97,13 @@ class Lab:
 
     @property
     def shown(self) -> list[str]:
-        """What the page shows."""
+        """Return the lines on the page."""
         told = [message for message in self.stage.told if message["type"] == "misplaced"]
         return [each["line"] for each in told[-1]["robots"].values()] if told else []
 
     @property
     def waits(self) -> bool:
-        """Whether the page offers to play."""
+        """Return whether the page offers to play."""
         return next(each["waits"] for each in reversed(self.stage.told) if each["type"] == "misplaced")
 
     @property

@@ -1,4 +1,4 @@
-"""The stage as a process: what it says, and that it always ends cleanly."""
+"""The stage as a process: its messages, and its clean end in all cases."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def load(program: str) -> bytes:
 
 
 class Process:
-    """A stage with the simulator, spoken to as its parent does."""
+    """A stage with the simulator, whose parent is the test."""
 
     def __init__(self, env: Mapping[str, str] = MappingProxyType({})) -> None:
         pipe = subprocess.PIPE
@@ -54,7 +54,7 @@ class Process:
         assert self.wait("transport")["state"] == "playing"
 
     def wait(self, kind: str) -> dict[str, Any]:
-        """The next message of a type."""
+        """Return the next message of a type."""
         assert self.process.stdout
         for line in self.process.stdout:
             message: dict[str, Any] = json.loads(line)
@@ -63,7 +63,7 @@ class Process:
         raise AssertionError(f"the stage ended before it said {kind}")
 
     def ends(self) -> None:
-        """It says that it stopped the robots, ends with code 0, and has nothing to complain about."""
+        """Check that it reports that it stopped the robots, ends with code 0, and complains about nothing."""
         assert self.wait("transport")["state"] == "stopped"
         self.wait("stopped")
         assert self.process.stderr

@@ -1,4 +1,4 @@
-"""What counts as a message, and that docs/protocol.md lists every message and field."""
+"""The limits of valid messages, and the list of all messages and fields in docs/protocol.md."""
 
 from __future__ import annotations
 

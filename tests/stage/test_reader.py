@@ -1,4 +1,4 @@
-"""What the reader of sensors tells the stage, given what topics say and the time."""
+"""The reports of the reader of sensors to the stage, given the topics' messages and the time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Told = list[tuple[str, bool | None]]
 
 
 class Reading:
-    """Senses, checked as often as the reader does it; `told` is what it reported: robot and value."""
+    """Senses, checked as often as the reader does it; `told` are its reports: robot and value."""
 
     def __init__(self, sources: dict[RobotSense, Topic]) -> None:
         self.now = 0.0

@@ -1,4 +1,4 @@
-"""When a standby is replaced, and when robots may not keep moving without one, at times that the tests set."""
+"""The rules by which a standby is replaced, and by which robots stop without one, at times that the tests set."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ PERIOD = 0.1
 
 
 def lost_at(answers_until: float, pulses_from: float = 0.0, stalls_at: float | None = None) -> float | None:
-    """When a standby that answers pulses only up to a time counts as lost; None if not within 10 s."""
+    """Return the time at which a standby that answers pulses only up to a time counts as lost; None if not within 10
+    s."""
     relief, now = Relief(0.0), 0.0
     while now < 10:
         if now <= answers_until:
@@ -43,7 +44,8 @@ def test_a_standby_that_does_not_answer_is_lost(
 
 
 def stops(*story: tuple[bool, bool]) -> list[float]:
-    """When robots are stopped, given for each second whether they move, and whether a standby is ready."""
+    """Return the times at which robots are stopped, given for each second whether they move, and whether a standby is
+    ready."""
     relief, found = Relief(0.0), []
     for second, (moving, ready) in enumerate(story):
         relief.look(float(second))

@@ -1,4 +1,4 @@
-"""What overtakes what in the queue of messages to a stage."""
+"""The queue of messages to a stage: urgent ones overtake others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from improv_core.score.senses import RobotSense
 
 
 def order(*kinds: str) -> str:
-    """The order in which messages come out; what is in capitals is no message, such as a score that has been read."""
+    """Return the order in which messages come out; capitals stand for other items, such as a score that has been
+    read."""
     waiting: UrgentQueue[object] = UrgentQueue()
     for kind in kinds:
         waiting.put(kind if kind.isupper() else {"type": kind})

@@ -1,4 +1,4 @@
-"""What the parent of a stage notices and says in one line when the stage hangs, fails, or ends, without ROS."""
+"""The one line of a stage's parent when the stage hangs, fails, or ends, without ROS."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.stage_on_thread import USED
 
 LIMIT = 30.0
 SIMULATOR = "stage\0--sink\0simulator"
-"""What is in the command of its process."""
+"""A part of the command of its process."""
 HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""
 READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
@@ -31,18 +31,19 @@ PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
 
 
 def moving(*lines: str) -> str:
-    """A stage that says it moves robots, and then runs these lines."""
+    """Return a stage that reports that it moves robots, and then runs these lines."""
     moves = f"print(json.dumps({at('playing', 1)}), flush=True)"
     return "\n".join(["import json, os, sys, time", CHANNEL, READY, moves, *lines])
 
 
 def stage(*lines: str) -> str:
-    """One that runs these lines for each message, which is called `message` in them."""
+    """Return a stage that runs these lines for each message, which is called `message` in them."""
     return moving("while lines := channel.readline():", " message = json.loads(lines)", *lines)
 
 
 def told_of(code: str, *messages: ToStage, hang_limit: float = HANG) -> tuple[list[Heard], float]:
-    """What a stage that runs this code says after it moves robots until it has ended, and the seconds to that."""
+    """Return the messages of a stage that runs this code, from when it moves robots until it has ended, and the seconds
+    between."""
 
     async def listen() -> tuple[list[Heard], float]:
         told: list[Heard] = []

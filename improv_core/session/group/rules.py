@@ -131,7 +131,7 @@ def said(group: GroupState, host: str, message: Heard, now: Times) -> Decided:
         group = group.with_member(host, vitals=ours)
         known = {robot: each for member in group.members.values() for robot, each in member.vitals.items()}
         return group, [Say({**message, "robots": known})]
-    return group, _about_robots(group, host, message)
+    return group, _pass_on(group, host, message)
 
 
 def waited(group: GroupState, now: Times) -> Decided:
@@ -141,7 +141,7 @@ def waited(group: GroupState, now: Times) -> Decided:
         group, acts = unconfirmed(group)
     if now.at >= group.drifts:
         group = replace(group, drifts=now.at + DRIFT_PERIOD)
-        acts += _where_it_is(group, now)
+        acts += _share_position(group, now)
     if group.mode == "armed" and now.wall >= group.opens - EARLY:
         group, more = begin(group, now.at + max(group.opens - now.wall, group.ahead))
         acts += more
@@ -177,13 +177,13 @@ def due(group: GroupState, now: Times) -> float:
 def _load(group: GroupState, load: Load, now: Times) -> Decided:
     if not group.may_start(load.get("by")):
         return group, [warning(STOPPED)]
-    goes_on = load["when"] != "restart" and group.mode in ("playing", "paused")
+    continues = load["when"] != "restart" and group.mode in ("playing", "paused")
     group, load, told = clock.taken(group, load)
     group = group.loading(load)
     lost = group.of(HERE) if HERE not in group.alive else []
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
     told += [warning(line)] if lost else []
-    if goes_on:
+    if continues:
         if group.mode == "paused":  # each continues as soon as it has this, so they soon need the lead's position
             group = replace(going_on(group, now.at), drifts=now.at)
         at: Load = {**load, "at": instant(group, now)} if group.mode == "playing" else load
@@ -340,15 +340,15 @@ def _transport(group: GroupState, host: str, transport: TransportMessage, now: T
     if state == "paused" and group.mode == "paused" and _waits(transport):
         return replace(group, paused_by=group.paused_by | {host}), [Say(transport)]
     if state == "playing" and group.mode == "paused" and host in group.paused_by:
-        return _goes_on(group, host, transport, now)
+        return _continue_with(group, host, transport, now)
     if state == "ended" and host == group.lead:
-        by_lead += _keep_out(group)
+        by_lead += _stop_entering(group)
         group = group.stopped()
-    group, joins = _in_one_scene(group, host, now)
+    group, joins = _share_scene(group, host, now)
     return group, [*by_lead, *joins]
 
 
-def _in_one_scene(group: GroupState, host: str, now: Times) -> Decided:
+def _share_scene(group: GroupState, host: str, now: Times) -> Decided:
     """Have stages join the lead if they began a scene at another beat: some news of its end came late."""
     acts: list[Act] = []
     for each in group.others(host) if host == group.lead else [host]:
@@ -358,7 +358,7 @@ def _in_one_scene(group: GroupState, host: str, now: Times) -> Decided:
     return group, acts
 
 
-def _goes_on(group: GroupState, host: str, transport: TransportMessage, now: Times) -> Decided:
+def _continue_with(group: GroupState, host: str, transport: TransportMessage, now: Times) -> Decided:
     """Have the others continue with a stage that had paused and continues by itself, unless another one still waits."""
     others = group.others(host)
     left = group.paused_by - {host}
@@ -379,22 +379,22 @@ def _gone(group: GroupState, host: str, why: str) -> Decided:
     group = group.without(host)
     if not group.alive:
         return replace(group, mode="stopped"), [Say({"type": "gone", "message": why})]
-    goes_on = group.is_on and group.lead is not None
+    continues = group.is_on and group.lead is not None
     line = f"{host or 'the stage here'}: {why}"
     acts: list[Act] = [
-        warning(f"{line}; the others continue, and it joins them again" if goes_on else line),
+        warning(f"{line}; the others continue, and it joins them again" if continues else line),
         StartHost(host),
     ]
-    if goes_on and led and (position := group.position):
+    if continues and led and (position := group.position):
         acts.append(Say(position))
-    if group.is_on and not goes_on:
-        acts += _keep_out(group)
+    if group.is_on and not continues:
+        acts += _stop_entering(group)
         group = group.stopped()
         acts += [Say({**before, "state": "stopped"})] if before else []
     return group, acts
 
 
-def _keep_out(group: GroupState) -> list[Act]:
+def _stop_entering(group: GroupState) -> list[Act]:
     """Stop the stages that were sent the score of the others: that has ended."""
     stop: Stop = {"type": "stop"}
     return [SendTo(host, stop) for host in sorted(group.entering)]
@@ -426,7 +426,7 @@ def _presses_of(group: GroupState, host: str, pressed: Pressed) -> Pressed:
     return {**pressed, "count": group.presses.get(pressed["count"], {}).get(host, pressed["count"])}
 
 
-def _about_robots(group: GroupState, host: str, message: FromStage) -> list[Act]:
+def _pass_on(group: GroupState, host: str, message: FromStage) -> list[Act]:
     """Pass on a stage's message about its robots. All stages get what they sense, since that decides when scenes
     begin."""
     if message["type"] == "measured":
@@ -441,7 +441,7 @@ def _about_robots(group: GroupState, host: str, message: FromStage) -> list[Act]
     return acts
 
 
-def _where_it_is(group: GroupState, now: Times) -> list[Act]:
+def _share_position(group: GroupState, now: Times) -> list[Act]:
     """Send the lead's position to the others."""
     position = group.position
     if position is None or position["state"] != "playing":

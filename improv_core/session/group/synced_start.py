@@ -15,12 +15,12 @@ EDGE = 0.01
 """Seconds around a beat in which no instant is chosen, since two stages might take it for another beat."""
 DRIFT_PERIOD = 10.0
 """Seconds after which all get the lead's position again: two clocks may drift by 0.1 ms in each."""
-GO_ON: Resume = {"type": "resume"}
+RESUME: Resume = {"type": "resume"}
 EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on all are sent that time."""
 
 
-def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = GO_ON) -> Decided:
+def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = RESUME) -> Decided:
     """Have paused stages continue from one beat, all at the same time."""
     group = going_on(group, at)
     acts, timed = list[Act](), resume.copy()

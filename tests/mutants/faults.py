@@ -197,7 +197,7 @@ PLAYBACK = (
     ),
     Fault(
         "session/on_stage_message.py",
-        '    if state == "stopped":\n        return show, [*_to(show.twin, stop_of(transport)), *acts]\n',
+        '    if mode == "stopped":\n        return state, [*_to(state.twin, stop_of(transport)), *acts]\n',
         "",
         "the simulated robots dance on when the real ones were stopped",
     ),
@@ -209,7 +209,7 @@ PLAYBACK = (
     ),
     Fault(
         "session/session.py",
-        "        else:\n            self._written[name] = RowsWritten()  # it lacks this score\n",
+        "        else:\n            self._written[name] = RowsWritten()  # the stage lacks this score\n",
         "",
         "a stage is sent a score that builds on one that it never got",
     ),

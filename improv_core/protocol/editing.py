@@ -10,7 +10,7 @@ from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime
 
 class ProgramSource(TypedDict):
     """The program as it is in its file at `path`, which pages may edit. `revision` names this version of it. Its lines
-    end in \n here, whatever the line ends in the file are."""
+    end in \\n here, whatever the line ends in the file are."""
 
     type: Literal["source"]
     path: str

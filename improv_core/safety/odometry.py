@@ -41,7 +41,7 @@ AHEAD, BEHIND = -0.05, 1.0
 DOUBTFUL = 10.0
 """Seconds after a jump in which poses in the world correct nothing: they may be those of another robot."""
 FRESH = 1.0
-"""Seconds for which a pose still shows where a robot stands that is sent nothing."""
+"""Seconds for which a pose still shows where a robot stands without commands."""
 AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
 """The source that sends a pose only after a robot has moved: localization on a map, such as AMCL."""
 CONTINUOUS = "nav_msgs/Odometry"

@@ -123,7 +123,7 @@ def open_sink(
 
         def ask(command: PageRequest) -> None:
             if COMMANDS[command["type"]].at_once:
-                hear(cast(Conduct, command))  # now, even if the parent hangs, or isn't told before we are ready
+                hear(cast(Conduct, command))  # now, even if the parent hangs, or gets nothing before we are ready
             put({"type": "request", "command": command})
 
         arguments = ["--ros-args", *options.ros_args] if options.ros_args else []

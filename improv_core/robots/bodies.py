@@ -26,16 +26,16 @@ from improv_core.score.body import (
 from improv_core.syntax.vocabulary import WORDS
 
 DIRECTIONS: Mapping[str, str] = {"forward": "x", "strafeleft": "y", "up": "z", "left": "yaw"}
-"""The directions that a body part may have, with the component of the velocity of each. Their opposites follow."""
+"""Directions that a body part may have, with the component of the velocity of each. Their opposites follow."""
 SIDEWAYS = ("y", "yaw")
-"""What a mirror negates."""
+"""The components that a mirror negates."""
 _NAME = re.compile(r"[^\W\d]\w*")
 _CONTROLLER_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _SLACK = 1e-9
 
 
 def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: Body | None) -> Body | None:
-    """The body of a profile, in which what the file says replaces what `base` has. Errors are reported."""
+    """Read the body of a profile, in which the file's values replace those of `base`. Errors are reported."""
     if not table.keys() & {"body", "joints", "controllers", "joint_states", "home", "urdf"}:
         return base
     base = base or Body()
@@ -63,8 +63,7 @@ def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: 
 
 
 def with_offsets(reading: TomlReading, keys: Keys, value: Any, body: Body | None) -> Body | None:
-    """The body of one robot, whose joints differ from those of its profile as its section says. Errors are
-    reported."""
+    """Read the offsets of one robot's joints into the body of its profile. Errors are reported."""
     changed = {}
     for name, own in reading.table(keys, value).items():
         if joint := body and body.joint.get(name):
@@ -81,7 +80,8 @@ def with_offsets(reading: TomlReading, keys: Keys, value: Any, body: Body | None
 
 @dataclass(slots=True)
 class _Bodies:
-    """Reads one body. `owners` says which direction moves a joint, and `slides` whether that is told in meters."""
+    """Reads one body. `owners` has the direction that moves each joint, and `slides` whether its values are in
+    meters."""
 
     reading: TomlReading
     keys: Keys
@@ -209,7 +209,7 @@ class _Bodies:
         return joint
 
     def posed(self, part: BodyPart, joints: Mapping[str, Joint]) -> BodyPart:
-        """The part with the poses that its own table has."""
+        """Add the poses in a part's own table to it."""
         if part.name not in self.own:
             return part
         keys = (*self.keys, "body", part.name, "poses")
@@ -239,7 +239,7 @@ class _Bodies:
         return BodyPose(str(keys[-1]), steps)
 
     def mirrored(self, part: BodyPart, parts: Mapping[str, BodyPart], joints: Mapping[str, Joint]) -> BodyPart:
-        """The part with the mirror images of the poses that only its mirror has."""
+        """Add the mirror images of the poses that only its mirror has."""
         other = parts[part.mirror] if part.mirror else None
         images = []
         for pose in other.poses if other else ():
@@ -300,7 +300,7 @@ class _Bodies:
     def can_move_home(
         self, keys: Keys, states: str | None, controllers: Sequence[Controller], joints: Mapping[str, Joint]
     ) -> None:
-        """Report why joints can't be moved to their starts."""
+        """Report the reason if joints can't move to their starts."""
         slow = next((name for name, joint in joints.items() if joint.max_velocity is None), None)
         if not states:
             message = "to move joints to their starts, Improv must know where they are: add `joint_states`"
@@ -316,7 +316,7 @@ class _Bodies:
 
 
 def _limits(joint: Joint) -> str:
-    """`from -60 to 180 degrees`"""
+    """Format limits: `from -60 to 180 degrees`"""
     least, most = (_shown(each, joint) for each in (joint.min, joint.max))
     return f"from {least} to {most} {'meters' if joint.slides else 'degrees'}"
 

@@ -51,9 +51,9 @@ class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
-    `odom_frame` is the frame of these. `battery` is the topic that says how full its battery is. `frame` is the frame
-    of its velocities. With `follow`, it is pulled back to its ideal path. `namespace` is the prefix of its
-    topics, if the file says it. `host` is the machine whose stage moves it, if that is another one.
+    `odom_frame` is the frame of these. `battery` is the topic of its charge. `frame` is the frame of its velocities.
+    With `follow`, it returns to its ideal path. `namespace` is the prefix of its topics, if the file sets it. `host` is
+    the machine whose stage moves it, if that is another one.
     """
 
     profile: Profile
@@ -71,11 +71,11 @@ class Robot:
 
     @property
     def has_profile(self) -> bool:
-        """Whether the file gives it a profile: none of them is the default one."""
+        """True if the file gives it a profile, which is never the default one."""
         return self.profile != DEFAULT
 
     def of_kind(self, profile: Profile) -> Robot:
-        """The same robot with this profile, which decides the message type unless the file does."""
+        """Return the same robot with this profile, which decides the message type unless the file does."""
         message = profile.message if self.message == DEFAULT.message else self.message
         return replace(self, profile=profile, message=message)
 
@@ -86,10 +86,9 @@ class Robots:
 
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
     of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
-    the `formation` already; without any, it is for the robots of a
-    program. With `publish`, others in ROS 2 can watch what plays; `osc` says who else does. `music` is the song that
-    pages play. `starts` are those that replace the file's, and `kinds` the profiles of robots that have none there.
-    With a `clock`, they play as fast as that says.
+    the `formation` already; if there are none, it is for the robots of a program. With `publish`, others in ROS 2 can
+    watch the performance; `osc` lets others do so over OSC. `music` is the song that pages play. `starts` replace the
+    file's starts, and `kinds` has profiles for robots that have none in the file. A `clock` outside sets the tempo.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -113,27 +112,27 @@ class Robots:
 
     @property
     def ok(self) -> bool:
-        """Whether robots may play. If the file has an error, a robot could be driven as if it were another kind."""
+        """True if robots may play. If the file has an error, a robot could be driven as if it were another kind."""
         return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
 
     def robot(self, name: str) -> Robot:
-        """A robot, listed or not. One that is not listed has no limits."""
+        """Return a robot, listed or not. A robot that is not listed has no limits."""
         profile = self.kinds.get(name, DEFAULT)
         robot = self.robots.get(name) or Robot(profile, None, _topic(f"{self.namespace}/{name}"), profile.message)
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
 
     def namespace_of(self, name: str) -> str:
-        """The namespace of a robot's own topics."""
+        """Return the namespace of a robot's own topics."""
         robot = self.robots.get(name)
         return (robot and robot.namespace) or f"{self.namespace}/{name}"
 
     def role_of(self, name: str) -> str | None:
-        """The listed robot whose namespace is the one that a robot with this name would have: both would be one."""
+        """Return the listed robot that has the namespace of a robot with this name: both would be one."""
         inside = f"{self.namespace}/{name}"
         return next((each for each, robot in self.robots.items() if robot.namespace == inside), None)
 
     def of_kinds(self, kinds: Mapping[str, Profile]) -> Robots:
-        """The same robots, but those without a profile have these."""
+        """Return the same robots, with these profiles for those without one."""
         listed = {
             name: robot.of_kind(kinds[name]) if name in kinds and not robot.has_profile else robot
             for name, robot in self.robots.items()
@@ -142,31 +141,31 @@ class Robots:
 
     @property
     def part_words(self) -> frozenset[str]:
-        """The words for body parts and groups that any profile declares."""
+        """Words for body parts and groups that any profile declares."""
         return frozenset(name for each in self.profiles.values() if each.body for name in each.body.words)
 
     @property
     def urdfs(self) -> Sequence[Path]:
-        """The files that profiles name as the URDFs of their robots."""
+        """Files that profiles name as the URDFs of their robots."""
         names = dict.fromkeys(each.body.urdf for each in self.profiles.values() if each.body and each.body.urdf)
         return [self.path.parent / name for name in names] if self.path else []
 
     @property
     def sense_names(self) -> tuple[str, ...]:
-        """The names of all senses: the built-in ones and the declared ones."""
+        """Names of all senses: the built-in ones and the declared ones."""
         return tuple(dict.fromkeys([*BUILT_IN_SENSES, *self.senses]))
 
     def sense(self, robot: str, name: str) -> Source:
-        """Where a robot's sense comes from, with the full name of its topic. Raises KeyError if it is unknown."""
+        """Return the source of a robot's sense, with the full name of its topic. Raises KeyError if it is unknown."""
         source = self.senses.get(name) or BUILT_IN_SENSES[name]
         if isinstance(source, Topic):
             return replace(source, topic=full_name(source.topic, self.namespace_of(robot)))
         return source
 
     def lacks(self, robot: str, name: str) -> bool:
-        """Whether a robot is listed, but nothing says where this sense of it comes from.
+        """True if a robot is listed, but has no source for this sense.
 
-        Then only a simulated one has it. A profile that sets `near` says so for `near`. People give the cue.
+        Then only a simulated robot has it. A profile that sets `near` is a source for `near`. People give the cue.
         """
         if robot not in self.robots or name == CUE or not isinstance(self.sense(robot, name), BuiltIn):
             return False
@@ -204,16 +203,16 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     clock = reading.clock(sections.get("clock", {}))
     osc = read_osc(reading, sections.get("osc", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
-    if toml.diagnostics:  # what is left of it may mean something else
+    if toml.diagnostics:  # the rest may mean something else without the invalid lines
         return Robots(path=path, text=text, diagnostics=diagnostics)
     rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish, clock, osc)
     return Robots(robots, profiles, path, text, diagnostics, *rest, music=music)
 
 
 def find_robots_file(folder: Path) -> Path | None:
-    """The `improv.toml` in a folder, or in its nearest parent that has one.
+    """Return the `improv.toml` in a folder, or in its nearest parent that has one.
 
-    Whatever has that name counts, also a link to nothing, a folder, or one that we may not look at: robots whose limits
+    Anything with that name counts, even a broken link, a folder, or a file that we may not look at: robots whose limits
     can't be read must not move as if they had none.
     """
     folder = absolute(folder)
@@ -229,15 +228,15 @@ def find_robots_file(folder: Path) -> Path | None:
 
 
 def absolute(path: Path) -> Path:
-    """A path from the root, without `..`. A link stays as it is written; `..` after it leads above its target, as
-    everywhere in the system."""
+    """Return a path from the root, without `..`. A link stays as it is written; `..` after a link leads above its
+    target, as everywhere in the system."""
     parts = path.absolute().parts
     above = max((place for place, part in enumerate(parts, 1) if part == ".."), default=0)
     return Path(os.path.realpath(Path(*parts[:above])), *parts[above:]) if above else Path(*parts)
 
 
 def _refuses_return(robots: Mapping[str, Robot], world: World) -> str | None:
-    """Why robots can't drive back by themselves, and what to do; None if they can."""
+    """Return why robots can't drive back by themselves, and what to do; None if they can."""
     if world.keep_apart is None:
         return "has robots drive by themselves: add `keep_apart` under [world], so that they keep apart"
     if not robots:
@@ -258,7 +257,7 @@ def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
 
 
 def _topic(namespace: str) -> str:
-    """The topic of a robot with this namespace."""
+    """Return the topic of a robot with this namespace."""
     return f"{namespace}/cmd_vel"
 
 
@@ -304,9 +303,9 @@ class _RobotsReading(TomlReading):
         return made
 
     def one_role_each(self, robots: Mapping[str, Robot], namespace: str) -> None:
-        """A real robot can't dance two parts at once."""
+        """Report robots that share a namespace or a topic: a real robot can't dance two parts at once."""
         taken: dict[str, str] = {}
-        # First those without a `namespace` of their own: the one that was written is the one to change.
+        # First robots without a `namespace` in the file: a namespace in the file is the one to change.
         for name in sorted(robots, key=lambda each: robots[each].namespace is not None):
             inside = robots[name].namespace or f"{namespace}/{name}"
             if inside in taken:

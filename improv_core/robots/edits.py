@@ -1,4 +1,4 @@
-"""Writes start poses, robots, and calibration into the text of an `improv.toml`; the rest stays."""
+"""Writes start poses, robots, and calibration into the text of an `improv.toml` without changing the rest."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Start = tuple[float, float, float]
 
 
 def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | None:
-    """The text with these start poses, rounded to thousandths.
+    """Return the text with these start poses, rounded to thousandths.
 
     If the file lists no robots yet, all of the `cast` are added, since a list must be complete. None if the file can't
     be read, or if it writes robots or start poses in an unusual form.
@@ -37,7 +37,7 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
 
 
 def add(text: str, robot: str) -> Edit | None:
-    """The edit that adds a robot at the end, of the profile that all listed ones have, if they have one.
+    """Return the edit that adds a robot at the end, with the profile that all listed robots share, if there is one.
 
     None if the file can't be read or has the robot already.
     """
@@ -50,17 +50,17 @@ def add(text: str, robot: str) -> Edit | None:
     profile = kinds.pop() if len(kinds) == 1 else None
     line = f'profile = "{profile}"{line_end}' if isinstance(profile, str) and profile.isidentifier() else ""
     written = _gap(text, line_end) + _section(robot, None, line_end) + line
-    # The section may not be possible after what is there, such as `robots = {}`.
+    # The section may be invalid after the existing text, such as `robots = {}`.
     if read_toml(text + written).diagnostics:
         return None
     return Edit(Span(len(text), len(text)), written)
 
 
 def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
-    """The text in which the profile of a listed robot has these values.
+    """Return the text in which the profile of a listed robot has these values.
 
-    If other robots or profiles use its profile too, or it is a built-in one, the robot gets a profile of its own, based
-    on that one. None if the file can't be read or has no such robot, or if it writes them in an unusual form.
+    If other robots or profiles use its profile too, or it is a built-in one, the robot gets its own profile, based on
+    that one. None if the file can't be read or has no such robot, or if it writes them in an unusual form.
     """
     toml = read_toml(text)
     robots, profiles = (toml.data.get(section, {}) for section in ("robots", "profiles"))
@@ -91,7 +91,7 @@ def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
 
 
 def set_first_beat(text: str, seconds: float) -> str | None:
-    """The text in which beat 0 is so many seconds after the beginning of the song.
+    """Return the text in which beat 0 is this many seconds after the beginning of the song.
 
     None if the file can't be read or has no section `[music]`, or if it writes it in an unusual form.
     """
@@ -105,14 +105,14 @@ def set_first_beat(text: str, seconds: float) -> str | None:
 
 
 def _names(robot: str) -> Iterator[str]:
-    """Names for a profile of a robot's own."""
+    """Yield names for a robot's own profile."""
     yield robot
     yield f"{robot}_calibrated"
     yield from (f"{robot}_calibrated_{number}" for number in count(2))
 
 
 def _inline(start: Start) -> str:
-    """A start pose as written in improv.toml."""
+    """Format a start pose as in improv.toml."""
     x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
     return f"{{ x = {x}, y = {y}, heading = {heading} }}"
 
@@ -126,7 +126,7 @@ def _applied(text: str, edits: Iterable[Edit]) -> str:
 def _settings(
     text: str, toml: TomlText, table: tuple[str, ...], values: Mapping[str, float | str], line_end: str
 ) -> Iterator[Edit]:
-    """The edits that give these keys of a table that is there these values."""
+    """Yield the edits that give these values to keys of an existing table."""
     new = []
     for key, value in values.items():
         if known := toml.positions.entries.get((*table, key)):
@@ -144,21 +144,21 @@ def _value(value: float | str) -> str:
 
 
 def _below(text: str, offset: int, lines: Iterable[str], line_end: str) -> Edit:
-    """The edit that adds lines below the one at an offset."""
+    """Return the edit that adds lines below the one at an offset."""
     end = text.find("\n", offset) + 1
     written = "".join(f"{line}{line_end}" for line in lines)
     return Edit(Span(end, end), written) if end else Edit(Span(len(text), len(text)), line_end + written)
 
 
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
-    """The edit that sets the start pose of a listed robot."""
+    """Return the edit that sets the start pose of a listed robot."""
     if known := toml.positions.entries.get(("robots", robot, "start")):
         return Edit(known.value, _inline(start)) if text[known.value.start] == "{" else None
     return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {_inline(start)}"], line_end)
 
 
 def _gap(text: str, line_end: str) -> str:
-    """What separates a new section from the text before it."""
+    """Return the separator between a new section and the text before it."""
     return "" if not text else line_end if text.endswith("\n") else 2 * line_end
 
 
@@ -169,7 +169,7 @@ def _section(robot: str, start: Start | None, line_end: str) -> str:
 def _expected(
     data: Mapping[str, Any], robots: Mapping[str, Any], missing: Iterable[str], starts: Mapping[str, Start]
 ) -> Mapping[str, Any]:
-    """The data that the new text must contain."""
+    """Return the data that the new text must contain."""
     listed = {**robots, **{name: {} for name in missing}}
     for name, start in starts.items():
         listed[name] = {**(listed[name] if isinstance(listed[name], dict) else {}), "start": _rounded(start)}
@@ -177,5 +177,5 @@ def _expected(
 
 
 def _rounded(start: Start) -> Mapping[str, float]:
-    """The rounded numbers by name, without -0."""
+    """Return the rounded numbers by name, without -0."""
     return {name: round(value, 3) + 0.0 for name, value in zip(("x", "y", "heading"), start, strict=True)}

@@ -1,4 +1,4 @@
-"""Reads the section `[formation]` of an `improv.toml`: where robots start that have no `start` of their own."""
+"""Reads the section `[formation]` of an `improv.toml`: the places of robots that have no `start` of their own."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _SECTION = ("formation",)
 
 @dataclass(frozen=True, slots=True)
 class Formation:
-    """Robots in a shape around the origin. `distance` is that between the centers of neighbors, in meters."""
+    """A shape around the origin. `distance` is that between the centers of neighbors, in meters."""
 
     shape: str
     distance: float
     facing: str
 
     def poses(self, robots: int) -> list[Pose]:
-        """Where this many robots stand: the first one farthest along y, or in the front row of a grid."""
+        """Return the places of this many robots: the first one farthest along y, or in the front row of a grid."""
         if self.shape == "circle":
             return on_circle(radius_of(self.distance, robots), robots, self.facing)
         columns = robots if self.shape == "line" else math.ceil(math.sqrt(robots))
@@ -39,13 +39,13 @@ class Formation:
 
 
 def radius_of(distance: float, robots: int) -> float:
-    """The radius of the circle on which neighbors are so far apart, along the chord; 0 for a single robot."""
+    """Return the radius of the circle on which neighbors are this far apart, along the chord; 0 for a single robot."""
     return distance / 2 / math.sin(math.pi / robots) if robots > 1 else 0.0
 
 
 def on_circle(radius: float, robots: int, facing: str) -> list[Pose]:
-    """The poses of robots on a circle: the first one farthest along y, the others counterclockwise. They face `in` or
-    `out`; a single one in the middle faces along x."""
+    """Return the poses of robots on a circle: the first one farthest along y, the others counterclockwise. They face
+    `in` or `out`; a single one in the middle faces along x."""
     if not radius:
         return [Pose()] * robots
     return [_on_circle(radius, Fraction(90) + Fraction(360 * place, robots), facing) for place in range(robots)]
@@ -62,14 +62,14 @@ def _on_circle(radius: float, degrees: Fraction, facing: str) -> Pose:
 
 
 def heading(degrees: Fraction) -> float:
-    """A heading in radians, above -pi and at most pi."""
+    """Convert degrees to a heading in radians, above -pi and at most pi."""
     return math.radians(wrapped(degrees))
 
 
 def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profile], world: World) -> Formation | None:
-    """The formation, or None if it has an error. Errors are reported.
+    """Read the formation; None if it has an error. Errors are reported.
 
-    `robots` are those without a `start` that the file lists. If it lists none, a program's can be any.
+    `robots` are those without a `start` that the file lists. If it lists none, a program may have any robots.
     """
     table = reading.table(_SECTION, value)
     shape = reading.one_of((*_SECTION, "shape"), table)
@@ -88,7 +88,7 @@ def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profil
 
 
 def _misfit(formation: Formation, robots: Mapping[str, Profile], world: World) -> str | None:
-    """What is wrong with the distance, if something is."""
+    """Return the error in the distance, or None."""
     name, widest = max(robots.items(), key=lambda item: item[1].radius, default=("a robot", DEFAULT))
     width = 2 * widest.radius
     if len(robots) != 1 and formation.distance < width:

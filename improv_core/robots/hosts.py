@@ -1,4 +1,4 @@
-"""Reads from an `improv.toml` which robots have a stage on a machine of their own."""
+"""Reads from an `improv.toml` the robots whose stages run on other machines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`
 
 
 def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Host]:
-    """What `[hosts.NAME]` says about other machines, by their names."""
+    """Read the other machines in `[hosts.NAME]`, by their names."""
     made = {}
     for name, value in tables.items():
         keys = ("hosts", name)
@@ -27,7 +27,7 @@ def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Hos
 
 
 def host_of(reading: TomlReading, robot: str, table: Mapping[str, Any], hosts: Mapping[str, Host]) -> Host | None:
-    """The machine whose stage moves a robot; None if that is this one."""
+    """Return the machine whose stage moves a robot; None if that is this one."""
     keys = ("robots", robot)
     name = reading.text((*keys, "host"), table)
     if name is None:

@@ -1,4 +1,4 @@
-"""How fast a robot is told to move, whether it can, and what would make it fit. All decisions are exact."""
+"""Speeds at which robots should move, their limits, and changes that make a speed fit. All decisions are exact."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Speeds:
 
 @dataclass(frozen=True, slots=True)
 class Excess:
-    """By how much a velocity exceeds a robot's limits, and what would fit.
+    """Amount by which a velocity exceeds a robot's limits, and the changes that make it fit.
 
     `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
-    their ratio. `tempo` is the largest whole tempo at which it fits (None if below 1); `slow` is the
-    smallest simple factor for `slow` at the current tempo.
+    their ratio. `tempo` is the largest whole tempo at which it fits (None if below 1); `slow` is the smallest simple
+    factor for `slow` at the current tempo.
     """
 
     kind: str
@@ -45,16 +45,16 @@ class Excess:
 
 
 def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speeds:
-    """How fast a robot with this profile is told to move at `tempo` beats per minute."""
+    """Return the speed of a robot with this profile at `tempo` beats per minute."""
     linear, angular = _squares(velocity, profile, tempo)
     return Speeds(_root(linear), _root(angular))
 
 
 def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speeds | None:
-    """The largest speeds in a movement; None if it has voices or ramps with more moments than `most`.
+    """Return the largest speeds in a movement; None if it has voices or ramps with more moments than `most`.
 
-    What dice and senses may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no
-    matter how often it repeats.
+    Everything that dice and senses may choose counts. As in `path.extent`, each part is visited once, no matter how
+    often it repeats.
     """
     movement = with_all_sides(movement)
     known: dict[int, Speeds | None] = {}
@@ -64,7 +64,7 @@ def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) 
 
 
 def _inside(part: Movement) -> tuple[Movement, ...]:
-    """The parts whose speeds decide that of a movement; none if its own velocities do."""
+    """Return the parts whose speeds decide that of a movement; none if its own velocities do."""
     return () if part.uniform is not None or isinstance(part, Piecewise) else part.parts
 
 
@@ -87,7 +87,7 @@ def _top_speed(
 
 
 def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | None:
-    """What is too fast for a robot with this profile at `tempo` beats per minute; None if nothing is."""
+    """Return the excess of a velocity over the profile's limits at `tempo` beats per minute; None if there is none."""
     linear, angular = _squares(velocity, profile, tempo)
     over = [
         (square / _as_written(limit) ** 2, kind, square, limit)
@@ -103,13 +103,13 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
 
 
 def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:
-    """The motions of a velocity that a robot with this profile can't make, in the order of `MOTIONS`."""
+    """Return the motions of a velocity that a robot with this profile can't make, in the order of `MOTIONS`."""
     asked = zip(MOTIONS, (velocity.x, velocity.yaw, velocity.y, velocity.z), strict=True)
     return tuple(motion for motion, value in asked if value and motion not in profile.motions)
 
 
 def too_tight(velocity: Velocity, profile: Profile) -> float | None:
-    """The radius in meters of a curve that is tighter than a car with this profile can drive; None if it can."""
+    """Return the radius in meters of a curve that is tighter than a car with this profile can drive; None if it can."""
     if profile.turning_radius is None or not velocity.yaw:
         return None
     radius = abs(float(velocity.x)) * profile.step / (abs(float(velocity.yaw)) * profile.quarter_turn)
@@ -121,7 +121,7 @@ _SLACK = 1 + 1e-9
 
 
 def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fraction, Fraction]:
-    """The squares of both speeds. Unlike the length of a vector, they are exact."""
+    """Return the squares of both speeds. Unlike the length of a vector, they are exact."""
     step = _as_written(profile.step) * _as_written(profile.linear_scale) * tempo / 60
     turn = _as_written(profile.quarter_turn) * _as_written(profile.angular_scale) * tempo / 60
     length = velocity.x**2 + velocity.y**2 + velocity.z**2
@@ -130,12 +130,13 @@ def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fra
 
 @lru_cache(maxsize=100)
 def _as_written(number: float) -> Fraction:
-    """0.2 as people mean it, not the nearest binary fraction, so a speed exactly at the limit is allowed."""
+    """Convert to a fraction: 0.2 as people mean it, not the nearest binary fraction, so a speed exactly at the limit is
+    allowed."""
     return Fraction(repr(number))
 
 
 def _root(square: Fraction) -> float:
-    """The square root as a float; infinity if it is too large for one."""
+    """Return the square root as a float; infinity if it is too large for one."""
     try:
         return math.sqrt(square)
     except OverflowError:
@@ -143,5 +144,5 @@ def _root(square: Fraction) -> float:
 
 
 def _root_up(square: Fraction) -> int:
-    """The smallest whole number whose square is at least `square`, which must be above 0."""
+    """Return the smallest whole number whose square is at least `square`, which must be above 0."""
     return math.isqrt(math.ceil(square) - 1) + 1

@@ -10,8 +10,8 @@ from improv_core.score.music import SUFFIXES, Music, is_inside, is_song
 
 
 def read_music(reading: TomlReading, value: Any, path: Path | None) -> Music:
-    """The valid content of the section in the file at `path`. Without a valid `file`, the song has none: a dance plays
-    without its song, so this is only a warning."""
+    """Read the section in the file at `path`. Without a valid `file`, there is no song: a dance plays without its song,
+    so this is only a warning."""
     table = reading.table(("music",), value)
     numbers = reading.numbers(("music",), table)
     file = reading.text(("music", "file"), table) or ""

@@ -1,4 +1,4 @@
-"""Reads the section `[osc]` of an `improv.toml`: with which programs it exchanges OSC messages."""
+"""Reads the section `[osc]` of an `improv.toml`: the programs with which it exchanges OSC messages."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ LAST_PORT = 65535
 
 
 def read_osc(reading: TomlReading, value: Any) -> Osc | None:
-    """What the section asks for, if it asks for anything that is valid. Errors are reported."""
+    """Read the section; None if it has nothing valid. Errors are reported."""
     table = reading.table(("osc",), value)
     port = reading.integer(("osc", "listen"), table["listen"]) if "listen" in table else None
     host = _host(reading, ("osc", "host"), table)
     if "host" in table and "listen" not in table:
-        reading.at_key(("osc", "host"), "`host` is where messages are heard: add `listen`, a port", given=(("osc",),))
+        reading.at_key(("osc", "host"), "`host` sets where Improv listens: add `listen`, a port", given=(("osc",),))
     listen = Peer(host or HERE, port) if port is not None else None
     send = tuple(_peers(reading, ("osc", "send"), table["send"], listen)) if "send" in table else ()
     time_tags = "time_tags" not in table or reading.flag(("osc", "time_tags"), table)

@@ -14,12 +14,13 @@ from improv_core.robots.toml_reading import PROFILES, TomlReading, listed
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 
 MOST_SCALE = 2.0
-"""How far what a robot is told may be from how it is to move. Wheels are never that wrong: it is a slip of the pen."""
+"""The largest ratio between the velocity sent to a robot and its intended one. Wheels are never that wrong: a larger
+ratio is a typing error."""
 _MOTORS_ONLY = ("wheel_error", "noise")
 
 
 def read_profiles(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Profile]:
-    """All profiles, including the built-in ones. Each is made after its base."""
+    """Read all profiles, including the built-in ones. Each is made after its base."""
     own = {name: reading.table(("profiles", name), value) for name, value in tables.items()}
     known = dict.fromkeys([*BUILT_IN, *own])
     made = {name: profile for name, profile in BUILT_IN.items() if name != PUPPET.name or name not in own}

@@ -10,14 +10,14 @@ from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
 
 _NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # as in rmw's validate_node_name.c
-_LONGEST_NODE_NAME = 200  # there 255, but the names of services come after it
+_LONGEST_NODE_NAME = 200  # 255 there, but the names of services come after it
 _ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
 _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 _FRAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./-]{0,199}")  # tf2 refuses a leading `/`
 
 
 def ros_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any], namespace: str) -> str | None:
-    """The full name of a topic or a service. The namespace applies unless the name starts with `/`."""
+    """Read the full name of a topic or a service. The namespace applies unless the name starts with `/`."""
     written = reading.text(keys, table)
     if written is None:
         return None
@@ -32,12 +32,12 @@ def ros_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any], namespa
 
 
 def full_name(name: str, namespace: str) -> str:
-    """A name as ROS 2 sees it, in a namespace such as "" or "/lab"."""
+    """Return a name as ROS 2 sees it, in a namespace such as "" or "/lab"."""
     return name if name.startswith("/") else f"{namespace}/{name}"
 
 
 def node_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str | None:
-    """The name of a node, without a namespace."""
+    """Read the name of a node, without a namespace."""
     name = reading.text(keys, table)
     if name is None or (_NODE_NAME.fullmatch(name) and len(name) <= _LONGEST_NODE_NAME):
         return name
@@ -46,7 +46,7 @@ def node_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str
 
 
 def frame_id(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str | None:
-    """The name of a coordinate frame, as tf2 takes it."""
+    """Read the name of a coordinate frame, as tf2 takes it."""
     name = reading.text(keys, table)
     if name is None or _FRAME.fullmatch(name):
         return name

@@ -1,4 +1,4 @@
-"""Reads from an `improv.toml` what stops real robots, and what follows from their faults."""
+"""Reads from an `improv.toml` what stops real robots, and what happens after their faults."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from improv_core.score.score import Deadman, Preflight, Rejoin, Safety
 
 
 def read_safety(reading: TomlReading, ros: Mapping[str, Any], namespace: str, on: Any, preflight: Any) -> Safety:
-    """What `[ros]`, `[on]`, and `[preflight]` say. Topics are in the namespace unless they begin with `/`."""
+    """Read `[ros]`, `[on]`, and `[preflight]`. Topics are in the namespace unless they begin with `/`."""
     return replace(
         _of_ros(reading, ros, namespace), faults=_faults(reading, on), preflight=_preflight(reading, preflight)
     )

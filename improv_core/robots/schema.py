@@ -1,6 +1,6 @@
-"""All keys of an `improv.toml`: what they set, in which unit and range, and their defaults.
+"""All keys of an `improv.toml`: what they set, their units, ranges, and defaults.
 
-Reading the file, the editor's help, and what `schema_tables.py` makes go by it.
+The reader of the file, the editor's help, and `schema_tables.py` use this table.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FACING = "in", "out"
 
 
 def find(keys: Keys) -> Key | None:
-    """What is known about a key or a table; None if there is no such key."""
+    """Look up a key or a table; None if there is no such key."""
     found: Key | None = SCHEMA
     for name in keys:
         if found:
@@ -35,7 +35,7 @@ def find(keys: Keys) -> Key | None:
 
 
 def known(keys: Keys) -> Key:
-    """What is known about a key that exists."""
+    """Look up a key that exists."""
     found = find(keys)
     assert found, keys
     return found
@@ -125,10 +125,10 @@ _PROFILE = {
     "step": _number("the distance of `forward`", "meters", 0.001, 100),
     "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
     "commanded_step": _number(
-        "what the real robot is told, so that it drives a `step`", "meters", 0.0005, 200, "the same as `step`"
+        "the distance to command so that the real robot drives a `step`", "meters", 0.0005, 200, "the same as `step`"
     ),
     "commanded_quarter_turn": _number(
-        "what the real robot is told, so that it turns a `quarter_turn`",
+        "the angle to command so that the real robot turns a `quarter_turn`",
         "degrees",
         22.5,
         270,
@@ -249,7 +249,7 @@ _FAULTS: Mapping[Fault, str] = {
     "off_path": "a robot is farther off its path than `distance` or `angle`",
     "silent": "no pose of a robot has come for a second",
     "jumped": "the poses of a robot jump farther than it can move",
-    "stuck": "a robot doesn't move although it is told to",
+    "stuck": "a robot doesn't move although it should",
     "gone": "nothing listens on a robot's topic anymore",
     "late": "commands leave more than 20 ms late",
 }

@@ -1,4 +1,4 @@
-"""What is known about one key of an `improv.toml`."""
+"""Description of one key of an `improv.toml`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ class Key:
     """One key: what it sets, as Markdown, and what its value may be.
 
     `type` is that of JSON schema. A number is in `unit`, from `least` to `most`. A text with `choices` is one of them;
-    `profile` says that profiles are. `keys` are those of a table, `required` those it must have, `named` what a table
-    has under names that people choose, and `items` what a list has, `count` of them. `default` is shown to people;
+    with `profile`, one of the profiles. `keys` are those of a table, `required` those it must have, `named` what a
+    table has under names that people choose, and `items` what a list has, `count` of them. People see the `default`;
     `example` is a value to start from.
     """
 
@@ -33,15 +33,15 @@ class Key:
 
     @property
     def range(self) -> str:
-        """`0.001, 100`; empty if there is no range."""
+        """Range as text: `0.001, 100`; empty if there is none."""
         return f"{self.least:g}, {self.most:g}" if self.least < self.most else ""
 
 
 def number(about: str, unit: str, least: float, most: float, default: str = "") -> Key:
-    """A number in a unit and a range."""
+    """Make the key of a number in a unit and a range."""
     return Key(about, "number", default, unit, least, most)
 
 
 def table(about: str, keys: Mapping[str, Key], example: str = "", required: Sequence[str] = ()) -> Key:
-    """A table with these keys."""
+    """Make a table with these keys."""
     return Key(about, "object", keys=keys, required=required, example=example)

@@ -1,4 +1,4 @@
-"""What is made of the table of keys: the tables in docs/robots.md and docs/ros.md, and the JSON schema."""
+"""Tables made from the schema: those in docs/robots.md and docs/ros.md, and the JSON schema."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from improv_core.robots.schema_key import Key
 
 
 def rows(keys: Mapping[str, Key]) -> list[str]:
-    """The keys of a table as lines of a table in Markdown, without columns that would be empty."""
+    """Format the keys of a table as lines of a Markdown table, without columns that would be empty."""
     cells = [[f"`{name}`", key.about, key.unit, key.range, key.default] for name, key in keys.items()]
     heads = ["key", "what it sets", "unit", "min, max", "default"]
     used = [column for column in range(len(heads)) if any(row[column] for row in cells)]
@@ -20,7 +20,7 @@ def rows(keys: Mapping[str, Key]) -> list[str]:
 
 
 def json_schema() -> Mapping[str, Any]:
-    """The table as a JSON schema, for TOML tools such as Taplo."""
+    """Convert the table to a JSON schema, for TOML tools such as Taplo."""
     return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "improv.toml", **_json(SCHEMA)}
 
 

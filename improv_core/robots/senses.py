@@ -1,4 +1,5 @@
-"""Reads the section `[senses]` of an `improv.toml`: which topics, keys, and OSC messages decide what robots sense."""
+"""Reads the section `[senses]` of an `improv.toml`: the topics, keys, and OSC messages that decide what robots
+sense."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ _LIMITS: Mapping[str, Range] = {
     "std_msgs/Float32": ("the unit of the topic", -1e6, 1e6),
     "nav_msgs/Odometry": ("m/s", 0, 100),
 }
-"""The messages that carry a number, and what a limit of it may be."""
+"""Messages that carry a number, and the range of a limit for it."""
 _ONLY: Mapping[str, Collection[str]] = {
     "from": ("sensor_msgs/LaserScan",),
     "to": ("sensor_msgs/LaserScan",),
@@ -29,12 +30,12 @@ _ONLY: Mapping[str, Collection[str]] = {
     "below": _LIMITS,
     "above": _LIMITS,
 }
-"""The messages that a key is for, if not for all."""
-_ON_CHANGE = ("std_msgs/Bool", "sensor_msgs/Joy")  # often published only when something changes
+"""Messages that a key is for, if not for all."""
+_ON_CHANGE = ("std_msgs/Bool", "sensor_msgs/Joy")  # often published only on a change
 
 
 def read_senses(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Source]:
-    """The declared senses that are valid, by name. Errors are reported. Relative topics stay relative."""
+    """Read the declared senses that are valid, by name. Errors are reported. Relative topics stay relative."""
     made: dict[str, Source] = {}
     for name, value in tables.items():
         keys = ("senses", name)

@@ -23,17 +23,18 @@ Skeleton = tuple[Bone, ...]
 def with_skeletons(
     robots: Robots, read: Callable[[Path, int], bytes | str], skeleton_in: Callable[[bytes], Skeleton | str]
 ) -> Robots:
-    """The robots with the skeletons in the URDFs that their profiles name, from the folder of the `improv.toml` on.
+    """Return the robots with the skeletons in the URDFs that their profiles name, relative to the folder of the
+    `improv.toml`.
 
-    `read` has the content of a file of at most so many bytes, or what is wrong with it, and `skeleton_in` the skeleton
-    in that. A URDF that can't be used, or that contradicts what a profile says of its joints, is an error where it is
-    named.
+    `read` returns the content of a file of at most so many bytes, or an error, and `skeleton_in` the skeleton in that
+    content, or an error. A URDF that can't be used, or that contradicts the joints of its profile, is an error at the
+    line that names it.
     """
     named = {name: each.body for name, each in robots.profiles.items() if each.body and each.body.urdf}
     if not robots.path:
         return robots
     skeletons: dict[str, Skeleton] = {}
-    wrong: dict[tuple[str, str], str] = {}  # a URDF and what is said of it, and the first profile that names it
+    wrong: dict[tuple[str, str], str] = {}  # by URDF and problem, the first profile that names it
     for name, body in named.items():
         assert body.urdf
         source = read(robots.path.parent / body.urdf, LARGEST_URDF)
@@ -64,7 +65,7 @@ def with_skeletons(
 
 @lru_cache(maxsize=4)  # each key in an improv.toml asks for it
 def skeleton_in(source: bytes) -> Skeleton | str:
-    """The skeleton in a URDF, or what is wrong with it."""
+    """Read the skeleton in a URDF, or return what is wrong with it."""
     try:
         return bones(read_urdf(source))
     except UrdfError as error:

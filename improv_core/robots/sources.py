@@ -1,4 +1,4 @@
-"""Where the numbers of the built-in profiles come from; docs/profiles.md says more about each."""
+"""Sources of the numbers in the built-in profiles; docs/profiles.md says more about each."""
 
 from __future__ import annotations
 

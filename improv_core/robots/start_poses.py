@@ -12,9 +12,9 @@ from improv_core.score.motion import Pose
 APART = 3.0
 """Meters between robots without a start pose, side by side and from row to row."""
 SIDE_BY_SIDE = 8
-"""The number of robots in a row. The others stand behind, so that a whole class can be seen."""
+"""Robots in a row. The others stand behind, so that a whole class can be seen."""
 MOST_PLACES = 4_096
-"""The most places to search for free ones: every hover asks for start poses."""
+"""The most places to search for free ones: every hover needs start poses."""
 _TOUCHING = 1 - 1e-9
 """Keeps robots that fill a row from wall to wall from overlapping because of rounding."""
 
@@ -22,7 +22,8 @@ _TOUCHING = 1 - 1e-9
 def start_poses(
     robots: Mapping[str, Robot], size: tuple[float, float] | None, formation: Formation | None = None
 ) -> dict[str, Pose]:
-    """The start poses, on a floor with walls around it, `size` meters along x and y, or on an endless floor (None).
+    """Return the start poses, on a floor with walls around it, `size` meters along x and y, or on an endless floor
+    (None).
 
     If the formation or the usual rows don't fit, all robots without a start pose stand around the origin instead, as
     far apart as there is room. They overlap only if no rows have room for all of them.
@@ -48,7 +49,7 @@ def _usual(place: int) -> Pose:
 def _rows(
     robots: int, radius: float, size: tuple[float, float], placed: Collection[tuple[float, float, float]]
 ) -> list[Pose]:
-    """Places on a floor where the usual ones are not free. They overlap only if no rows have room for all."""
+    """Return places on a floor where the usual ones are not free. They overlap only if no rows have room for all."""
     count = robots
     while True:
         room, places = _grid(count, radius, size)
@@ -61,7 +62,8 @@ def _rows(
 
 
 def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, list[Pose]]:
-    """This many places around the middle of the floor, and the largest possible distance between them in meters."""
+    """Return this many places around the middle of the floor, and the largest possible distance between them in
+    meters."""
     most = max(APART, 2 * radius)
 
     def room(columns: int) -> tuple[float, float]:
@@ -78,7 +80,7 @@ def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, 
 
 
 def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:
-    """The nearest pose whose disc is inside the walls, if the disc fits on the floor."""
+    """Return the nearest pose whose disc is inside the walls, if the disc fits on the floor."""
     x, y = (max(length / 2 - radius, 0.0) for length in size)
     return Pose(min(max(pose.x, -x), x), min(max(pose.y, -y), y))
 
@@ -86,7 +88,7 @@ def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:
 def _is_free(
     pose: Pose, radius: float, size: tuple[float, float], placed: Collection[tuple[float, float, float]]
 ) -> bool:
-    """Whether a disc at a pose is inside the walls and overlaps no placed disc (x, y, radius)."""
+    """True if a disc at a pose is inside the walls and overlaps no placed disc (x, y, radius)."""
     least = radius * _TOUCHING
     return (
         abs(pose.x) + least <= size[0] / 2

@@ -1,7 +1,7 @@
-"""What a TOML text consists of: keys, values, and signs.
+"""Atoms of a TOML text: keys, values, and signs.
 
-tree-sitter's grammar finds them, also in what is half typed. Where it can't be had, as in a browser, plain Python reads
-the text instead: what is valid has the same atoms then.
+tree-sitter's grammar finds them, even in half-typed text. If the grammar is not available, as in a browser, plain
+Python reads the text instead: valid text then has the same atoms.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ _IN_VALUES = re.compile(
 
 @lru_cache(maxsize=4096)
 def atoms(text: str) -> Sequence[Atom]:
-    """The atoms of a statement. Cached by text: after a key is typed, only the statement around it is new."""
+    """Return the atoms of a statement. Cached by text: after a key is typed, only the statement around it is new."""
     parser = _parser()
     return tuple(_parsed(text, parser) if parser else plain_atoms(text))
 
 
 def plain_atoms(text: str) -> Iterator[Atom]:
-    """The atoms of a statement, found without the grammar."""
+    """Yield the atoms of a statement, found without the grammar."""
     open_brackets: list[str] = []
     in_value, at, end = False, 0, len(text)
     while at < end:
@@ -73,7 +73,7 @@ def plain_atoms(text: str) -> Iterator[Atom]:
 
 
 def _parsed(text: str, parser: Parser) -> Iterator[Atom]:
-    # What is not ASCII stands only in strings and comments, so one `?` for each character keeps the offsets.
+    # Other characters than ASCII appear only in strings and comments, so one `?` for each of them keeps the offsets.
     tree = parser.parse(text.encode("ascii", "replace"))
     waiting: list[Node] = [tree.root_node]
     while waiting:
@@ -81,7 +81,7 @@ def _parsed(text: str, parser: Parser) -> Iterator[Atom]:
         kind = _KINDS.get(node.type, node.type)
         if node.type in _KINDS or node.type in _SIGNS:
             span = Span(node.start_byte, node.end_byte)
-            if span.start < span.end:  # otherwise the parser would have liked it to be there
+            if span.start < span.end:  # otherwise the parser only expected it there
                 yield Atom(kind, span, text[slice(*span)])
         else:
             waiting += reversed(node.children)

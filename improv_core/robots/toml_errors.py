@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not valid TOML: where it is, and what to do."""
+"""Errors in a text that is not valid TOML: their positions, and what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from improv_core.text import LineIndex, Span
 
 DUPLICATE_KEY = "this key already has a value: remove one of them"
 DUPLICATE_SECTION = "this section already exists above: merge the two"
-# How to fix what tomllib reports, by the start of its message.
+# Fixes for the errors that tomllib reports, by the start of its message.
 _ADVICE = {
     "Invalid value": 'write a value: a number, "text", [a list] or { a table }',
     "Invalid statement": "write `key = value` or `[section]`",
@@ -29,7 +29,7 @@ _ADVICE = {
 _MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 _UNQUOTED = re.compile(r"[A-Za-z_/][\w/-]*")
 _WORD = re.compile(r"[^\s,\]}]+|\S?")
-# tomllib notices these after the text in question, which starts earlier on the same line.
+# tomllib reports these after the wrong text, which starts earlier on the same line.
 _BEFORE = {
     "Cannot": re.compile(r"\S.*$"),
     "Duplicate": re.compile(r"[^\s,{][^,{]*$"),
@@ -38,7 +38,8 @@ _BEFORE = {
 
 
 def unreadable(text: str, error: str, start: int = 0) -> Diagnostic:
-    """What is wrong where `tomllib` gave up, and what to do. `error` is its message, `start` where the text starts."""
+    """Describe the error at which `tomllib` stopped, and what to do. `error` is its message, `start` the offset of the
+    text."""
     lines = LineIndex(text)
     found = _MESSAGE.fullmatch(error)
     if not found:  # not from tomllib itself but from one of Python's limits

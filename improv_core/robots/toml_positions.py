@@ -1,7 +1,7 @@
-"""Where the keys and values of a TOML text are, also if half of it is still to be typed. Never raises.
+"""Positions of the keys and values in a TOML text, even a half-typed one. Never raises.
 
-One statement is read at a time: if tree-sitter's grammar recovers from an error, it may join what follows to what is
-unfinished.
+One statement is read at a time: when tree-sitter's grammar recovers from an error, it may join the next text to the
+unfinished one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from improv_core.robots.toml_atoms import Atom, atoms
 from improv_core.text import Span
 
 Keys = tuple[str | int, ...]
-"""The keys that lead to a value. For an item of an array, the last one is its index."""
+"""Keys that lead to a value. For an item of an array, the last one is its index."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class KeyAndValue:
 
 @dataclass(slots=True)
 class Positions:
-    """The entries of a text, and where the text ends: what may come next there.
+    """The entries of a text, and what may come next at its end.
 
     A table may be named many times, in headers and in dotted keys. `named` has all those spans. At the end of the text,
-    `keys` lead to what is being written: with `expects` "header" or "key", to the table in which a name comes next, and
-    with "value", to the value itself. With "name" or "after", only a sign can come next, after a
-    name or a value.
+    `keys` lead to the entry that the person is typing: with `expects` "header" or "key", to the table in which a name
+    comes next, and with "value", to the value itself. With "name" or "after", only a sign can come next, after a name
+    or a value.
     """
 
     entries: dict[Keys, KeyAndValue] = field(default_factory=dict)
@@ -44,7 +44,7 @@ class Positions:
     expects: str = "key"
 
     def nearest(self, keys: Keys) -> KeyAndValue:
-        """The entry of a key, or of the table around it if the grammar has found less than `tomllib`."""
+        """Return the entry of a key, or of the table around it if the grammar has found less than `tomllib`."""
         while keys and keys not in self.entries:
             keys = keys[:-1]
         return self.entries.get(keys, KeyAndValue(Span(0, 0), Span(0, 0)))
@@ -58,7 +58,7 @@ def find_positions(text: str) -> Positions:
 
 
 def statements(text: str) -> Iterator[tuple[int, str]]:
-    """The statements of a text, and where they start. No line of a multi-line string starts one."""
+    """Yield the statements of a text, and their offsets. No line of a multi-line string starts one."""
     inside = iter(multi_line_strings(text))
     string = next(inside, None)
     starts = [0]
@@ -72,17 +72,17 @@ def statements(text: str) -> Iterator[tuple[int, str]]:
 
 
 def multi_line_strings(text: str) -> list[Span]:
-    """The multi-line strings that end, in the order of the text."""
+    """Return the multi-line strings that end, in the order of the text."""
     return [Span(*found.span()) for found in _LITERAL.finditer(text) if found["lines"]]
 
 
 def comments(text: str) -> list[Span]:
-    """The comments, from `#` to the end of the line, in the order of the text."""
+    """Return the comments, from `#` to the end of the line, in the order of the text."""
     return [Span(*found.span()) for found in _LITERAL.finditer(text) if found["comment"]]
 
 
 def beginning(text: str, offset: int) -> tuple[Positions, str] | None:
-    """What stands before a cursor in its section, and the word that is begun there; None in a comment."""
+    """Return the part of a section before a cursor, and the beginning of the word there; None in a comment."""
     line = text[:offset].rpartition("\n")[2]
     finished = _FINISHED.match(line)
     begun = line[finished.end() :] if finished else ""
@@ -91,7 +91,7 @@ def beginning(text: str, offset: int) -> tuple[Positions, str] | None:
     begun = begun or line[len(line.rstrip(_WORD)) :]
     before = text[: offset - len(begun)]
     headers = list(_HEADER.finditer(before))
-    # Nothing above a section matters to it, unless there are arrays of tables, which are counted.
+    # Lines above a section don't matter to it, unless they have arrays of tables, which are counted.
     counted = any(header[0].endswith("[[") for header in headers)
     return find_positions(before if counted or not headers else before[headers[-1].start() :]), begun
 
@@ -115,12 +115,12 @@ _LITERAL = re.compile(
 
 
 _DEEPEST = 100
-"""The most brackets inside one another that are followed. The time to follow them grows with the square of it."""
+"""The most nested brackets that are followed. The time to follow them grows with its square."""
 
 
 @dataclass(slots=True)
 class _Walk:
-    """Follows the atoms of a text from left to right, whatever they are."""
+    """Follows the atoms of a text from left to right, valid or not."""
 
     found: Positions = field(default_factory=Positions)
     table: Keys = ()
@@ -212,7 +212,7 @@ class _Walk:
             self._end_value(Span(start.start, span.end))
 
     def _end_value(self, span: Span) -> None:
-        """The value has ended, and with it the statement unless it is inside brackets."""
+        """End the value, and with it the statement unless it is inside brackets."""
         keys = self.found.keys
         key = self.found.named[keys][-1] if keys in self.found.named else span
         self.found.entries[keys] = KeyAndValue(key, span)
@@ -230,7 +230,7 @@ class _Walk:
 
 
 def _name(written: str) -> str:
-    """A key as data."""
+    """Convert a key to data."""
     if written[0] not in "\"'":
         return written
     try:

@@ -1,4 +1,4 @@
-"""Reads the values of a TOML text. Invalid values are reported where they are and then ignored."""
+"""Reads the values of a TOML text. Invalid values are reported at their positions and then ignored."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ PROFILES, ROBOTS, WORLD = ("profiles",), ("robots",), ("world",)
 
 @dataclass(frozen=True, slots=True)
 class TomlReading:
-    """Reads values by their keys, as the schema says. The public methods never raise; they add to `diagnostics`.
+    """Reads values by their keys, according to the schema. The public methods never raise; they add to `diagnostics`.
 
-    What is wrong only because of what tables lack or how they fit together names these tables with `given`: it isn't
-    reported if one of them could be read only in part.
+    Errors about missing keys or tables that don't fit together name these tables with `given`: such an error isn't
+    reported if one of the tables could be read only in part.
     """
 
     toml: TomlText
@@ -39,7 +39,7 @@ class TomlReading:
         return False
 
     def number(self, keys: Keys, value: Any, allowed: Range | None = None) -> float | None:
-        """A number in the range that is `allowed`, by default the schema's."""
+        """Read a number in the range that is `allowed`, by default the schema's."""
         unit, least, most = allowed or _range(keys)
         if isinstance(value, int | float) and not isinstance(value, bool) and least <= value <= most:
             return float(value)
@@ -48,7 +48,7 @@ class TomlReading:
         return None
 
     def numbers(self, keys: Keys, table: Mapping[str, Any]) -> dict[str, float]:
-        """The valid numbers in a table."""
+        """Read the valid numbers in a table."""
         names = [name for name in table if (key := find((*keys, name))) and key.type == "number"]
         found = {name: self.number((*keys, name), table[name]) for name in names}
         return {name: number for name, number in found.items() if number is not None}
@@ -63,7 +63,7 @@ class TomlReading:
     def one_of(
         self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = (), given: Given = ()
     ) -> str | None:
-        """One of these words, by default of the schema's choices."""
+        """Read one of these words, by default one of the schema's choices."""
         word = self.text(keys, table)
         words = among or known(keys).choices
         if word is None or word in words:
@@ -80,7 +80,7 @@ class TomlReading:
         return None
 
     def table(self, keys: Keys, value: Any) -> dict[str, Any]:
-        """The entries of a table that the schema has, or all of them if people choose the names."""
+        """Read the entries of a table that the schema has, or all of them if people choose the names."""
         if not isinstance(value, dict):
             self.at_value(keys, f"write `{keys[-1]}` as a section: `[{'.'.join(map(str, keys))}]`")
             return {}
@@ -91,17 +91,17 @@ class TomlReading:
         return {name: inner for name, inner in value.items() if name not in unknown}
 
     def at_key(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
-        """Report a key; `fixed` is what it should probably be."""
+        """Report a key; `fixed` is the likely correction."""
         if all(map(self.toml.is_whole, given)):
             self._report(self.toml.positions.nearest(keys).key, message, fixed)
 
     def at_value(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
-        """Report a value; `fixed` is what it should probably be."""
+        """Report a value; `fixed` is the likely correction."""
         if all(map(self.toml.is_whole, given)):
             self._report(self.toml.positions.nearest(keys).value, message, fixed)
 
     def warn_value(self, keys: Keys, message: str) -> None:
-        """Report a value without which everything can play."""
+        """Warn of a value without which everything can play."""
         span = self.toml.positions.nearest(keys).value
         self.diagnostics.append(Diagnostic("robots", span, message, warns=True))
 
@@ -116,7 +116,7 @@ def _range(keys: Keys) -> Range:
 
 
 def _unknown(word: str, known: Collection[str]) -> tuple[str, str]:
-    """What is wrong with a word, and the one that was probably meant, or an empty one."""
+    """Return the error about an unknown word, and the word that was probably meant, or an empty one."""
     near = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
     hint = f"did you mean `{near[0]}`?" if near else f"write one of {listed(known)}"
     return f"`{word}` is not valid here: {hint}", near[0] if near else ""

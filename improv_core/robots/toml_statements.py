@@ -1,4 +1,4 @@
-"""What can be read of a text that is not valid TOML: each statement alone, so that a wrong one hides no other.
+"""Reads a text that is not valid TOML one statement at a time, so that a wrong statement hides no other.
 
 Such a text is only checked; it never plays.
 """
@@ -21,10 +21,10 @@ from improv_core.text import Span
 
 @dataclass(slots=True)
 class Readable:
-    """The data of the valid statements, the errors of the others, and the tables that lack what is in those.
+    """The data of the valid statements, the errors of the others, and the tables that lack the data of those.
 
-    What stands below an invalid header is left out, since it isn't known where it belongs. If a key has two values, the
-    first one counts.
+    Statements below an invalid header are left out, since it isn't known to which table they belong. If a key has two
+    values, the first one counts.
     """
 
     data: dict[str, Any] = field(default_factory=dict)
@@ -37,7 +37,7 @@ def read_statements(text: str) -> Readable:
     found = Readable()
     headers = {span.start: keys for span, keys in find_positions(text).headers}
     declared: set[Keys] = set()
-    table: Keys | None = ()  # which the statement is for; None below an invalid header
+    table: Keys | None = ()  # the table of the statement; None below an invalid header
     for start, statement in _pieces(text, sorted(headers)):
         checkpoint()
         header = headers.get(start)
@@ -62,7 +62,7 @@ def read_statements(text: str) -> Readable:
 
 
 def _pieces(text: str, headers: list[int]) -> Iterator[tuple[int, str]]:
-    """The statements of a text, and where they start. Every header starts one."""
+    """Yield the statements of a text, and their offsets. Every header starts one."""
     for start, statement in statements(text):
         end = start + len(statement)
         inside = headers[bisect_right(headers, start) : bisect_left(headers, end)]
@@ -72,7 +72,8 @@ def _pieces(text: str, headers: list[int]) -> Iterator[tuple[int, str]]:
 
 
 def _entered(data: Any, keys: Keys) -> dict[str, Any]:
-    """The table that keys lead to, made if necessary. If something else is there, a table that belongs to nothing."""
+    """Return the table that keys lead to, and make it if necessary. If it has another value there, return a table that
+    belongs to nothing."""
     for key, following in zip(keys, (*keys[1:], ""), strict=False):
         if isinstance(key, str) and isinstance(data, dict):
             data = data.setdefault(key, {} if isinstance(following, str) else [])
@@ -86,7 +87,7 @@ def _entered(data: Any, keys: Keys) -> dict[str, Any]:
 
 
 def _below(data: Any, keys: Keys) -> dict[str, Any]:
-    """What stands below a header that was read alone. An array of tables has one there."""
+    """Return the data below a header that was read alone. An array of tables has one table there."""
     for key in keys:
         if isinstance(data, dict):
             data = data.get(str(key), {})
@@ -108,7 +109,7 @@ def _merge(data: dict[str, Any], more: Mapping[str, Any]) -> bool:
 
 
 def _first_line(start: int, statement: str) -> Span:
-    """Where the first line of a statement stands, without the space and the comment around it."""
+    """Return the span of a statement's first line, without the space and the comment around it."""
     comment = next((span.start for span in comments(statement)), len(statement))
     line = statement.lstrip().partition("\n")[0]
     begin = len(statement) - len(statement.lstrip())

@@ -18,10 +18,11 @@ from improv_core.robots.toml_statements import read_statements
 
 @dataclass(frozen=True)
 class TomlText:
-    """The data of a text, and where it is.
+    """The data of a text, and its positions.
 
-    If the text is not valid TOML, there is no data, but what can be found of its positions. `readable` is the data of
-    its valid statements, in which other errors can be found, and `broken` the tables in which there may be more.
+    If the text is not valid TOML, there is no data, but there are the positions that can be found. `readable` is the
+    data of its valid statements, in which other errors can be found, and `broken` has the tables that may have more
+    data.
     """
 
     text: str
@@ -31,18 +32,18 @@ class TomlText:
     broken: frozenset[Keys] = frozenset()
 
     def is_whole(self, keys: Keys) -> bool:
-        """Whether all of a table could be read. If not, nothing follows from what it lacks."""
+        """True if all of a table could be read. If not, a missing key proves nothing."""
         return not any(keys[: len(each)] == each[: len(keys)] for each in self.broken)
 
     @cached_property
     def positions(self) -> Positions:
-        """Found when they are first needed: a program whose file has no errors needs none."""
+        """Positions, found when they are first needed: a program whose file has no errors needs none."""
         return find_positions(self.text)
 
 
 @lru_cache(maxsize=4)
 def read_toml(text: str) -> TomlText:
-    """Read a text. Never raises; invalid TOML gives a `syntax` diagnostic where it is."""
+    """Read a text. Never raises; invalid TOML gives a `syntax` diagnostic at its position."""
     text = re.sub("^\ufeff", " ", text)  # a byte order mark; the space keeps the offsets
     try:
         data = tomllib.loads(text)

@@ -30,7 +30,7 @@ LONGEST_TAG = 200_000
 
 
 class UrdfError(Exception):
-    """A URDF can't be used. The message is one line; `line` counts from 1, and is 0 if no line is to blame."""
+    """A URDF can't be used. The message is one line; `line` counts from 1, and is 0 if the error belongs to no line."""
 
     def __init__(self, line: int, message: str) -> None:
         super().__init__(message)
@@ -39,11 +39,11 @@ class UrdfError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class UrdfJoint:
-    """What connects two links: meters, radians, their rates per second.
+    """A connection of two links: meters, radians, their rates per second.
 
-    `place` and `turn` (roll, pitch, yaw) are where the joint is in its parent's frame. `lower`, `upper`, and `velocity`
-    are None where the file sets no limit. A joint that `follows` another has no motor: it is `ratio` times where that
-    is, plus `shift`.
+    `place` and `turn` (roll, pitch, yaw) are the joint's pose in its parent's frame. `lower`, `upper`, and `velocity`
+    are None if the file sets no limit. A joint that `follows` another has no motor: its position is `ratio` times that
+    of the other, plus `shift`.
     """
 
     name: str
@@ -63,7 +63,7 @@ class UrdfJoint:
 
     @property
     def driven(self) -> bool:
-        """Whether a motor moves it."""
+        """True if a motor moves it."""
         return self.kind in MOVING and self.follows is None
 
 
@@ -77,7 +77,7 @@ class Urdf:
 
 
 def read_urdf(source: bytes) -> Urdf:
-    """The joints in a URDF. Raises UrdfError."""
+    """Read the joints in a URDF. Raises UrdfError."""
     # Imported when used: only one command reads a URDF.
     from defusedxml.common import DefusedXmlException
     from defusedxml.sax import make_parser
@@ -113,7 +113,7 @@ def _has_long_tag(source: bytes) -> bool:
 
 @dataclass(slots=True)
 class _Open:
-    """A joint of which the end is not read yet."""
+    """A joint whose end is not read yet."""
 
     line: int
     elements: dict[str, Mapping[str, str]] = field(default_factory=dict)
@@ -256,7 +256,7 @@ def _numbers(text: str, count: int, key: str, what: str, line: int) -> list[floa
 
 
 def _tree(links: Mapping[str, int], joints: Iterable[UrdfJoint]) -> tuple[str, tuple[UrdfJoint, ...]]:
-    """The root of the tree, and its joints from there on. Raises UrdfError if it isn't one tree."""
+    """Return the root of the tree, and its joints from there on. Raises UrdfError if it isn't one tree."""
     carried: dict[str, UrdfJoint] = {}
     carries: dict[str, list[UrdfJoint]] = {}
     for joint in joints:

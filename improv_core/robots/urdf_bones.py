@@ -9,7 +9,7 @@ from improv_core.score.skeleton import BASE, MOST_BONES, Bone, Way
 
 
 def bones(urdf: Urdf) -> tuple[Bone, ...]:
-    """All joints of a URDF as bones. Raises UrdfError if there are too many to be drawn."""
+    """Convert all joints of a URDF to bones. Raises UrdfError if there are too many to draw."""
     if len(urdf.joints) > MOST_BONES:
         raise UrdfError(0, f"it has {len(urdf.joints):,} joints: at most {MOST_BONES:,} can be drawn")
     number = {urdf.root: BASE} | {joint.child: place for place, joint in enumerate(urdf.joints)}
@@ -37,6 +37,6 @@ def _bone(joint: UrdfJoint, carrier: int) -> Bone:
 
 
 def unit(vector: Vector) -> Vector:
-    """The vector of length 1 in the same direction; a vector of length 0 stays as it is."""
+    """Return the vector of length 1 in the same direction; a vector of length 0 stays as it is."""
     length = math.hypot(*vector)
     return (vector[0] / length, vector[1] / length, vector[2] / length) if length else vector

@@ -1,4 +1,4 @@
-"""Proposes the sections of `improv.toml` for a body from its URDF. What it can't know, it says in comments."""
+"""Proposes the sections of `improv.toml` for a body from its URDF. Comments list what the URDF doesn't say."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from improv_core.robots.urdf_bones import unit
 from improv_core.syntax.vocabulary import WORDS
 
 BEAT_DEGREES, BEAT_METERS = 30, 0.05
-"""How far a beat moves a joint unless people write something else: a third of a right angle, two inches."""
+"""Movement of a joint per beat unless people write another value: a third of a right angle, two inches."""
 STEP = 0.2
-"""Meters: a URDF says nothing of how far the base drives, and this is what the built-in profiles of bases have."""
+"""Meters: a URDF doesn't say how far the base drives, and the built-in profiles of bases have this value."""
 _ALONG = 0.9
 """The least cosine at which two directions count as the same, about 26 degrees apart."""
 
@@ -27,11 +27,11 @@ def sections(
     tips: Mapping[str, str] | None = None,
     file: str | None = None,
 ) -> str:
-    """Sections for a profile with this body: parts, their directions, and the limits of their joints.
+    """Return sections for a profile with this body: parts, their directions, and the limits of their joints.
 
     Without `tips`, each chain of joints that ends in a leaf of the tree is a part. With it, a part is the joints that
-    carry the link that is its tip, except those that carry the tip of another. `source`, in printable text, is where
-    the URDF is from, and `file` its path, if it is in a file that can be read again. Raises UrdfError.
+    carry its tip, a link, except those that carry the tip of another part. `source`, in printable text, is the origin
+    of the URDF, and `file` its path, if it is in a file that can be read again. Raises UrdfError.
     """
     name = profile or _word(urdf.name) or "robot"
     parts = _named(urdf, tips) if tips else _leaves(urdf)
@@ -105,7 +105,7 @@ def _path(tip: str, carrier: Mapping[str, UrdfJoint]) -> list[UrdfJoint]:
 
 
 def _leaves(urdf: Urdf) -> list[_Part]:
-    """The chains of driven joints from the last fork on."""
+    """Return the chains of driven joints after the last fork."""
     above: dict[str, UrdfJoint | None] = {urdf.root: None}  # the driven joint that carries a link
     below: dict[str, list[UrdfJoint]] = {}
     for joint in urdf.joints:
@@ -125,7 +125,7 @@ def _leaves(urdf: Urdf) -> list[_Part]:
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Where a joint is while all are at 0, in the frame of the root."""
+    """Pose of a joint while all joints are at 0, in the frame of the root."""
 
     place: Vector
     axis: Vector
@@ -137,7 +137,7 @@ _LEVEL: _Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _frames(urdf: Urdf) -> dict[str, _Frame]:
-    """A frame for each link, with the axis of the joint that carries it."""
+    """Return a frame for each link, with the axis of the joint that carries it."""
     placed: dict[str, tuple[Vector, _Matrix]] = {urdf.root: ((0.0, 0.0, 0.0), _LEVEL)}
     frames: dict[str, _Frame] = {}
     for joint in urdf.joints:
@@ -152,7 +152,7 @@ def _frames(urdf: Urdf) -> dict[str, _Frame]:
 
 
 def _rotation(turn: Vector) -> _Matrix:
-    """Roll, pitch, and yaw about fixed axes, as URDF has them: Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Rotate by roll, pitch, and yaw about fixed axes, as URDF has them: Rz(yaw) Ry(pitch) Rx(roll)."""
     (sr, sp, sy), (cr, cp, cy) = map(math.sin, turn), map(math.cos, turn)
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -167,7 +167,7 @@ def _turned(turn: _Matrix, vector: Vector) -> Vector:
 
 
 def _directions(part: _Part, frames: Mapping[str, _Frame]) -> dict[_Direction, UrdfJoint]:
-    """The direction of each joint of a part for which one is clear, and not that of a joint nearer to the root."""
+    """Return the direction of each joint of a part that has a clear one, unless a joint nearer to the root has it."""
     found: dict[_Direction, UrdfJoint] = {}
     for joint in part.joints:
         direction = _direction(joint, part, frames)
@@ -190,11 +190,12 @@ class _Direction:
 
 
 def _direction(joint: UrdfJoint, part: _Part, frames: Mapping[str, _Frame]) -> _Direction | None:
-    """Where a joint moves its part's tip while all joints are at 0. None if that is none of our directions.
+    """Return the direction in which a joint moves its part's tip while all joints are at 0. None if that is none of
+    ours.
 
-    A joint about the vertical turns `left`. Any other moves the tip along axis × (tip - joint) (Lynch & Park, Modern
-    Robotics, 5.1), a slider along its axis. One that has the tip on its axis, turns
-    about the y axis, and has limits, unlike a wheel, looks `up`.
+    A joint about the vertical turns `left`. Any other joint moves the tip along axis × (tip - joint) (Lynch & Park,
+    Modern Robotics, 5.1), and a slider along its axis. A joint that has the tip on its axis, turns about the y axis,
+    and, unlike a wheel, has limits looks `up`.
     """
     (ax, ay, az), place = frames[joint.child].axis, frames[joint.child].place
     if joint.kind not in TURNING:
@@ -238,7 +239,7 @@ def _limits(joint: UrdfJoint) -> Iterator[str]:
 
 
 def _number(value: float, turning: bool) -> str:
-    """Degrees or meters, rounded so that one turn and its fractions read as people write them."""
+    """Format degrees or meters, rounded so that one turn and its fractions read as people write them."""
     return f"{round(math.degrees(value) if turning else value, 4) + 0.0:.10g}"  # never -0
 
 
@@ -258,7 +259,7 @@ _PAIRS = _SIDES | {other: side for side, other in _SIDES.items()}
 
 
 def _mirrors(part: _Part, other: _Part) -> bool:
-    """Whether the two are each other's mirror by the names of their joints; said of the left one only."""
+    """True if `part` is the left one of two that mirror each other, by the names of their joints."""
     ours, theirs = [joint.name for joint in part.joints], [joint.name for joint in other.joints]
     left = any(match[0].lower() in _SIDES for match in map(_SIDE.search, ours) if match)
     return left and part is not other and [_SIDE.sub(_exchanged, name) for name in ours] == theirs

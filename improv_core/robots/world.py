@@ -13,7 +13,7 @@ from improv_core.score.world import Box, Circle, Wall, World
 
 
 def read_world(reading: TomlReading, value: Any) -> World:
-    """The valid content of the section as a world. Errors are reported."""
+    """Read the valid content of the section as a world. Errors are reported."""
     table = reading.table(("world",), value)
     size = _numbers(reading, ("world", "size"), table["size"]) if "size" in table else None
     walls = [_numbers(reading, keys, item, ": from x, y to x, y") for keys, item in _items(reading, table, "walls")]
@@ -49,7 +49,7 @@ def _numbers(reading: TomlReading, keys: Keys, value: Any, note: str = "") -> li
 
 
 def _obstacle(reading: TomlReading, keys: Keys, value: Any) -> dict[str, float] | None:
-    """All numbers of an obstacle. Position and heading default to 0."""
+    """Read all numbers of an obstacle. Position and heading default to 0."""
     key = known(keys)
     if not isinstance(value, dict):
         reading.at_value(keys, f"write it in meters: `{key.example}`")

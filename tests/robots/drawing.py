@@ -1,4 +1,4 @@
-"""What an `improv.toml` says, with the diagnostics drawn under it."""
+"""An `improv.toml`, with the diagnostics drawn under it."""
 
 from __future__ import annotations
 

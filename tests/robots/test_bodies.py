@@ -1,4 +1,4 @@
-"""What is wrong with the body of a profile, at its place."""
+"""Errors in the body of a profile, at their places."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ ARMS = (
         ("[profiles.a]\nstep = 1\nbody = 3", "3", "write `body` as a section"),
     ],
 )
-def test_what_is_wrong_is_reported_once_at_its_place(text: str, marked: str, message: str) -> None:
+def test_an_error_is_reported_once_at_its_place(text: str, marked: str, message: str) -> None:
     robots = read_robots(text)
     (found,) = robots.diagnostics
     assert text[found.span.start : found.span.end].startswith(marked)
@@ -150,8 +150,8 @@ def test_pose_values_are_in_the_sense_of_their_direction() -> None:
     assert pose.steps == {"yaw": pytest.approx(2)}
 
 
-def test_what_happens_to_joints_that_are_not_at_their_starts() -> None:
-    """They are waited for, unless a profile or its base says otherwise."""
+def test_joints_away_from_their_starts_are_waited_for_or_moved() -> None:
+    """The dance waits for them, unless a profile or its base sets another value."""
     assert body_of(HEAD).home == "wait"
     assert body_of(HOME + FAST).home == "move"
     derived = f'{HOME}{FAST}[profiles.b]\nbase = "a"\n[profiles.b.body.k]\nup = {{ joint = "i", degrees = 3 }}\n'

@@ -1,4 +1,4 @@
-"""What an `improv.toml` says of robots and their profiles, and what is drawn under it where it is wrong."""
+"""Robots and their profiles in an `improv.toml`, with the errors drawn under it."""
 
 from __future__ import annotations
 
@@ -319,7 +319,7 @@ def test_the_nearest_file_is_found(tmp_path: Path) -> None:
     assert find_robots_file(folder / "not" / "there") == tmp_path / "a" / "improv.toml"
 
 
-def test_the_file_is_looked_for_above_the_program_and_not_above_where_one_stands(
+def test_the_file_is_found_above_the_program_and_not_above_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "here").mkdir()
@@ -333,7 +333,7 @@ def test_the_file_is_looked_for_above_the_program_and_not_above_where_one_stands
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights there")
-def test_a_link_counts_where_it_stands_and_dots_after_it_lead_above_its_target(tmp_path: Path) -> None:
+def test_a_link_counts_in_its_folder_and_dots_after_it_lead_above_its_target(tmp_path: Path) -> None:
     (tmp_path / "show").mkdir()
     (tmp_path / "lab" / "dances").mkdir(parents=True)
     (tmp_path / "show" / "tonight").symlink_to(tmp_path / "lab" / "dances")
@@ -343,7 +343,7 @@ def test_a_link_counts_where_it_stands_and_dots_after_it_lead_above_its_target(t
     assert find_robots_file(tmp_path / "show" / "tonight" / "..") == tmp_path / "lab" / "improv.toml"
 
 
-def test_whatever_has_the_name_is_found(strange_file: StrangeFile) -> None:
+def test_any_file_with_the_name_is_found(strange_file: StrangeFile) -> None:
     path = strange_file.make("improv.toml")
     assert find_robots_file(path.parent) == path
 

@@ -1,4 +1,4 @@
-"""Robots are placed or calibrated: what improv.toml says before, and after."""
+"""Edits of improv.toml that place or calibrate robots: the text before, and after."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from improv_core.robots.edits import Start, calibrate, place
 
 ANNA = (1.5004, -0.0001, 90.0)
 AT = "start = { x = 1.5, y = 0, heading = 90 }"
-"""As it is written."""
+"""In its usual form."""
 
 
 def check(before: str, after: str | None, **starts: Start) -> None:

@@ -1,4 +1,4 @@
-"""Robots in formation: where they stand, who keeps a place, and what is said of formations that can't be."""
+"""Robots in formation: their places, robots with their own starts, and errors in formations."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ LISTED = "".join(f"[robots.{name}]\n" for name in "abcd")
 
 
 def starts(toml: str, robots: str = "a b c d") -> list[tuple[float, float, float]]:
-    """Where a program's robots start, in meters and degrees."""
+    """Return the starts of a program's robots, in meters and degrees."""
     score = score_of(analyze(f"{robots} $ forward", read_robots(toml)))
     poses = (part.start for part in score.parts.values())
     return [(round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.heading), 3) % 360) for pose in poses]
 
 
 def stand(toml: str, *expected: tuple[float, float, float]) -> None:
-    """Where four robots start, listed or not."""
+    """Compare the places of four robots, listed or not."""
     assert starts(toml) == starts(f"{LISTED}{toml}") == [*expected]
 
 
@@ -58,7 +58,7 @@ def test_a_robot_with_a_start_keeps_it_and_the_others_close_up() -> None:
     assert starts(toml, "a b c") == [(0, 1.5, 0), (9, 0, 45), (0, -1.5, 0)]
 
 
-def test_listed_robots_keep_their_places_whoever_dances() -> None:
+def test_listed_robots_keep_their_places_with_any_dancers() -> None:
     assert starts(f"[formation]\nshape='line'\ndistance=2\n{LISTED}", "d b") == [(0, -3, 0), (0, 1, 0)]
 
 
@@ -68,7 +68,7 @@ def test_robots_of_a_program_stay_inside_the_walls() -> None:
     assert all(abs(x) < 3 and abs(y) < 3 for x, y, _ in starts(toml))
 
 
-def test_mistakes_in_a_formation() -> None:
+def test_errors_in_a_formation() -> None:
     check("""
         [formation]
          ^^^^^^^^^ robots: add `shape`: `line`, `circle`, `grid`

@@ -1,4 +1,4 @@
-"""Which machine moves a robot, as `improv.toml` says it."""
+"""The machine that moves a robot, in `improv.toml`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_a_robot_is_moved_by_the_stage_of_its_host() -> None:
     assert hosts == {"anna": Host("pi@anna.local", 7, "rmw_fastrtps_cpp", 3.0), "bob": Host("bob"), "carla": None}
 
 
-def test_what_a_host_can_say() -> None:
+def test_errors_in_hosts_are_reported() -> None:
     check("""
         [robots.anna]
         host = 3
@@ -40,8 +40,8 @@ def test_what_a_host_can_say() -> None:
     """)
 
 
-def test_what_ssh_or_a_shell_could_misunderstand_is_no_host() -> None:
-    """Which names these are, tests/playback/test_hosts.py asks."""
+def test_names_unsafe_for_ssh_or_a_shell_are_no_hosts() -> None:
+    """tests/playback/test_hosts.py has these names."""
     plain = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
     found = check(f"""
         [robots.anna]

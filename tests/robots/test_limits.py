@@ -1,4 +1,4 @@
-"""How fast robots are told to move, and what fits them."""
+"""Speeds of robots, and changes that fit their limits."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ def test_a_speed_right_at_the_limit_is_within_it() -> None:
     assert excess(FORWARD, TURTLEBOT3_BURGER, Fraction(67)) is not None
 
 
-def test_limits_hold_for_what_a_calibrated_robot_is_told() -> None:
+def test_limits_hold_for_commands_to_a_calibrated_robot() -> None:
     calibrated = replace(TURTLEBOT3_BURGER, linear_scale=1.1)
     assert excess(FORWARD, calibrated, SIXTY) is None  # 0.22 m/s
     assert excess(FORWARD, calibrated, Fraction(61)) is not None
 
 
-def test_too_fast_says_by_how_much_and_what_fits() -> None:
+def test_an_excess_has_its_ratio_and_values_that_fit() -> None:
     found = excess(FORWARD, TURTLEBOT3_BURGER, Fraction(90))
     assert found
     assert found == Excess("linear", 0.3, 0.22, found.factor, tempo=66, slow=Fraction(3, 2))
     assert found.factor == pytest.approx(0.3 / 0.22)
 
 
-def test_the_limit_that_is_exceeded_most_is_said() -> None:
+def test_the_most_exceeded_limit_is_named() -> None:
     both = Velocity(x=Fraction(2), yaw=Fraction(4))  # 0.4 m/s of 0.22; 6.28 rad/s of 2.84
     found = excess(both, TURTLEBOT3_BURGER, SIXTY)
     assert found
@@ -113,7 +113,7 @@ def test_a_sideways_step_counts_for_a_holonomic_base_and_a_climb_for_a_quadrotor
     assert excess(Velocity(Fraction(2), Fraction(2), Fraction(1)), QUADROTOR, SIXTY) is not None  # 1.5 m/s of 1
 
 
-def test_what_a_robot_cannot_do() -> None:
+def test_unsupported_motions_are_listed() -> None:
     all_at_once = Velocity(Fraction(1), Fraction(1), Fraction(-1), Fraction(1))
     assert unsupported(all_at_once, TURTLEBOT3_BURGER) == ("strafe", "climb")
     assert unsupported(all_at_once, HOLONOMIC) == ("climb",)

@@ -16,7 +16,7 @@ from improv_core.score.score_json import from_json, to_json
 
 
 def check(text: str, music: Music | None, *messages: str) -> Robots:
-    """What is read from an improv.toml in /dances, and what is reported."""
+    """Compare the section of an improv.toml in /dances, and its diagnostics."""
     robots = read_robots(text, Path("/dances/improv.toml"))
     assert robots.music == music
     assert [each.message for each in robots.diagnostics] == list(messages)
@@ -35,7 +35,7 @@ def test_a_song_is_beside_the_file_or_deeper() -> None:
     )
 
 
-def test_where_the_first_beat_is_can_be_set_for_a_song_that_people_choose() -> None:
+def test_the_first_beat_can_be_set_for_a_song_that_people_choose() -> None:
     check("[music]\nfirst_beat = 0.35", Music("", "/dances", 0.35))
 
 

@@ -1,4 +1,4 @@
-"""With whom OSC messages are exchanged: `[osc]` in an `improv.toml`."""
+"""Programs with which Improv exchanges OSC messages: `[osc]` in an `improv.toml`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QLAB = Peer("127.0.0.1", 9000)
         ),
     ],
 )
-def test_osc_is_off_unless_it_is_asked_for(written: str, expected: Osc | None) -> None:
+def test_osc_is_off_by_default(written: str, expected: Osc | None) -> None:
     assert check(written).osc == expected
 
 
@@ -38,7 +38,7 @@ def test_osc_is_off_unless_it_is_asked_for(written: str, expected: Osc | None) -
         (Osc(listen=Peer("0.0.0.0", 7000)), Peer("0.0.0.0", 7000)),
     ],
 )
-def test_what_leaves_this_machine_is_known(osc: Osc, away: Peer | None) -> None:
+def test_peers_on_other_machines_are_recognized(osc: Osc, away: Peer | None) -> None:
     assert osc.away == away
 
 
@@ -64,7 +64,7 @@ def test_wrong_values() -> None:
     check("""
         [osc]
         host = "127.0.0.1"
-        ^^^^ robots: `host` is where messages are heard: add `listen`, a port
+        ^^^^ robots: `host` sets where Improv listens: add `listen`, a port
         send = "127.0.0.1:9000"
                ^^^^^^^^^^^^^^^^ robots: write `send` as a list of addresses: `["127.0.0.1:9000"]`
         [senses.kick]

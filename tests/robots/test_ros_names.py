@@ -1,4 +1,4 @@
-"""Which topics, namespaces, and frames ROS knows the robots of an `improv.toml` by."""
+"""Names of topics, namespaces, and frames in ROS for the robots of an `improv.toml`."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def test_an_emergency_stop_and_a_deadman_button_can_be_set() -> None:
     assert from_json(to_json(Score(Fraction(60), {}))).safety == check("").safety == Safety()
 
 
-def test_mistakes_in_the_stop_and_deadman_settings() -> None:
+def test_errors_in_the_stop_and_deadman_settings() -> None:
     check("""
         [ros]
         stop = "e-stop"

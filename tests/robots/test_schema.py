@@ -1,4 +1,4 @@
-"""The table of keys, and what is made of it: the tables of the page, and a schema that a real TOML tool goes by."""
+"""The table of keys, the tables of the page made from it, and a schema that a real TOML tool uses."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.
 
 
 def is_valid(text: str, folder: Path) -> bool:
-    """Whether Taplo accepts a file by the schema."""
+    """Return whether Taplo accepts a file by the schema."""
     file = folder / "improv.toml"
     file.write_text(text, encoding="utf-8")
     taplo = [
@@ -82,20 +82,20 @@ def test_a_real_tool_accepts_all_examples(tmp_path: Path) -> None:
         "[rooms]",
     ],
 )
-def test_the_tool_refuses_what_we_refuse(text: str, tmp_path: Path) -> None:
+def test_the_tool_refuses_the_same_files_as_we_do(text: str, tmp_path: Path) -> None:
     assert not read_robots(text).ok
     assert not is_valid(text, tmp_path)
 
 
 def keys_in(key: Key, keys: Keys = ()) -> list[tuple[Keys, Key]]:
-    """All keys of the table, with a made-up name where people choose one."""
+    """Return all keys of the table, with a made-up name where people choose one."""
     found = [(keys, key)]
     for name, inner in [*key.keys.items(), *([("a", key.named)] if key.named else [])]:
         found += keys_in(inner, (*keys, name))
     return found + (keys_in(key.items, (*keys, 0)) if key.items else [])
 
 
-def test_every_key_can_be_found_by_where_it_is() -> None:
+def test_every_key_can_be_found_by_its_path() -> None:
     assert all(find(keys) is key for keys, key in keys_in(SCHEMA))
     assert find(("robots", "a", "wings")) is find(("a", "b", "c")) is find(("world", "size", "x")) is None
 
@@ -107,7 +107,7 @@ def test_every_example_is_valid() -> None:
 
 
 def written(keys: Keys, value: str) -> str:
-    """A file in which this key has this value, with what it needs beside it."""
+    """Return a file in which this key has this value, with the other keys that it needs."""
     assert value.strip()
     needed = {"a": "", "profiles": "step = 1\ndynamics = 'motors'\n", "senses": ""}.get(str(keys[0]), "")
     if keys[0] == "senses":

@@ -1,4 +1,4 @@
-"""Where senses come from: `[senses]` in an `improv.toml`."""
+"""Sources of senses: `[senses]` in an `improv.toml`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The URDFs that an `improv.toml` names: what is drawn of them, and what is wrong with them, at its place."""
+"""URDFs that an `improv.toml` names: their drawing, and their errors, at the right place."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ joints.pan.offset = 3
 
 
 def read(folder: Path, urdf: str = URDF, toml: str = TOML) -> Robots:
-    """What an improv.toml beside a URDF says."""
+    """Read an improv.toml beside a URDF."""
     (folder / "r.urdf").write_text(urdf)
     return robots_from(toml, folder / "improv.toml")
 
 
 def check(folder: Path, urdf: str, message: str, toml: str = TOML) -> None:
-    """The URDF is marked where it is named, robots don't play, and nothing is drawn."""
+    """Check that the error is marked at the URDF's name, robots don't play, and nothing is drawn."""
     robots = read(folder, urdf, toml)
     (found,) = robots.diagnostics
     assert robots.text[found.span.start : found.span.end] == '"r.urdf"'
@@ -80,7 +80,7 @@ def test_each_joint_is_drawn_from_the_one_that_carries_it() -> None:
     ]
 
 
-def test_a_bone_has_its_place_its_axis_and_what_it_follows() -> None:
+def test_a_bone_has_its_place_its_axis_and_its_leader() -> None:
     pan, _, _, finger, *_ = bones(read_urdf(URDF.encode()))
     assert pan == Bone("pan", -1, (0, 0, 1), (0, 0, 0.5), (0, 0, 1), "turns", 0.25)  # it can't stand at 0
     assert (finger.follows, finger.ratio, finger.shift) == ("pan", -2, 0.1)
@@ -94,7 +94,7 @@ def test_the_urdf_is_beside_improv_toml_wherever_people_are(tmp_path: Path) -> N
     assert skeleton_of(robots, "ada") == bones(read_urdf(URDF.encode()))
     body = robots.robot("ada").profile.body
     assert body
-    assert body.joint["pan"].offset == pytest.approx(math.radians(3))  # and what the robot says of itself stays
+    assert body.joint["pan"].offset == pytest.approx(math.radians(3))  # and the robot's own values stay
 
 
 def test_a_changed_urdf_is_read_again(tmp_path: Path) -> None:
@@ -155,20 +155,20 @@ def test_a_urdf_with_thousands_of_joints_is_not_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("make", "problem"), [(None, "no such file or directory"), (Path.mkdir, "is a directory")])
-def test_what_is_no_file_is_marked(make: object, problem: str, tmp_path: Path) -> None:
+def test_a_path_to_no_file_is_marked(make: object, problem: str, tmp_path: Path) -> None:
     if callable(make):
         make(tmp_path / "r.urdf")
     (found,) = robots_from(TOML, tmp_path / "improv.toml").diagnostics
     assert found.message == f"`r.urdf`: {problem}"
 
 
-def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+def test_a_pipe_blocks_nothing(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "r.urdf")
     (found,) = robots_from(TOML, tmp_path / "improv.toml").diagnostics
     assert found.message == "`r.urdf`: it is not a regular file"
 
 
-def test_the_page_is_told_each_skeleton_once(tmp_path: Path) -> None:
+def test_the_page_gets_each_skeleton_once(tmp_path: Path) -> None:
     robots = read(tmp_path, toml=f'{TOML}[robots.bo]\nprofile = "r"\n')
     score = score_of(analyze("ada bo $ head left\ncleo $ forward\n", robots))
     again = from_json(json.loads(json.dumps(to_json(score))))  # as it reaches the stage

@@ -1,4 +1,4 @@
-"""Where robots stand that nobody has placed: in rows, and inside the walls where there are some."""
+"""Start poses of robots that nobody has placed: in rows, and inside the walls if there are some."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.score.motion import Pose
 
 
 def starts(toml: str, robots: int) -> list[tuple[float, float]]:
-    """Where the robots r0, r1, ... start."""
+    """Return the starts of the robots r0, r1, ..."""
     names = " ".join(f"r{number}" for number in range(robots))
     score = score_of(analyze(f"{names} $ forward", read_robots(toml)))
     poses = [part.start for part in score.parts.values()]

@@ -1,4 +1,4 @@
-"""What a TOML text consists of, with tree-sitter's grammar and without it."""
+"""Atoms of a TOML text, with tree-sitter's grammar and without it."""
 
 from __future__ import annotations
 
@@ -74,6 +74,6 @@ def no_grammar(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         ("[world]\nsize = [4, 4]\n[world]\nwalls = true\n", 3),
     ],
 )
-def test_mistakes_have_their_line_without_the_grammar(text: str, line: int, no_grammar: None) -> None:
+def test_errors_have_their_line_without_the_grammar(text: str, line: int, no_grammar: None) -> None:
     first, *_ = read_robots(text).diagnostics
     assert LineIndex(text).position(first.span.start).line + 1 == line

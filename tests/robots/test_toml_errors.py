@@ -1,4 +1,4 @@
-"""What is drawn under an `improv.toml` that is not TOML, and what else is still found in it."""
+"""Errors drawn under an `improv.toml` that is not TOML, and the other errors still found in it."""
 
 from __future__ import annotations
 

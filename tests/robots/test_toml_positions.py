@@ -1,4 +1,4 @@
-"""What is known about a text that is still being typed."""
+"""Positions in a text that somebody is still typing."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ ANNA: Keys = ("robots", "anna")
         ('[robots."anna"]\n|', "key", ANNA, ""),
     ],
 )
-def test_what_comes_next(marked: str, expects: str, keys: Keys, begun: str) -> None:
-    """At the `|` in a text."""
+def test_the_next_word_is_known_at_the_cursor(marked: str, expects: str, keys: Keys, begun: str) -> None:
+    """The `|` is the cursor."""
     found = beginning(marked.replace("|", ""), marked.index("|"))
     assert found
     assert (found[0].expects, found[0].keys, found[1]) == (expects, keys, begun)

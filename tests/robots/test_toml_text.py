@@ -1,4 +1,4 @@
-"""Keys and values are found exactly where they stand, in any way that TOML lets people write them."""
+"""Keys and values are found at their exact places, in every form that TOML allows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from improv_core.robots.toml_statements import read_statements
 from improv_core.robots.toml_text import read_toml
 from tests.ide.cursor import applied
 
-# Texts that look like syntax, so that a scanner that is fooled by them is found out.
+# Texts that look like syntax, to reveal a scanner that they fool.
 words = st.sampled_from(["a", "b-1", "2", "x_y"])
 strange = st.text(st.sampled_from("ab \t#[]{}=,.\"'\\é🐢"), max_size=6)
 names = words | strange
@@ -31,7 +31,7 @@ def basic(text: str) -> str:
 
 
 def quoted(text: str) -> st.SearchStrategy[str]:
-    """All ways to write a text."""
+    """Generate all quoted forms of a text."""
     ways = [basic(text), '""' + basic(text) + '""', '""' + basic(text) + '""""', f'"""\n{basic(text)[1:-1]}\\\n  """']
     if "'" not in text:
         ways += [f"'{text}'", f"'''{text}'''", f"'''\n{text}''''"]
@@ -60,7 +60,7 @@ values = st.recursive(plain | strange.flatmap(quoted), lambda items: arrays(item
 
 @st.composite
 def documents(draw: st.DrawFn) -> str:
-    """Statements put together by chance; not all are valid together."""
+    """Generate random sequences of statements; not all are valid together."""
     text = draw(breaks)
     for _ in range(draw(st.integers(0, 6))):
         dotted = f"{draw(blanks)}.{draw(blanks)}".join(
@@ -76,7 +76,7 @@ def documents(draw: st.DrawFn) -> str:
 
 
 def walk(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
-    """Every path of keys in a document, and what is there."""
+    """Yield every path of keys in a document, and its value."""
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for name, item in inner:
         yield (*keys, name), item
@@ -109,7 +109,7 @@ def test_every_key_and_value_is_found_where_it_stands(text: str) -> None:
 
 
 @given(documents().filter(is_valid))
-def test_statements_that_are_read_alone_say_the_same_as_together(text: str) -> None:
+def test_statements_read_alone_mean_the_same_as_together(text: str) -> None:
     found = read_statements(text)
     assert (found.data, found.diagnostics) == (tomllib.loads(text), [])
 

@@ -1,4 +1,4 @@
-"""URDFs: which joints they have, which are refused and why, and the sections of `improv.toml` made from them."""
+"""URDFs: their joints, the reasons for which some are refused, and the sections of `improv.toml` made from them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from improv_core.slices import on_checkpoint
 
 
 def revolute(name: str, parent: str, child: str, axis: str, place: str, more: str = "") -> str:
-    """A joint that turns from -90° to 120°, and a quarter turn a second at most."""
+    """Write a joint that turns from -90° to 120°, and a quarter turn a second at most."""
     return f"""
       <joint name="{name}" type="revolute">
         <parent link="{parent}"/><child link="{child}"/>
@@ -28,7 +28,7 @@ def revolute(name: str, parent: str, child: str, axis: str, place: str, more: st
 
 
 def arm(side: str, y: str) -> str:
-    """Two joints and a fixed hand: the arm points forward."""
+    """Write two joints and a fixed hand: the arm points forward."""
     return (
         f'<link name="{side}_upper"/><link name="{side}_fore"/><link name="{side}_hand"/>'
         + revolute(f"{side}_shoulder", "torso", f"{side}_upper", "0 1 0", f"0 {y} 1")
@@ -74,7 +74,7 @@ def test_each_chain_that_ends_in_a_leaf_is_a_part_and_left_mirrors_right() -> No
     assert made.endswith("# In no part:\n# waist: it carries torso; --part NAME=torso makes it a part\n")
 
 
-def test_what_is_proposed_can_be_used_as_it_is() -> None:
+def test_proposed_sections_can_be_used_as_they_are() -> None:
     toml = sections(read_urdf(DOLL.encode()), "doll.urdf", tips={"arm": "left_hand", "whole": "right_hand"})
     robots = read_robots(f'{toml}\n[robots.ada]\nprofile = "doll"\n')
     assert robots.diagnostics == ()
@@ -115,9 +115,7 @@ def test_a_named_part_ends_at_its_link_and_begins_after_the_one_nearest_to_the_r
         ("prismatic", "1 1 1", "0 0 0", "0 0 0", "# j: choose a direction"),
     ],
 )
-def test_a_direction_is_where_the_joint_moves_its_tip(
-    kind: str, axis: str, turn: str, tip: str, direction: str
-) -> None:
+def test_a_direction_follows_the_motion_of_the_tip(kind: str, axis: str, turn: str, tip: str, direction: str) -> None:
     made = sections(
         read_urdf(
             robot(
@@ -287,7 +285,7 @@ def test_a_part_that_can_t_be_is_refused(tips: dict[str, str], message: str) -> 
         (f"<robot>{'<a/>' * 99_999}{' ' * 199_995}".encode(), 1, "this is not XML: no element found", 300_000),
     ],
 )
-def test_what_takes_long_to_read_is_refused_after_little_work(text: bytes, line: int, message: str, most: int) -> None:
+def test_urdfs_that_take_long_to_read_are_refused_early(text: bytes, line: int, message: str, most: int) -> None:
     passed: list[None] = []
     on_checkpoint(lambda: passed.append(None))
     try:
@@ -307,7 +305,7 @@ def test_long_chains_are_read() -> None:
 
 def test_another_parser_finds_the_same_joints() -> None:
     ours = read_urdf(DOLL.encode())
-    with contextlib.redirect_stderr(io.StringIO()):  # it misses what the file doesn't say
+    with contextlib.redirect_stderr(io.StringIO()):  # it lacks the values that the file doesn't have
         theirs = URDF.from_xml_string(DOLL)
     assert theirs.get_root() == ours.root
     pairs = zip(sorted(ours.joints, key=NAME), sorted(theirs.joints, key=NAME), strict=True)

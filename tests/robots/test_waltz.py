@@ -1,4 +1,4 @@
-"""The dance with music in the gallery: its song is what its script makes, and as long as the dance."""
+"""The dance with music in the gallery: its script makes its song, which is as long as the dance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from improv_core.score.music import Music
 FOLDER = Path(__file__).parents[2] / "examples" / "music"
 
 
-def test_the_song_is_what_its_script_makes() -> None:
+def test_the_script_makes_the_song() -> None:
     made = runpy.run_path(str(FOLDER / "make_waltz.py"))["waltz"]()
     with wave.open(str(FOLDER / "waltz.wav"), "rb") as file:
         kept = file.readframes(file.getnframes())

@@ -1,4 +1,4 @@
-"""Answers that take time to compute: what comes next in the score, and the picture of its paths."""
+"""Answers that take time to compute: the next part of the score, and the picture of its paths."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ MOST_BEATS = 256
 WINDOWS_KEPT = 64
 """Windows that are kept for other pages, until something is sensed or another score is shown."""
 MOST_EARLY = 1_000
-"""Changes of senses that are kept. The simulator is behind the real robots beside it, so they come before the scene or
-the jump that they belong to."""
+"""Changes of senses that are kept. The simulator runs behind the real robots beside it, so these changes come before
+the scene or the jump to which they belong."""
 EARLY = 0.01
 """Seconds by which the times of a jump may differ in two stages."""
 
@@ -34,35 +34,35 @@ Answer = TypeVar("Answer")
 
 
 class Answers:
-    """Computes answers in the background, so that a page that asks for a lot delays no robot and no other page.
+    """Computes answers in the background, so that a page with many requests delays no robot and no other page.
 
-    `show` and `take` may be called from any thread: the answers to later questions know of it.
+    `show` and `take` may be called from any thread: answers to later questions take them into account.
     """
 
     def __init__(self, background: Background) -> None:
         self._score: Score | None = None
         self._picture: str | None = None  # of this score
         self._shown: dict[int, Score] = {}  # by generation: the one that plays, and those that are to take over
-        self._replays: dict[int, Replay] = {}  # of these
+        self._replays: dict[int, Replay] = {}  # of these generations
         self._transport: TransportMessage | None = None
         self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
         self._windows: dict[tuple[int, float, float], str] = {}  # for other pages
         self._background = background
 
     def show(self, score: Score, generation: int) -> None:
-        """Pages show a score, which plays once a transport message has its generation."""
+        """Take the score that pages show; it plays once a transport message has its generation."""
         self._background.do(partial(self._show, score, generation))
 
     def take(self, message: TransportMessage | Sensed) -> None:
-        """Follow what the stage says."""
+        """Follow the messages of the stage."""
         self._background.do(partial(self._take, message))
 
     def close(self) -> None:
-        """Compute nothing that has not been started."""
+        """Drop the answers that have not been started."""
         self._background.close()
 
     async def compute(self, answer: Callable[[], Answer]) -> Answer | None:
-        """The answer, once it is computed; None if it fails, which is reported."""
+        """Compute an answer and return it; report a failure and return None."""
         loop = asyncio.get_running_loop()
         computed: asyncio.Future[Answer | None] = loop.create_future()
         self._background.do(partial(_answer, loop, computed, answer))
@@ -123,12 +123,12 @@ def _answer(
     text = None
     try:
         text = answer()
-    except Exception as problem:  # one answer is missing; the next ones are not
+    except Exception as problem:  # this answer is missing; the next ones are not
         print(f"the page: {problem!r}", file=sys.stderr)
     with suppress(RuntimeError):  # the loop is closed
         loop.call_soon_threadsafe(_settle, computed, text)
 
 
 def _settle(computed: asyncio.Future[Answer | None], text: Answer | None) -> None:
-    if not computed.done():  # whoever asked may be gone
+    if not computed.done():  # the page that asked may be gone
         computed.set_result(text)

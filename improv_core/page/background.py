@@ -1,4 +1,4 @@
-"""Work for the page that takes time, so that it delays no robot."""
+"""Work for the page that takes long enough to delay robots, done in the background."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ Work = Callable[[], None]
 
 
 class Background(Protocol):
-    """Where such work is done, one thing after another."""
+    """Does such work, one task after another."""
 
     def do(self, work: Work) -> None: ...
 
     def close(self) -> None:
-        """Do nothing that has not been started."""
+        """Drop the tasks that have not been started."""
 
 
 class OwnThread:
-    """Does it on a thread of its own, for which nobody waits at the end. `do` may be called from any thread."""
+    """Does it on its own thread, for which the process doesn't wait when it ends. `do` may be called from any
+    thread."""
 
     def __init__(self, name: str) -> None:
         self._work: queue.SimpleQueue[Work | None] = queue.SimpleQueue()

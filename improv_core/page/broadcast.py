@@ -1,4 +1,4 @@
-"""What all pages are told of a performance, wherever they are."""
+"""Messages about a performance that all pages get."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Soon = Callable[..., None]
 
 
 class Broadcast:
-    """Passes on to the pages what they have to know. Its methods may be called from any thread.
+    """Passes news of the performance on to the pages. Its methods may be called from any thread.
 
-    `confirm` gets the mark of each stop that was obeyed, or also by whom it has yet to be. With `takes_start_poses`,
-    pages may ask for other ones.
+    `confirm` gets the mark of each stop that the stages have obeyed, or also the stages that have yet to obey it. With
+    `takes_start_poses`, pages may ask for other start poses.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Broadcast:
         self._takes_start_poses = takes_start_poses
         self._restarted = 0
         self.meetings = meetings
-        """Who finds out who meets whom in what plays, if anybody does."""
+        """Finds out which robots meet; None if nothing does."""
         self.music: Music | None = None
         """The song of the latest score."""
 
@@ -51,9 +51,10 @@ class Broadcast:
         self,
         message: TransportMessage | Stopped | ToPages | Stop | ShownScore | MeetingsMessage | Sensed | Decided,
     ) -> None:
-        """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
+        """Send a message to every page, and to later pages until another of its type, about the same subject, replaces
+        it.
 
-        An answer goes to the page that has asked, and a stop that was obeyed to the one that asked for it.
+        The page that asked gets the answer, and the page that sent a stop gets its confirmation.
         """
         if message["type"] == "stop":
             self._soon(self._confirm, message["mark"])
@@ -83,7 +84,7 @@ class Broadcast:
         self._soon(self._pages.put, " ".join(kind), json.dumps(message))
 
     def show(self, score: Score, generation: int) -> None:
-        """Show what will be played, once the player's messages have this generation."""
+        """Show the score that will play, once the player's messages have this generation."""
         self.music = score.music
         self._answers.show(score, generation)
         self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))

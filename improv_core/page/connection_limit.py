@@ -1,4 +1,4 @@
-"""Bounds the connections to the page's server, so that nobody can use up the process's file handles."""
+"""Bounds the connections to the page's server, so that nobody can use up the file handles of the process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 SILENT_LIMIT = 10.0
 """Seconds after which a connection without a first request is closed. Later, the server's own limit holds, which counts
-from the latest request: otherwise, one that is just arriving would be lost."""
+from the latest request. Otherwise, a request that is just arriving would be lost."""
 MAX_CONNECTIONS = 256
 """More than all pages and their files need, and far fewer than the usual limit of 1024 open files."""
 
@@ -27,7 +27,7 @@ class Connections:
         self._silent: dict[RequestHandler, asyncio.TimerHandle] = {}
 
     def connect(self) -> asyncio.BaseProtocol:
-        """What handles a new connection."""
+        """Return the protocol that handles a new connection."""
         idle = [each for each in self._server.connections if self._is_idle(each)]
         if len(idle) + len(self._busy) >= MAX_CONNECTIONS and idle:
             _abort(idle[0])
@@ -38,7 +38,7 @@ class Connections:
 
     @contextmanager
     def busy(self, request: Request) -> Iterator[None]:
-        """While a request is answered, its connection stays open; a page's WebSocket is one long request."""
+        """Keep the connection open while a request is answered; a page's WebSocket is one long request."""
         self._busy.add(request.protocol)
         if later := self._silent.pop(request.protocol, None):
             later.cancel()

@@ -1,4 +1,4 @@
-"""Where robots really were, as pages draw it. Standard library only."""
+"""Measured paths of robots, as pages draw them. Standard library only."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from improv_core.protocol.messages import SIMULATED, MeasuredRobot
 from improv_core.score.motion import Pose
 
 MOST_PLACES = 20_000
-"""Places kept of one robot: a quarter of an hour."""
+"""Places kept for each robot: a quarter of an hour."""
 
 
 class MeasuredTrail:
-    """Where one robot was measured or simulated, oldest place first. It only ever becomes longer, at its end."""
+    """Measured or simulated places of one robot, oldest first. The trail only grows, at its end."""
 
     def __init__(self, simulated: bool) -> None:
         self.simulated = simulated
@@ -27,7 +27,7 @@ class MeasuredTrail:
 
 
 def measured_place(robot: MeasuredRobot) -> list[float]:
-    """A place as the message to the page has it (`DrawnTrail`)."""
+    """Convert a place to the form that the message to the page uses (`DrawnTrail`)."""
     pose, ideal = robot["pose"], robot["ideal"]
     off, turned = Pose(**pose).apart(Pose(**ideal))
     flags = float(robot["source"] == SIMULATED), float(robot["follows"])

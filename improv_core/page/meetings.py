@@ -1,4 +1,4 @@
-"""Finds who meets whom in what plays, in the background, so that no setpoint and no page waits for it."""
+"""Finds the robots that will meet in the background, so that no setpoint and no page waits for it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EXACT = 1024
 
 
 class Meetings:
-    """Passes on who meets whom in the latest score that was shown: all of it to `publish`, and a line to `tell` if a
+    """Checks the latest score that was shown for robots that meet. `publish` gets all meetings. `tell` gets a line if a
     score has taken over from another, so that robots may meet that were apart."""
 
     def __init__(
@@ -29,23 +29,23 @@ class Meetings:
         self._publish = publish
         self._tell = tell
         self._background = background
-        self._latest = 0  # how many scores were shown
+        self._latest = 0  # the number of scores shown so far
 
     def show(self, score: Score, generation: int) -> None:
-        """Another score, or the same one once it is known when its parts began."""
+        """Check another score, or the same one once the times at which its parts began are known."""
         self._latest += 1
         self._background.do(partial(self._look, score, generation, self._latest))
 
     def close(self) -> None:
-        """Check nothing that has not been started."""
+        """Drop the checks that have not been started."""
         self._background.close()
 
     def _look(self, score: Score, generation: int, number: int) -> None:
-        if number == self._latest:  # otherwise a newer one waits
+        if number == self._latest:  # otherwise a newer score waits
             try:
                 self._check(score, generation)
             except Exception as problem:
-                print(f"who meets whom: {problem!r}", file=sys.stderr)
+                print(f"meetings could not be checked: {problem!r}", file=sys.stderr)
 
     def _check(self, score: Score, generation: int) -> None:
         start = max((part.begins for part in score.parts.values()), default=score.since)
@@ -56,7 +56,7 @@ class Meetings:
 
 
 def as_message(checked: RoomCheck, generation: int, *, assumes: bool) -> MeetingsMessage:
-    """The `meetings` message; with `assumes`, senses may decide otherwise."""
+    """Build the `meetings` message; with `assumes`, senses may decide otherwise."""
     return {
         "type": "meetings",
         "generation": generation,
@@ -82,7 +82,7 @@ def as_message(checked: RoomCheck, generation: int, *, assumes: bool) -> Meeting
 
 
 def warning(checked: RoomCheck, score: Score) -> str | None:
-    """What people have to know when a score takes over from another; None if no robots will meet."""
+    """Return a warning for people when a score takes over from another; None if no robots will meet."""
     if not checked.meetings:
         return None
     first = checked.meetings[0]

@@ -1,4 +1,4 @@
-"""The open pages, and what all of them know."""
+"""The open pages, and the state that they share."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Pages:
         return len(self._outboxes)
 
     def join(self) -> PageOutbox:
-        """A new page's outbox, filled with everything that the other pages know."""
+        """Return a new page's outbox, filled with everything that the other pages know."""
         self._draw()
         self._joined += 1
         outbox = PageOutbox(self._joined)
@@ -68,7 +68,7 @@ class Pages:
             outbox.put(kind, text)
 
     def measure(self, message: Measured) -> None:
-        """Show where robots really were. Measured poses of a robot replace simulated ones."""
+        """Show measured places of robots. Measured poses of a robot replace simulated ones."""
         for name, each in message["robots"].items():
             trail, simulated = self._measured.get(name), each["source"] == SIMULATED
             if not trail or trail.simulated > simulated:
@@ -81,7 +81,7 @@ class Pages:
             outbox.show_measured(self._measured)
 
     def forget_measured(self) -> None:
-        """Note that another performance begins."""
+        """Drop the measured poses, because another performance begins."""
         self._measured = {}
         self._latest = {kind: text for kind, text in self._latest.items() if not kind.startswith("fault ")}
 
@@ -92,7 +92,7 @@ class Pages:
                 outbox.put(kind, text)
 
     async def watch(self) -> None:
-        """Send what moves, 60 times a second while a page is open, forever."""
+        """Send new poses 60 times a second while a page is open, forever."""
         while True:
             await self._watched.wait()
             self._draw()
@@ -103,7 +103,7 @@ class Pages:
         await asyncio.gather(*(outbox.emptied() for outbox in self._outboxes))
 
     def _draw(self) -> None:
-        """Send the latest snapshot; a failure is reported once, and the next frame tries again."""
+        """Send the latest snapshot; report a failure once, and try again with the next frame."""
         try:
             self._send(self._snapshot())
             self._problem = ""

@@ -1,4 +1,4 @@
-"""Messages that wait for one page, so that a slow page sees the present and delays nobody else."""
+"""Messages that wait for one page, so that a slow page sees the present and delays no other page."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ TrailKind = Literal["trails", "measured"]
 
 
 class PageSocket(Protocol):
-    """Where a page's messages go, such as a WebSocket."""
+    """A connection to a page, such as a WebSocket."""
 
     async def send_str(self, data: str) -> None: ...
 
 
 class PageOutbox:
-    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked.
+    """The latest message of each kind, all bumps and trails, and the latest question of the page.
 
-    `number` is the page's own.
+    `number` is the number of the page.
     """
 
     def __init__(self, number: int) -> None:
@@ -34,14 +34,14 @@ class PageOutbox:
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
         self._trails: dict[TrailKind, Mapping[str, Lengthening]] = {}
         self._placed = 0
-        self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # how many places of which trail
+        self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # the number of places sent of each trail
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
         self._question: AskWindow | None = None
         self._asked = asyncio.Event()
 
     def put(self, kind: str, text: str) -> None:
-        """Send a message after all others; it replaces one of its kind that still waits."""
+        """Queue a message behind all others; it replaces one of its kind that still waits."""
         self._waiting.pop(kind, None)
         self._waiting[kind] = text
         self._empty.clear()
@@ -53,17 +53,17 @@ class PageOutbox:
         self.put("bumps", "")
 
     def show_trails(self, trails: Mapping[str, Lengthening], placed: int) -> None:
-        """Send what the page lacks of where robots have been; `placed` is that of the snapshot."""
+        """Send the parts of the robots' trails that the page lacks; `placed` is that of the snapshot."""
         self._trails["trails"], self._placed = trails, placed
         self.put("trails", "")
 
     def show_measured(self, trails: Mapping[str, Lengthening]) -> None:
-        """Send what the page lacks of where robots were measured."""
+        """Send the parts of the measured trails that the page lacks."""
         self._trails["measured"] = trails
         self.put("measured", "")
 
     def ask(self, question: AskWindow) -> None:
-        """Ask for a window, instead of one that nobody has looked at yet."""
+        """Ask for a window; this replaces a question that nobody has read yet."""
         self._question = question
         self._asked.set()
 
@@ -114,7 +114,7 @@ class PageOutbox:
 
 
 def bumps_message(bumps: Iterable[Bump], past: bool) -> str:
-    """The `bumps` message; `past` is for bumps from before the page was opened."""
+    """Build the `bumps` message; `past` is for bumps from before the page was opened."""
     rows: list[BumpJson] = [
         {"at": round(bump.at, 4), "x": round(bump.x, 4), "y": round(bump.y, 4), "robots": bump.robots} for bump in bumps
     ]

@@ -1,4 +1,4 @@
-"""Which user of this computer is at the other end of a connection."""
+"""Finds the user of this computer at the other end of a connection."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from socket import inet_aton
 TABLES = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 """Linux's tables of TCP connections, over IPv4 and over IPv6."""
 MAPPED = "0000000000000000FFFF0000"
-"""How an address of IPv6 begins that stands for one of IPv4: ::ffff:127.0.0.1 connects to 127.0.0.1."""
+"""Beginning of an IPv6 address that stands for an IPv4 address: ::ffff:127.0.0.1 connects to 127.0.0.1."""
 ESTABLISHED = "01"
 NOBODY = -1
-"""The system tells who is connected, and this connection is nobody's."""
+"""The system lists the users of connections, but no user has this one."""
 
 
 def user_of(peer: tuple[str, int], own: tuple[str, int]) -> int | None:
-    """The number of the user who connected from `peer` to `own`; `NOBODY` if there is none, and None if the system does
-    not tell."""
+    """Return the number of the user who connected from `peer` to `own`; `NOBODY` if there is none, and None if the
+    system doesn't list users."""
     wanted = [_in_hex(peer), _in_hex(own)]
     mapped = [MAPPED + address for address in wanted]
     told = False
@@ -26,8 +26,8 @@ def user_of(peer: tuple[str, int], own: tuple[str, int]) -> int | None:
         except OSError:
             continue
         told = told or bool(rows)
-        # Columns: number, the connection's own address, the other one's, state, queues, timer, retransmits, user. One
-        # that its process has closed is listed as root's.
+        # Columns: number, the connection's own address, the address of the other end, state, queues, timer,
+        # retransmits, user. A connection that its process has closed is listed as root's.
         for row in rows:
             if row[1:3] in (wanted, mapped) and row[3] == ESTABLISHED:
                 return int(row[7])
@@ -35,6 +35,7 @@ def user_of(peer: tuple[str, int], own: tuple[str, int]) -> int | None:
 
 
 def _in_hex(address: tuple[str, int]) -> str:
-    """127.0.0.1 port 80 is 0100007F:0050 (on the usual little-endian processors)."""
+    """Format an address as these tables do: 127.0.0.1 port 80 is 0100007F:0050 (on the usual little-endian
+    processors)."""
     host, port = address[:2]
     return f"{inet_aton(host)[::-1].hex().upper()}:{port:04X}"

@@ -1,4 +1,4 @@
-"""Answers for the page on which somebody edits a program: colors, problems with fixes, completion, and hovers."""
+"""Answers for a page on which a person edits a program: colors, problems with fixes, completion, and hovers."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class PageEditor:
 
     def __init__(self, robots: Robots) -> None:
         self.robots = robots
-        """May be replaced: what is asked from then on is answered for these."""
+        """The robots for which later requests are answered; may be replaced."""
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
-        self._known: Known | None = None  # about who meets whom
+        self._known: Known | None = None  # of meetings
 
     def analysis(self, text: str) -> Analysis:
-        """The analysis of a text, made from the latest one."""
+        """Analyze a text, starting from the latest analysis."""
         if self._latest.cast is not self.robots:
             self._latest = self._latest.with_robots(self.robots)
         if text != self._latest.text:
@@ -63,7 +63,7 @@ class PageEditor:
         return self._latest
 
     def analyze(self, page: int, ask: Analyze) -> Analyzed:
-        """The colors and problems of a page's text, which is kept."""
+        """Return the colors and problems of a page's text, and keep the text."""
         analysis = self.analysis(ask["text"])
         self._texts[page] = ask["number"], analysis
         self._texts.move_to_end(page)
@@ -72,9 +72,9 @@ class PageEditor:
         return self._analyzed(ask["number"], analysis, analysis.diagnostics)
 
     def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
-        """What `analyze` has answered, with whom robots meet, what they hit, and what joints can't do.
+        """Return the answer of `analyze` with meetings, collisions, and motions that joints can't make.
 
-        May take a second. None if that is nothing, or if the page has another text by then.
+        May take a second. None if there are no such problems, or if the page has another text by then.
         """
         analysis = self._text(page, ask["number"])
         if not analysis:
@@ -87,7 +87,8 @@ class PageEditor:
         return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *found])
 
     def complete(self, page: int, ask: Complete) -> Completed | None:
-        """The words that may be written at an offset: those that begin like what is there, or if none does, contain it.
+        """Return the words that fit at an offset: those that begin with the letters there, or if none does, contain
+        them.
 
         None if the page has another text, or no word may be there.
         """
@@ -107,7 +108,7 @@ class PageEditor:
         }
 
     def explain(self, page: int, ask: Explain) -> Explained | None:
-        """The hover at an offset. None if the page has another text, or there is nothing to say."""
+        """Return the hover at an offset. None if the page has another text, or there is no hover."""
         analysis = self._text(page, ask["number"])
         found = hover(analysis, min(ask["offset"], len(analysis.text)), pictures=True) if analysis else None
         if not found:
@@ -132,10 +133,10 @@ class PageEditor:
         }
 
     def move(self, page: int, ask: Move | Arrange, *, rehearses: bool = False) -> RobotsMoved | None:
-        """The edits that have robots begin elsewhere. None if the page has another text.
+        """Return the edits that move the starts of robots. None if the page has another text.
 
-        While it `rehearses` with robots where they are in the middle of the program, the page shows those places, which
-        are no starts.
+        While it `rehearses` with robots at their places in the middle of the program, the page shows these places,
+        which are no starts.
         """
         analysis = self._text(page, ask["number"])
         if not analysis:
@@ -151,7 +152,7 @@ class PageEditor:
         return moved(ask["number"], edits or (), problem)
 
     def set_tempo(self, page: int, ask: SetTempo) -> RobotsMoved | None:
-        """The edits that give a page's text another tempo. None if the page has another text."""
+        """Return the edits that give a page's text another tempo. None if the page has another text."""
         analysis = self._text(page, ask["number"])
         return moved(ask["number"], in_tempo(analysis, ask["tempo"]), "") if analysis else None
 
@@ -161,7 +162,7 @@ class PageEditor:
 
 
 def moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
-    """The answer with the edits of the text with a number, or with a problem."""
+    """Build the answer with the edits of the text with a number, or with a problem."""
     return {
         "type": "moved",
         "number": number,
@@ -171,7 +172,7 @@ def moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
 
 
 def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:
-    """Where the robots of a program without errors begin, in meters and degrees."""
+    """Return the start poses of a program without errors, in meters and degrees."""
     if not analysis.ok:
         return {}
     poses = starts_of(analysis)
@@ -182,7 +183,7 @@ def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:
 
 
 def _colors(analysis: Analysis) -> Iterator[int]:
-    """Three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
+    """Yield three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
     before = 0
     for offset, text, unknown, strange, body_words in fragments(analysis):
         for start, end, kind, _ in _colored(text, unknown, strange, body_words):
@@ -194,7 +195,7 @@ _colored = lru_cache(maxsize=10_000)(colored)
 
 
 def _problems(found: Sequence[Diagnostic], lines: LineIndex, robots: Robots) -> Iterator[TextProblem]:
-    """Those of the program, then those of `improv.toml`, in which the page can fix nothing."""
+    """Yield the problems of the program, then those of `improv.toml`, in which the page can fix nothing."""
     for each in found:
         yield _problem(each, lines)
     robot_lines = LineIndex(robots.text)
@@ -204,7 +205,7 @@ def _problems(found: Sequence[Diagnostic], lines: LineIndex, robots: Robots) -> 
 
 
 def _kind(problem: Diagnostic, fix: Fix) -> str:
-    """What names the fixes that may be made together: they remove what is idle, or change the same word alike."""
+    """Name the group of fixes that may be made together: they remove idle text, or change the same word alike."""
     edits = [(edit.span, edit.text) for edit in fix.edits]
     if problem.code in REMOVABLE and not any(text for _, text in edits):
         return problem.code

@@ -39,19 +39,19 @@ PARTING = 0.25
 """Seconds that pages have at the end to receive the reason."""
 MAX_PAGES = 64
 MAX_MESSAGE = 1024 * 1024
-"""Bytes of a message from a page: enough for the longest text, however JSON writes it."""
+"""Bytes of a message from a page: enough for the longest text, in any JSON encoding."""
 CONFIRM_LIMIT = 1.0
-"""Seconds that a stop may wait to be confirmed, until the page is told that it has only arrived."""
+"""Seconds for which a stop may wait for its confirmation. Then the page learns that the stop has only arrived."""
 FOLDER = Path(__file__).parent / "static"
 NO_TOKEN = '<meta id="token" name="improv-token" content="">'
-"""What index.html has in the place of the token."""
+"""The tag in index.html that the token replaces."""
 CONTENT_TYPES = {".css": "text/css", ".js": "text/javascript"}
 
-# Only VS Code shows the page in a frame. Every frame around the page has to be among these. On a desktop, that is the
+# Only VS Code shows the page in a frame. Every frame around the page has to be among these. On a desktop, these are the
 # window (vscode-file:) and the webview (vscode-webview:). In a browser, it is code-server or `code serve-web` on this
-# machine, on any port, and webviews from VS Code's CDN, where each has a host of its own. Any other
-# server on this machine may frame the page, too, but without a ticket: then the page has no token, because in a frame
-# it uses only one from a ticket that this very load has redeemed.
+# machine, on any port, and webviews from VS Code's CDN, where each has its own host. Any other server on this machine
+# may frame the page, too, but without a ticket: then the page has no token, because in a frame it uses only a token
+# from a ticket that this very load has redeemed.
 FRAMES = f"http://{HOST}:* http://localhost:* vscode-file: vscode-webview: https://*.vscode-cdn.net"
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -64,10 +64,11 @@ HEADERS = {
 
 
 class Application:
-    """Serves the page on a socket: with the token if the URL has a valid ticket. All but the page's files need it.
+    """Serves the page on a socket: with the token if the URL has a valid ticket. Every request except for the page's
+    files needs the token.
 
-    `command` gets each command from a page, and `watched` when one is opened, or closed in a frame. `music` returns the
-    song that plays.
+    `command` gets each command from a page, and `watched` when a page is opened, or closed in a frame. `music` returns
+    the song that plays.
     """
 
     def __init__(
@@ -88,13 +89,14 @@ class Application:
         self._stops = PageStops()
         self._confirmed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
         self._open: dict[PageOutbox, web.Request] = {}
-        self._framed = 0  # of these, how many are in a frame
+        self._framed = 0  # the number of these in a frame
         self._index = (FOLDER / "index.html").read_text(encoding="utf-8")
         assert self._index.count(NO_TOKEN) == 1
         self._files = _files()
 
     def confirm(self, mark: str, waits_for: Sequence[str] = ()) -> None:
-        """Note that the stop with this mark has been obeyed, or who has yet to, so its page can be told."""
+        """Note that the stop with this mark has been obeyed, or the stages that have yet to obey it, to inform its
+        page."""
         page, _, number = mark.rpartition(" ")
         if waits_for:
             self._stops.wait(page, int(number), ", ".join(waits_for))
@@ -104,7 +106,7 @@ class Application:
         self._confirmed = asyncio.Event()
 
     async def serve(self, listening: socket.socket, stop: asyncio.Event) -> None:
-        """Serve until `stop` is set; then pages get what still waits for them, and are disconnected."""
+        """Serve until `stop` is set. Then send the messages that wait for pages, and disconnect the pages."""
         from aiohttp import web
 
         runner = web.AppRunner(
@@ -153,7 +155,7 @@ class Application:
         return guard
 
     async def _show_page(self, request: web.Request) -> web.Response:
-        """The page: with the token for a valid ticket, else without it, as after a reload."""
+        """Serve the page: with the token for a valid ticket, else without it, as after a reload."""
         from aiohttp import web
 
         ticket = request.query.get("ticket")
@@ -169,7 +171,7 @@ class Application:
         return web.Response(body=self._files[request.path], content_type=content_type, charset="utf-8")
 
     async def _accept_token(self, request: web.Request) -> web.Response:
-        """Whether the page's token is right, as browsers hide from a page why its WebSocket was refused."""
+        """Check the page's token, because browsers hide from a page why its WebSocket was refused."""
         from aiohttp import web
 
         self._check_token(request)
@@ -189,14 +191,15 @@ class Application:
         return await serve(request, self._music())
 
     async def _tell_time(self, request: web.Request) -> web.Response:
-        """The server's Unix time, for a page that has to know it more exactly than it was told at first."""
+        """Return the server's Unix time, for a page that needs it more exactly than its first message gave it."""
         from aiohttp import web
 
         self._check_own(request)
         return web.Response(text=repr(time.time()))
 
     async def _stop(self, request: web.Request) -> web.Response:
-        """A stop, over a connection of its own: 204 once it has been obeyed. 202 if not by all: who is to, if known."""
+        """Take a stop over its own connection: 204 once all have obeyed it, else 202 with the names of the others, if
+        known."""
         from aiohttp import web
 
         self._check_token(request)
@@ -240,7 +243,7 @@ class Application:
             self._command(self._watched(framed))
             async for message in page:
                 if flood.counts(asyncio.get_running_loop().time()):
-                    _abort(request)  # what it has sent so far counts, and what waits behind that is dropped
+                    _abort(request)  # requests sent so far count; those that wait behind them are dropped
                     break
                 if message.type is WSMsgType.TEXT:
                     self._receive(message.data, outbox, name, order)
@@ -309,7 +312,7 @@ def _files() -> Mapping[str, bytes]:
 
 
 def page_files() -> Mapping[str, Path]:
-    """The page's files by their place below its folder."""
+    """Return the page's files by their paths below its folder."""
     found = sorted(path for path in FOLDER.rglob("*") if path.suffix in CONTENT_TYPES)
     return {path.relative_to(FOLDER).as_posix(): path for path in found}
 

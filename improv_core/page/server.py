@@ -1,4 +1,4 @@
-"""The page's server, on a thread of its own."""
+"""The page's server, on its own thread."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Viewer:
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
     `watched` when one is opened, or closed in a frame), both from the server's thread: they must return at once. With
     `takes_start_poses`, one of them may be `place`. `tell` gets a line if robots will meet because of a score that has
-    taken over. A page survives a new server if that has the same `port` and `token`.
-    Raises OSError if the port is taken; port 0 is any free one.
+    taken over. A page survives a new server if that has the same `port` and `token`. Raises OSError if the port is
+    taken; port 0 is any free one.
     """
 
     def __init__(
@@ -58,11 +58,11 @@ class Viewer:
         self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, OwnThread("improv-meetings"))
         self._thread = threading.Thread(target=self._run, name="improv-viewer", daemon=True)
         self._thread.start()
-        atexit.register(self.close)  # a page should know whether a performance is over or was cut off
+        atexit.register(self.close)  # tells the page that the performance is over, not cut off
 
     @property
     def address(self) -> str:
-        """The page's address. It takes a ticket to open the page there."""
+        """Address of the page. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
     def close(self) -> None:
@@ -74,7 +74,7 @@ class Viewer:
         self._thread.join()
 
     def _soon(self, what: Callable[..., None], *values: object) -> None:
-        """Have the server's thread do something."""
+        """Have the server's thread call a function."""
         with suppress(RuntimeError):  # already closed
             self._loop.call_soon_threadsafe(what, *values)
 

@@ -44,7 +44,7 @@ class Song:
 
 
 def open_song(music: Music | None) -> Song:
-    """Open the file of a song. It may take as long as the disk does. Raises SongError."""
+    """Open the file of a song, which may take as long as the disk does. Raises SongError."""
     if not music or not music.file or not music.folder:
         raise SongError("This dance has no song.")
     name = in_plain_text(music.file)
@@ -78,8 +78,8 @@ def open_song(music: Music | None) -> Song:
 
 
 def _opened(folder: Path, inside: Path) -> int:
-    """Open a file in a folder, by a path without links. Whatever becomes a link meanwhile is not followed, where the
-    system can open a file from a folder. Raises OSError."""
+    """Open a file in a folder, by a path without links. If a part of the path becomes a link meanwhile, it is not
+    followed, as far as the system can open a file from a folder. Raises OSError."""
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     if os.open not in os.supports_dir_fd:
         return os.open(folder / inside, flags)
@@ -96,8 +96,8 @@ def _opened(folder: Path, inside: Path) -> int:
 
 
 def range_of(header: str | None, size: int) -> range | None:
-    """The bytes that a `Range` header asks for: all of them if there is none, or one that we don't know. None if it
-    asks for bytes that aren't there."""
+    """Return the bytes that a `Range` header asks for: all of them if there is no header, or an unknown one. None if it
+    asks for bytes beyond the file."""
     found = re.fullmatch(r"bytes=(\d{0,18})-(\d{0,18})", header or "", re.ASCII)
     if not found or not any(found.groups()):
         return range(size)
@@ -110,8 +110,8 @@ def range_of(header: str | None, size: int) -> range | None:
 
 
 async def serve(request: web.Request, music: Music | None) -> web.StreamResponse:
-    """Answer with the song, or 304 if the page has it already, or a line of text if there is none to play: browsers
-    would report an error of the page for a status that is one."""
+    """Answer with the song, with 304 if the page has it already, or with a line of text if there is none to play. For
+    an error status, browsers would report an error of the page."""
     from aiohttp import web
 
     try:
@@ -138,6 +138,6 @@ async def serve(request: web.Request, music: Music | None) -> web.StreamResponse
         while left and (chunk := await asyncio.to_thread(song.file.read, min(left, CHUNK))):
             await answer.write(chunk)
             left -= len(chunk)
-        if left and request.transport:  # the file has become shorter: what came so far must not look like all of it
+        if left and request.transport:  # the file has become shorter: an incomplete song must not look complete
             request.transport.abort()
         return answer

@@ -1,7 +1,8 @@
-"""The stops of each page, which arrive over two connections, and what a page asked for before one. No clock, no I/O.
+"""The stops of each page, which arrive over two connections, and the requests that a page sent before a stop. No clock,
+no I/O.
 
-A page numbers its stops. It sends each over a connection of its own, where nothing is in front of it, and also among
-its other requests, where it shows which of these came before it.
+A page numbers its stops. It sends each over a separate connection, with nothing in front of it, and also among its
+other requests, where it shows which of these came before it.
 """
 
 from __future__ import annotations
@@ -17,17 +18,17 @@ MOST_PAGES = 256
 class _Page:
     arrived: int = 0  # the number of its latest stop
     confirmed: int = 0  # the latest that has been obeyed
-    waits_for: str = ""  # who has yet to obey the latest
+    waits_for: str = ""  # the names of the stages that have yet to obey the latest
 
 
 class PageStops:
-    """What is known about all pages, each of which has a name."""
+    """The state of all pages, each of which has a name."""
 
     def __init__(self) -> None:
         self._pages: OrderedDict[str, _Page] = OrderedDict()
 
     def arrive(self, page: str, number: int) -> bool:
-        """Note that a page has sent this stop. Returns whether it is new, so that it has to be obeyed."""
+        """Note that a page has sent this stop. Return whether it is new, so that it has to be obeyed."""
         known = self._known(page)
         is_new = number > known.arrived
         if is_new:
@@ -40,19 +41,19 @@ class PageStops:
         known.confirmed = max(number, known.confirmed)
 
     def wait(self, page: str, number: int, names: str) -> None:
-        """Note who has yet to obey this stop."""
+        """Note the names of those that have yet to obey this stop."""
         known = self._known(page)
         known.waits_for = names if number == known.arrived else known.waits_for
 
     def waits_for(self, page: str) -> str:
-        """Who has yet to obey the latest stop from a page, as far as that is known."""
+        """Return the names of those that have yet to obey the latest stop from a page, as far as known."""
         return self._known(page).waits_for
 
     def is_confirmed(self, page: str, number: int) -> bool:
         return number <= self._known(page).confirmed
 
     def latest(self, page: str) -> int:
-        """The number of the latest stop that has arrived from a page."""
+        """Return the number of the latest stop that has arrived from a page."""
         return self._known(page).arrived
 
     def _known(self, page: str) -> _Page:
@@ -72,11 +73,11 @@ class Order:
         self._placed = stops.latest(page)  # the latest stop with a place in this order
 
     def stop(self, number: int) -> bool:
-        """Take a stop. Returns whether it is new; everything after it was requested later."""
+        """Take a stop. Return whether it is new; everything after it was requested later."""
         self._placed = max(number, self._placed)
         return self._stops.arrive(self._page, number)
 
     @property
     def lags(self) -> bool:
-        """Whether what arrives here now was requested before a stop that has already arrived."""
+        """True while requests that arrive here were sent before a stop that has already arrived."""
         return self._placed < self._stops.latest(self._page)

@@ -1,6 +1,6 @@
 """Tickets: each opens the page once, so a URL that others can see, such as in the list of processes, is worthless.
 
-The parent issues tickets, and the page's server redeems them for the token that both know: no message is needed.
+The parent issues tickets, and the page's server redeems them for the token that both know: they need no message.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ ROOT = 0
 
 
 def issue(token: str, *, own: bool = False) -> str:
-    """A new ticket, for a URL. One of its `own` opens the page only for this user, wherever connections have users."""
+    """Return a new ticket, for a URL. If it is `own`, it opens the page only for this user, on systems that list the
+    users of connections."""
     owner = os.getuid() if own and hasattr(os, "getuid") else ""
     about = f"{time.monotonic():.6f}-{secrets.token_hex(2)}-{owner}"
     return f"{about}-{_sign(token, about)}"
@@ -31,7 +32,7 @@ class Tickets:
         self._used: set[str] = set()
 
     def redeem(self, ticket: str, user: int | None) -> bool:
-        """Whether this ticket is valid for a user (None: unknown). If so, it never is again."""
+        """Use up a ticket if it is valid for a user (None: unknown). Return whether it was."""
         about, _, signature = ticket.rpartition("-")
         if not hmac.compare_digest(signature.encode(), _sign(self._token, about).encode()):
             return False
@@ -45,6 +46,7 @@ class Tickets:
 
 
 def _sign(token: str, about: str) -> str:
-    """96 bits, so that the URL fits into one line of a terminal with 80 columns: people copy it from there."""
+    """Sign with 96 bits, so that the URL fits into one line of a terminal with 80 columns: people copy it from
+    there."""
     digest = hmac.new(token.encode(), about.encode(), hashlib.sha256).digest()
     return base64.b64encode(digest[:12], altchars=b"_~").decode()

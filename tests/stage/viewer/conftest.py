@@ -1,4 +1,4 @@
-"""A real browser, and how to wait for what a page shows."""
+"""A real browser, and waits for changes of a page."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ SERVER_IS_GONE = re.compile(
     "net::ERR_(CONNECTION_|SOCKET_NOT_CONNECTED|EMPTY_RESPONSE|INCOMPLETE_CHUNKED_ENCODING|CONTENT_LENGTH_MISMATCH)"
     "|Connection closed before receiving a handshake response"
 )
-"""What Chromium says of a server that closes before it accepts a connection, or before or while it answers.
+"""Messages of Chromium about a server that closes before it accepts a connection, or before or while it answers.
 
 That is an error to the browser, not to us. Each was seen with a server that closes at that moment.
 """
@@ -62,7 +62,7 @@ LIMIT = 60.0
 TOKEN = "a token"
 Keep = Callable[[Page, str], None]
 Commands = queue.SimpleQueue[PageRequest | Watched]
-"""What pages have asked for."""
+"""Requests of pages."""
 Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 
@@ -77,7 +77,7 @@ def commands() -> Commands:
 
 
 def asked(commands: Commands) -> dict[str, Any]:
-    """What a page asks for next, except that it watches, and what it wants to know."""
+    """Return a page's next request, except that it watches, and its questions."""
     while (command := commands.get(timeout=LIMIT))["type"] in ("watched", "window"):
         pass
     return {key: value for key, value in command.items() if key != "at"}
@@ -96,18 +96,18 @@ def viewer(simulator: Simulator, commands: Commands) -> Iterator[Viewer]:
 
 
 def link(viewer: Viewer) -> str:
-    """A URL that opens the page once."""
+    """Return a URL that opens the page once."""
     return f"{viewer.address}?ticket={issue(TOKEN)}"
 
 
 def transport(generation: int, state: State, beats: float | None = 8.0, beat: float = 0.0) -> TransportMessage:
-    """Where the simulator's stage is now in a score of 60 beats a minute."""
+    """Build the position of the simulator's stage in a score of 60 beats a minute."""
     known = {"backend": "simulator", "tempo": 60.0, "beats": beats, "performed": beat, "wall": time.time()}
     return story.at(state, generation, beat, time.monotonic(), **known)
 
 
 class Show:
-    """A simulator's stage that plays programs, as an editor has it, run by an event loop on a thread of its own.
+    """A simulator's stage that plays programs, as an editor has it, run by an event loop on its own thread.
 
     The stage is a process, unless it is started otherwise.
     """
@@ -129,19 +129,19 @@ class Show:
         self._run(lambda: self._playback.play(PlayScore(score, "dance", self._playback.stops.count, when, **how)))
 
     def tell(self, message: ToStage) -> None:
-        """Have the stage be told something, as if a stage of real robots led."""
+        """Send the stage a message, as if a stage of real robots led."""
         self._playback._stages["simulator"].send(message)
 
     @property
     def url(self) -> str:
-        """It opens the page once."""
+        """A URL that opens the page once."""
         link = self._playback.link()
         assert link
         return link
 
     @property
     def stops(self) -> int:
-        """How many stops have arrived."""
+        """The number of stops that have arrived."""
         return self._playback.stops.count
 
     @property
@@ -152,7 +152,7 @@ class Show:
         return stage._child.pid
 
     def end_stage(self) -> None:
-        """As if it had never been started: only the next play starts another."""
+        """End the stage as if it had never been started: only the next play starts another."""
         self._run(self._playback.close)
 
     def close(self) -> None:
@@ -183,12 +183,12 @@ class Chromium:
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Chromium]:
-    """One browser and window for all tests of a worker: each server has a port of its own, so pages share nothing.
+    """Open one browser and window for all tests of a worker: each server has its own port, so pages share nothing.
 
     One page stays open, because with the last one the window closes: to open it for each test takes half a second.
 
-    That loop is running as long as the browser does. While no test uses the browser, it is hidden: `asyncio.run` of
-    another test would refuse to run beside it.
+    That loop runs as long as the browser does. While no test uses the browser, it is hidden: `asyncio.run` of another
+    test would refuse to run beside it.
     """
     path = need("chromium")
     with sync_playwright() as playwright:
@@ -239,7 +239,7 @@ def leave(page: Page) -> None:
 
 
 def new_page(window: BrowserContext) -> tuple[Page, list[str]]:
-    """A page, and what goes wrong on it."""
+    """Open a page, and collect its errors."""
     wrong: list[str] = []
 
     def listen(message: ConsoleMessage) -> None:
@@ -255,7 +255,8 @@ def new_page(window: BrowserContext) -> tuple[Page, list[str]]:
 
 @pytest.fixture
 def keep() -> Keep:
-    """Keeps a picture of a page under a name, if `IMPROV_ARTIFACTS` names a folder for them. No test looks at it."""
+    """Return a function that keeps a picture of a page under a name, if `IMPROV_ARTIFACTS` names a folder for them. No
+    test looks at it."""
     folder = os.environ.get("IMPROV_ARTIFACTS")
 
     def keep(page: Page, name: str) -> None:
@@ -266,8 +267,8 @@ def keep() -> Keep:
 
 
 def watch(page: Page, show: Show, program: str = "", robots: str = "", **how: Any) -> Page:
-    """Open the page of a show, which plays this program now or plays already, wait until it knows what is coming, and
-    put the focus on the stage."""
+    """Open the page of a show, which plays this program now or plays already, wait until it has the next beats, and put
+    the focus on the stage."""
     if program:
         show.play(program, robots, **how)
     page.goto(show.url)
@@ -278,7 +279,8 @@ def watch(page: Page, show: Show, program: str = "", robots: str = "", **how: An
 
 @pytest.fixture
 def still(page: Page, viewer: Viewer, simulator: Simulator) -> Callable[..., Page]:
-    """Opens the page of a program that is still at its first beat. There is no stage behind it."""
+    """Return a function that opens the page of a program that is still at its first beat. There is no stage behind
+    it."""
 
     def open_page(program: str, robots: str | Robots = "") -> Page:
         score = score_of(analyze(program, read_robots(robots) if isinstance(robots, str) else robots))
@@ -294,7 +296,7 @@ def still(page: Page, viewer: Viewer, simulator: Simulator) -> Callable[..., Pag
 
 
 def wait(page: Page, condition: str) -> None:
-    """Look at every frame until the condition holds, which may name what isn't there yet.
+    """Look at every frame until the condition holds, which may name things that aren't there yet.
 
     Playwright's own waiting needs eval, which the page forbids.
     """
@@ -313,8 +315,8 @@ def wait(page: Page, condition: str) -> None:
 
 @contextmanager
 def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]:
-    """A stage that plays a program and a page of it, for several tests of a file: to open them takes longer than most
-    of these tests. Each leaves the page as it found it, and begins with `play_anew`."""
+    """Open a stage that plays a program and a page of it, for several tests of a file: to open them takes longer than
+    most of these tests. Each test leaves the page as it found it, and begins with `play_anew`."""
     show = Show(start_on_thread)
     show.play(program)
     with using(chromium):
@@ -329,12 +331,12 @@ def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]
 
 @pytest.fixture
 def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
-    """What a file has `opened` with `shared_page`, for one of its tests."""
+    """Return the stage and the page that a file has `opened` with `shared_page`, for one of its tests."""
     return opened
 
 
 def play_anew(page: Page, show: Show, program: str, robots: str = "", **how: Any) -> None:
-    """Have a program begin on a page that is open, which knows what is coming then. The stage has the focus."""
+    """Begin a program on an open page, which then has the next beats. The stage has the focus."""
     before = page.evaluate("improv.transport.generation")
     show.play(program, robots, **how)
     wait(page, f"improv.transport.generation > {before} && Object.keys(improv.known).length > 0")
@@ -342,18 +344,18 @@ def play_anew(page: Page, show: Show, program: str, robots: str = "", **how: Any
 
 
 def next_frame(page: Page) -> None:
-    """Wait until what has changed is laid out and drawn."""
+    """Wait until changes are laid out and drawn."""
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
 def switch_to(page: Page, scheme: Scheme) -> None:
-    """Have the page look like this, also what its next frame draws or lights."""
+    """Switch the page to this color scheme, also its next frame."""
     page.emulate_media(color_scheme=scheme)
     next_frame(page)
 
 
 def at(page: Page, x: float, y: float) -> tuple[float, float]:
-    """Where a point of the world is on the page, in pixels; once the view has come to rest."""
+    """Return the place of a point of the world on the page, in pixels; once the view has come to rest."""
     wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")
     box = page.locator("#stage").bounding_box()
     assert box

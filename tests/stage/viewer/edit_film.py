@@ -1,4 +1,4 @@
-"""Film somebody's first minute with `improv edit`: `python -m tests.stage.viewer.edit_film docs/images/edit.webp`.
+"""Film a person's first minute with `improv edit`: `python -m tests.stage.viewer.edit_film docs/images/edit.webp`.
 
 Needs Chromium and `pip install pillow`.
 """
@@ -19,7 +19,7 @@ from tests.stage.viewer.editing import Edit
 
 SIZE = {"width": 1040, "height": 580}
 LINE = ("bo ", "$ ", "rep", "eat ", "4 ", "(fow", "rard ", "|| ", "left)")
-"""What is typed, with a look at the page after each piece."""
+"""The typed text, with a look at the page after each piece."""
 
 
 def main() -> None:

@@ -28,7 +28,7 @@ class Edit:
         self._pages: list[tuple[Page, list[str]]] = []
 
     def page(self) -> Page:
-        """Another page of the program."""
+        """Open another page of the program."""
         page, wrong = new_page(self._window)
         self._pages.append((page, wrong))
         page.goto(f"{self._address}?ticket={issue(self._token)}")

@@ -1,8 +1,8 @@
-"""What the stage looks like: functions of JavaScript that read its pixels."""
+"""Colors of the stage: functions of JavaScript that read its pixels."""
 
 from __future__ import annotations
 
-# How many pixels of the stage are of a color, give or take: [red, green, blue].
+# Number of pixels of the stage with about this color: [red, green, blue].
 COUNT = """([red, green, blue]) => {
   const stage = document.getElementById("stage")
   const copy = new OffscreenCanvas(stage.width, stage.height)

@@ -15,7 +15,7 @@ from tests.stage.viewer.conftest import FLAGS, Show, wait, watch
 
 PROGRAM = Path(__file__).parents[3] / "examples" / "canon.improv"
 BEAT = 7.4
-"""Everyone dances by then, and no one is done."""
+"""Beat at which everyone already dances, and no one has ended."""
 
 
 def main() -> None:

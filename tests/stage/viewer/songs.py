@@ -1,4 +1,4 @@
-"""Songs for tests, whose sound says where in the song one is; and an ear for what a page plays."""
+"""Songs for tests, whose samples show the place in the song; and a listener for a page's sound."""
 
 from __future__ import annotations
 
@@ -52,19 +52,19 @@ window.hear = async () => {
   }, 20)
 }
 """
-"""Has a page note what its audio context renders, when that is heard, and what its stage says."""
+"""Has a page note the samples that its audio context renders, their times, and the messages of its stage."""
 
 
 def ramp(seconds: float) -> bytes:
-    """A WAV file whose sound rises evenly from -1/2 at its beginning to 1/2 at its end, so that one sample says where
-    in it one is. As numbers with a fraction, so that this is exact to less than a millisecond."""
+    """Make a WAV file whose sound rises evenly from -1/2 at its beginning to 1/2 at its end, so that one sample shows
+    the place in it. The numbers have a fraction, so that this is exact to less than a millisecond."""
     count = round(seconds * RATE)
     samples = array("f", (place / count - 0.5 for place in range(count)))
     return wav(samples.tobytes(), kind=3, width=4)
 
 
 def clicks(seconds: float, tempo: float) -> bytes:
-    """A WAV file with a short tone at each beat, the first one at its beginning."""
+    """Make a WAV file with a short tone at each beat, the first one at its beginning."""
     rate = 8_000
     samples = array("h", bytes(2 * round(seconds * rate)))
     beat = 0.0
@@ -77,14 +77,14 @@ def clicks(seconds: float, tempo: float) -> bytes:
 
 
 def wav(data: bytes, kind: int, width: int, rate: int = RATE) -> bytes:
-    """A WAV file with one channel; `kind` 1 has whole numbers, and 3 numbers with a fraction."""
+    """Make a WAV file with one channel; `kind` 1 has whole numbers, and 3 numbers with a fraction."""
     form = struct.pack("<HHIIHH", kind, 1, rate, rate * width, width, 8 * width)
     body = b"WAVE" + b"fmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(data)) + data
     return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 def improv_toml(folder: Path, song: bytes, **keys: Any) -> str:
-    """An improv.toml with this song, which is put into the folder."""
+    """Return an improv.toml with this song, which is put into the folder."""
     (folder / "song.wav").write_bytes(song)
     lines = "".join(f"{key} = {value}\n" for key, value in keys.items())
     return f'[music]\nfile = "song.wav"\n{lines}'

@@ -78,7 +78,7 @@ def test_long_names_fit_letters_are_explained_and_the_score_scrolls_to_the_word_
     expect(page.locator("#dynamics")).to_have_attribute(
         "title", "Simulated robots change speed at once and are exactly where the program puts them. Real ones are not."
     )
-    page.locator("#dynamics").hover()  # nothing is in the way of the pointer
+    page.locator("#dynamics").hover()  # nothing covers the pointer
     expect(page.locator("li[data-robot=ada] .mute")).to_have_attribute(
         "title", "Mute: ada stands still while the others play"
     )
@@ -87,7 +87,7 @@ def test_long_names_fit_letters_are_explained_and_the_score_scrolls_to_the_word_
         expect(page.locator("#help dt").get_by_text(word, exact=True).first).to_be_visible()
 
 
-def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[..., Page], keep: Keep) -> None:
+def test_a_formation_is_offered_as_lines_if_no_program_gets_it(still: Callable[..., Page], keep: Keep) -> None:
     page = still("ada $ rest\nbo $ rest\n")
     page.get_by_role("button", name="Starts").click()
     page.get_by_text("Formation", exact=True).click()
@@ -103,7 +103,7 @@ def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[
     keep(page, "page-formation.png")
 
 
-def test_a_formation_is_sent_to_those_who_write_it(page: Page, show: Show) -> None:
+def test_a_formation_is_sent_to_an_editor(page: Page, show: Show) -> None:
     watch(page, show, "ada $ rest\nbo $ rest\n")
     page.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
     page.get_by_role("button", name="Starts").click()

@@ -1,4 +1,4 @@
-"""A program that says how long a bar is, how large the floor is, and what its scenes are called."""
+"""A program that sets the length of a bar, the size of the floor, and the names of its scenes."""
 
 from __future__ import annotations
 

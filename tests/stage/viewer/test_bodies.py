@@ -1,4 +1,4 @@
-"""The bodies on the page: figures, gauges, rows of the timeline, and words that are lit."""
+"""The bodies on the page: figures, gauges, rows of the timeline, and lit words."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_all_of_many_figures_show_where_joints_came_to_rest(still: Callable[...,
     expect(page.locator(".gauge[title='head_yaw: 30° (−90° to 90°)']")).to_have_count(7)
 
 
-def test_a_real_joint_is_shown_beside_where_it_ideally_is(still: Callable[..., Page], viewer: Viewer) -> None:
+def test_a_real_joint_is_shown_beside_its_ideal_position(still: Callable[..., Page], viewer: Viewer) -> None:
     page = still("ada is puppet\nada $ head left\n")
     expect(page.locator(".gauge .real:visible")).to_have_count(0)
     where: JointPositions = {
@@ -138,7 +138,7 @@ def test_a_robot_with_a_urdf_is_a_stick_figure_that_turns_by_dragging_and_by_key
     page.mouse.move(box["x"] + 90, box["y"] + 60)
     page.mouse.up()
     looks.append(seen())
-    page.mouse.move(box["x"] + 20, box["y"] + 20)  # nothing is held any more
+    page.mouse.move(box["x"] + 20, box["y"] + 20)  # nothing is held anymore
     assert seen() == looks[-1]
     for key in ("ArrowLeft", "ArrowUp"):
         figure.press(key)
@@ -171,7 +171,7 @@ def test_bodies_can_be_hidden(still: Callable[..., Page]) -> None:
     expect(page.locator("#bodies")).to_be_hidden()
 
 
-def test_a_score_tells_which_joints_a_robot_has_and_which_parts_move() -> None:
+def test_a_score_lists_the_joints_of_a_robot_and_its_moving_parts() -> None:
     score = score_of(analyze("bo $ lift up\nada is puppet\nada $ arms up\nturtle1 $ forward\n", read_robots(LIFTER)))
     robots = about(score, 1, takes_start_poses=False)["robots"]
     mast = {"name": "mast", "axis": "z", "sign": 1, "slides": True, "min": 0.0, "max": 0.5, "start": 0.0}
@@ -181,7 +181,7 @@ def test_a_score_tells_which_joints_a_robot_has_and_which_parts_move() -> None:
     assert robots["turtle1"]["body"] == []
 
 
-def test_a_window_has_what_each_body_part_does() -> None:
+def test_a_window_has_the_moves_of_each_body_part() -> None:
     program = "ada is puppet\nbeat 60\nada $ head (left right) || forward up\n"
     told = window(Replay(score_of(analyze(program))), 0.0, 4.0)["ada"]
 

@@ -19,7 +19,7 @@ THEMES = list(zip(GROUNDS, PALETTES, strict=True))
 def test_robots_have_colors_that_stay_apart(ground: str, colors: list[str]) -> None:
     assert len(colors) == 32
     assert _nearest(colors[:8]) > 0.1
-    assert _nearest(colors) > 0.07  # about three steps that can just be seen
+    assert _nearest(colors) > 0.07  # about three steps that people can just see
 
 
 @pytest.mark.parametrize(("ground", "colors"), THEMES)

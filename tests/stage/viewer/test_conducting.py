@@ -1,4 +1,4 @@
-"""The page controls what plays: every control, by mouse and by key, on a real stage."""
+"""Every control of the page, by mouse and by key, on a real stage."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
 
 @pytest.fixture
 def stage(shared: tuple[Show, Page]) -> Page:
-    """LONG begins again."""
+    """The page on which LONG begins again."""
     show, page = shared
     play_anew(page, show, LONG)
     wait(page, "improv.transport.state === 'playing'")
@@ -51,7 +51,7 @@ def stage(shared: tuple[Show, Page]) -> Page:
 
 
 def arm(shared: tuple[Show, Page], **arming: float) -> Page:
-    """LONG waits until it is begun, or until this time."""
+    """Arm LONG, which waits until somebody begins it, or until this time."""
     show, page = shared
     play_anew(page, show, LONG, arming=arming)
     return page
@@ -60,14 +60,14 @@ def arm(shared: tuple[Show, Page], **arming: float) -> Page:
 def tell_armed(
     shared: tuple[Show, Page], armed: bool, begins: float | None = None, count: CountJson | None = None
 ) -> None:
-    """As if real robots were armed."""
+    """Send the message of armed real robots."""
     show, page = shared
     generation = page.evaluate("improv.transport.generation")
     told: Armed = {"type": "armed", "generation": generation, "armed": armed, "begins": begins}
     show.tell({**told, "count": count} if count else told)
 
 
-def test_every_button_controls_what_plays(stage: Page) -> None:
+def test_every_button_controls_the_dance(stage: Page) -> None:
     wait(stage, "improv.beat > 1.2")
     stage.get_by_role("button", name="Pause").click()
     wait(stage, "improv.transport.state === 'paused'")
@@ -87,7 +87,7 @@ def test_every_button_controls_what_plays(stage: Page) -> None:
     assert stage.evaluate("improv.transport.beat") == 0
 
 
-def test_the_play_button_begins_what_is_armed(shared: tuple[Show, Page], keep: Keep) -> None:
+def test_the_play_button_begins_an_armed_dance(shared: tuple[Show, Page], keep: Keep) -> None:
     page = arm(shared)
     expect(page.locator("#state-word")).to_have_text("armed")
     expect(page.get_by_role("status")).to_have_text("armed: press Play to begin")
@@ -133,7 +133,7 @@ def test_stepping_stops_at_whole_beats(stage: Page) -> None:
 
 
 def stands_where_it_should(stage: Page, beat: int) -> None:
-    """Wait until robots are where LONG takes them in this many beats: ada turns in place, bo drives a square of 2 m."""
+    """Wait until robots are at LONG's poses after this many beats: ada turns in place, bo drives a square of 2 m."""
     ada, bo, x = beat * math.pi / 2, -(beat // 2) * math.pi / 2, (0, 2, 2, 2, 2, 0, 0, 0)[beat % 8]
     wait(
         stage,
@@ -318,7 +318,7 @@ def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show
     dialog.get_by_label("heading", exact=True).first.fill("90")
     dialog.get_by_label("heading", exact=True).first.press("Enter")
     assert stage.evaluate(placed)[1:] == [{"ada": {"x": 2, "y": 1, "heading": 90}}]
-    for wrong in ("5000", ""):  # what is wrong moves nobody, and the last right number comes back
+    for wrong in ("5000", ""):  # a wrong number moves nobody, and the last right number comes back
         dialog.get_by_label("y", exact=True).first.fill(wrong)
         dialog.get_by_label("y", exact=True).first.press("Enter")
         expect(dialog.get_by_label("y", exact=True).first).to_have_value("1")
@@ -352,7 +352,7 @@ def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, kee
     viewer.close()
 
 
-def test_a_step_goes_on_from_the_one_before_also_while_the_server_is_late(
+def test_a_step_continues_from_the_previous_one_even_if_the_server_is_late(
     still: Callable[..., Page], viewer: Viewer, commands: Commands
 ) -> None:
     page = still("beat 60\nada $ repeat 8 forward\n")

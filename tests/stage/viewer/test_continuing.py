@@ -1,4 +1,4 @@
-"""A save that edits what plays, as the page shows it."""
+"""A save that edits the dance that plays, on the page."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ AFTER = "# bert has another line, and anna's has moved\n" + BEFORE.replace("slow
 
 
 @pytest.mark.slow("a browser on a busy machine")
-def test_the_page_keeps_counting_and_lights_playing_words_where_they_are_now_also_before_they_began(
-    page: Page, show: Show
-) -> None:
+def test_the_page_keeps_counting_and_lights_playing_words_at_their_current_places(page: Page, show: Show) -> None:
     lit = watch(page, show, BEFORE).locator("#score-text .lit")
     expect(lit).to_have_text(["forward", "left"])
     wait(page, "improv.beat > 4")

@@ -1,4 +1,4 @@
-"""The deadman button of a gamepad, which the tests hold. modules/deadman.test.js asks when it counts as released."""
+"""The deadman button of a gamepad, which the tests hold. modules/deadman.test.js tests the time of its release."""
 
 from __future__ import annotations
 
@@ -36,14 +36,12 @@ def require(viewer: Viewer, deadman: Any) -> None:
 
 
 def until_released(commands: Commands) -> None:
-    """Every request until it is released says that it is held."""
+    """Check that every request until the release has the button held."""
     while (kind := asked(commands)["type"]) != "released":
         assert kind == "held"
 
 
-def test_the_page_says_which_button_to_hold_and_sends_whether_it_is(
-    held: Page, viewer: Viewer, commands: Commands
-) -> None:
+def test_the_page_names_the_deadman_button_and_sends_its_state(held: Page, viewer: Viewer, commands: Commands) -> None:
     line = held.get_by_text("hold button 4 to move")
     expect(line).to_be_visible()
     held.evaluate("press(3, true)")

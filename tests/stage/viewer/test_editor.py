@@ -23,7 +23,7 @@ from tests.stage.viewer.editing import IDLE, PLAYING, Edit
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
 
-# Whether the colored text lies exactly below the text that is written.
+# True if the colored text lies exactly below the written text.
 ALIGNED = """() => {
   const [ink, text] = ["ink", "text"].map(id => document.getElementById(id))
   const shown = [...ink.children].map(line => line.textContent).join("\\n")
@@ -76,7 +76,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     expect(page.get_by_role("alert").first).to_contain_text("dance.improv can't play")
     assert edited.wait("unknown-name")
     page.locator("#ink .function").first.hover(force=True)
-    expect(page.get_by_role("tooltip")).to_be_visible()  # so the page has analyzed what was saved
+    expect(page.get_by_role("tooltip")).to_be_visible()  # so the page has analyzed the saved text
     assert pressed.evaluate("button => button.isConnected")  # a button that is being pressed is not replaced
     fix.click()
     whole = "# 🤖🤖\nbeat 60\nada $ repeat (forward || left)\nbo $ left\n"
@@ -92,7 +92,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     assert edited.file.read_bytes() == f"\ufeff{whole}".replace("\n", "\r\n").encode()
     lit = page.locator("#ink .lit")
     expect(lit).to_contain_text(["forward"])
-    write(page, "# more")  # the words that play stay lit where they are now
+    write(page, "# more")  # the words that play stay lit at their current places
     expect(page.locator("#ink .comment").last).to_have_text("# more")
     expect(lit).to_contain_text(["forward"])
     page.locator("#ink .function").first.hover(force=True)
@@ -106,7 +106,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
 
 
 @pytest.mark.slow("types in a browser six times")
-def test_a_word_takes_the_place_of_what_was_typed_after_it_was_offered(tmp_path: Path, browser: Browser) -> None:
+def test_a_completion_replaces_text_typed_after_its_offer(tmp_path: Path, browser: Browser) -> None:
     answers = True
 
     def lose_answers(page: WebSocketRoute) -> None:
@@ -371,7 +371,7 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     expect(rings[0].last).to_have_value("2")
 
     rings[2].last.fill("90")
-    page.get_by_role("button", name="Play", exact=True).click()  # at once: what was typed is written, then saved
+    page.get_by_role("button", name="Play", exact=True).click()  # at once: the typed text is written, then saved
     expect(text).to_have_value(dragged.replace("cleo at 2 1", "cleo at 2 1 facing 90"))
     wait(page, f"{PLAYING} && improv.transport.generation === 2 && improv.robots.cleo.x > 1.99")
     assert edited.file.read_text(encoding="utf-8") == text.input_value()

@@ -1,4 +1,4 @@
-"""A page that floods its stage with requests: everyone is still heard, as the order of messages shows."""
+"""A page that floods its stage with requests: all others still get answers, as the order of messages shows."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ DANCE = to_json(score_of(analyze("r $ repeat forward\n")))
 
 
 class Stage:
-    """A stage on a thread, and a parent that passes requests of pages on to it and keeps what both say, in order."""
+    """A stage on a thread, and a parent that passes requests of pages on to it and keeps the messages of both, in
+    order."""
 
     def __init__(self) -> None:
         self._inbox: UrgentQueue[Arrival] = UrgentQueue()
@@ -44,7 +45,7 @@ class Stage:
         self._thread.start()
 
     def write(self, message: ToStage) -> int:
-        """Send a message; its place in the log."""
+        """Send a message; return its place in the log."""
         with self._said:
             self._log.append(message)
             self._said.notify_all()
@@ -52,7 +53,8 @@ class Stage:
             return len(self._log)
 
     def until(self, since: int = 0, **wanted: object) -> tuple[int, int]:
-        """Wait for a message with these values: its place in the log, and how many seeks were answered before it."""
+        """Wait for a message with these values: return its place in the log, and the number of seeks that were answered
+        before it."""
         with self._said:
             at = since
             while True:
@@ -84,7 +86,7 @@ def stage() -> Iterator[Stage]:
 
 @contextmanager
 def flood(page: str) -> Iterator[threading.Semaphore]:
-    """Ask for one beat after another, on and on. Released each time that the server has cut this off."""
+    """Ask for one beat after another, without end. Released each time that the server has cut this off."""
     over, cut = threading.Event(), threading.Semaphore(0)
 
     async def ask() -> None:
@@ -109,7 +111,7 @@ def flood(page: str) -> Iterator[threading.Semaphore]:
 
 
 def press(page: str) -> int:
-    """Send a stop as a page does, again and again until it is confirmed; the status of the last answer."""
+    """Send a stop as a page does, again and again until it is confirmed; return the status of the last answer."""
     while True:
         connection = http.client.HTTPConnection(urlsplit(page).netloc, timeout=LIMIT)
         connection.request("POST", f"/stop?token={TOKEN}&page=p&number=1", headers={"Origin": page.rstrip("/")})

@@ -1,4 +1,4 @@
-"""What the page says about a program that can't play, and about one that has not been saved yet."""
+"""The page's lines about a program that can't play, and about one that has not been saved yet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from improv_core.program.compiler import score_of
 from tests.stage.viewer.conftest import Commands, Keep, asked, link, transport
 
 
-def test_before_anything_plays_the_page_names_the_file_and_says_what_is_missing(
+def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
     page: Page, viewer: Viewer, keep: Keep
 ) -> None:
     hint = page.locator("#hint")

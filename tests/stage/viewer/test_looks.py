@@ -1,4 +1,4 @@
-"""What the page looks like, for everyone: what is drawn and lit, sizes, themes, files to download, and axe's rules."""
+"""The looks of the page, for everyone: drawings and lights, sizes, themes, files to download, and axe's rules."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ PAINTED = f"""(
   window.same = window.count === window.before ? window.same + 1 : 0,
   window.count > 100 && window.same > 10
 )"""
-"""A path ahead has been painted, and for ten frames nothing more."""
+"""True once a path ahead has been painted, and for ten frames nothing more."""
 
 
 @pytest.mark.slow("looks at every pixel, again and again")
@@ -85,7 +85,7 @@ def test_trails_can_be_cleared_and_turned_off(still: Callable[..., Page], viewer
     page = still("beat 60\nada $ forward forward forward\n", "[robots.ada]\nstart = {x=0,y=0.3}\n")
     simulator.send("ada", Twist(2.0), 0.0)
     simulator.advance(0.6)
-    viewer.publish(transport(1, "paused", 3.0, 0.6))  # what is ahead begins there
+    viewer.publish(transport(1, "paused", 3.0, 0.6))  # the path ahead begins there
     wait(page, "improv.robots.ada.x > 1.19")
     ground = f"({PIXEL})(0.55, 0.3) === '251,250,247'"
     wait(page, f"!({ground})")
@@ -111,7 +111,7 @@ def test_an_endless_program_stays_known_on_a_delayed_page_too(shared: tuple[Show
     assert page.evaluate("improv.moved") == {}  # the path ahead stays in its place, though the page was delayed
 
 
-def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(shared: tuple[Show, Page]) -> None:
+def test_a_program_that_takes_over_continues_from_the_robots_exact_places(shared: tuple[Show, Page]) -> None:
     show, page = shared
     play_anew(page, show, "beat 240\nada $ repeat forward\n")
     wait(page, "improv.robots.ada.x > 3")
@@ -153,9 +153,7 @@ def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before
     expect(view).to_be_focused()
 
 
-def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
-    page: Page, show: Show, keep: Keep, tmp_path: Path
-) -> None:
+def test_the_page_shows_the_end_and_the_next_program(page: Page, show: Show, keep: Keep, tmp_path: Path) -> None:
     program = "beat 60\nada $ forward left slow 100 forward\n"
     watch(page, show, program)
     wait(page, "improv.robots.ada.x > 0.2")
@@ -205,7 +203,7 @@ COVERED = """() => {
     return !inside(box) || !each.contains(hit)
   }).map(each => each.id)
 }"""
-"""The buttons that are cut off or covered."""
+"""Finds the buttons that are cut off or covered."""
 SEEN = "[...document.querySelectorAll('button')].filter(each => each.checkVisibility()).map(({ id }) => id)"
 BUTTONS = {"stop", "play", "restart", "step", "slower", "faster", "show-timeline", "show-score", "present", "show-help"}
 WIDTHS = ((1920, 1080), (1280, 800), (900, 700), (800, 700), (757, 800), (740, 800), (721, 800), (390, 844), (320, 640))
@@ -249,7 +247,7 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
     tracks, rows = (page.locator(each).bounding_box() for each in ("#tracks", "#rows"))
     assert tracks
     assert rows
-    assert rows["y"] == pytest.approx(tracks["y"], abs=1)  # the timeline is there wherever it is scrolled to
+    assert rows["y"] == pytest.approx(tracks["y"], abs=1)  # the timeline is there at every scroll position
     keep(page, "page-scrolled.png")
 
 

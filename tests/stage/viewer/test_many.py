@@ -13,14 +13,14 @@ SIZES = ((1280, 800), (1920, 1080), (390, 844))
 NAMES = [f"a_robot_with_a_long_name_{number:02}" for number in range(1, 31)]
 PROGRAM = f"{' '.join(NAMES)} $ until cue repeat pause near (forward left)\n"
 CIRCLE = '[formation]\nshape = "circle"\ndistance = 2\n'
-# How many pixels of the last row that is seen are cut off.
+# Number of cut pixels in the last visible row.
 CUT = """() => {
   const { bottom } = document.getElementById("tracks").getBoundingClientRect()
   const rows = [...document.querySelectorAll("#cast-list li")].map((row) => row.getBoundingClientRect())
   const last = rows.findLast(({ top }) => top < bottom - 1)
   return last.bottom - bottom
 }"""
-# Whether the floor has this place in view, and nothing lies on it.
+# True if the floor has this place in view, and nothing lies on it.
 FREE = """({ x, y }) => {
   const place = improv.toScreen(x, y)
   const stage = document.getElementById("stage")
@@ -31,7 +31,7 @@ RESTS = "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringi
 
 
 def whole_rows(page: Page, number: int) -> None:
-    """There are `number` rows, and the last one that is seen is whole."""
+    """Check that there are `number` rows, and the last visible one is whole."""
     expect(page.locator("#cast-list li")).to_have_count(number)
     wait(page, f"Math.abs(({CUT})()) < 1")
 
@@ -55,7 +55,7 @@ def test_thirty_robots_leave_room_for_the_floor(page: Page, still: Callable[...,
 
 
 def press(page: Page, card: str) -> None:
-    """Open a card by its button, also where it has to be unfolded."""
+    """Open a card by its button, also after unfolding it."""
     if not card:
         return
     button = page.get_by_role("button", name=card, exact=True)

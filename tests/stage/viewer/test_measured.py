@@ -1,4 +1,4 @@
-"""How far off robots are, on the page: now, at the beat under the pointer, and after the dance."""
+"""Errors of robots on the page: now, at the beat under the pointer, and after the dance."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ AT_REST = """(
   window.off = improv.off.ada,
   window.same > 12
 )"""
-"""For 12 frames, the robot has been off by the same."""
+"""True once the robot's error has stayed the same for 12 frames."""
 
 
 @pytest.mark.slow("robots drive in real time")
-def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) -> None:
+def test_the_page_shows_a_robots_error_now_and_earlier(page: Page, show: Show) -> None:
     watch(page, show, "beat 60\nada $ fast 2 (forward left forward left)\nbert $ left\n", WORN)
     wait(page, "improv.transport.state === 'ended'")
     wait(page, AT_REST)

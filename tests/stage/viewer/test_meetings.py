@@ -1,4 +1,4 @@
-"""Who meets whom in what plays, as pages are told, and the line at a takeover."""
+"""Meetings of the robots that play, in messages to pages, and the line at a takeover."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def heard() -> Iterator[Heard]:
 
 
 def taken_over(before: str, after: str, beat: Fraction) -> Score:
-    """The score that plays once a program is saved at a beat while another one plays."""
+    """Return the score that plays once a program is saved at a beat while another one plays."""
     old, new = score_of(analyze(before)), score_of(analyze(after))
     kept = {name: 2 if name in changed(before, after) else 1 for name in new.parts}
     numbered = replace(old, parts={name: replace(part, editions=(1,)) for name, part in old.parts.items()})
@@ -53,7 +53,7 @@ def changed(before: str, after: str) -> set[str]:
     return {line.split()[0] for line in set(after.splitlines()) - set(before.splitlines())}
 
 
-def test_pages_are_told_who_meets_and_who_hits_what(heard: Heard) -> None:
+def test_pages_get_meetings_and_hits(heard: Heard) -> None:
     score = score_of(analyze("room 20 4\n" + APART.replace("rest", "forward")))
     message = heard.message(score, 7)
     assert {key: message[key] for key in ("type", "generation", "from", "to", "all", "assumes")} == {
@@ -73,7 +73,7 @@ def test_pages_are_told_who_meets_and_who_hits_what(heard: Heard) -> None:
     assert heard.lines.empty()
 
 
-def test_a_save_that_brings_robots_together_is_said_before_they_meet(heard: Heard) -> None:
+def test_a_save_that_brings_robots_together_has_a_warning(heard: Heard) -> None:
     after = APART.replace("bo $ rest", "bo $ forward forward")
     message = heard.message(taken_over(APART, after, Fraction(21, 2)), 2)
     assert message["from"] == 10.5
@@ -81,7 +81,7 @@ def test_a_save_that_brings_robots_together_is_said_before_they_meet(heard: Hear
     assert heard.lines.get(timeout=LIMIT) == "ada and bo will meet in 0.4 s: change what they play, or stop them"
 
 
-def test_a_save_that_brings_nobody_together_says_nothing(heard: Heard) -> None:
+def test_a_save_that_brings_nobody_together_has_no_warning(heard: Heard) -> None:
     message = heard.message(taken_over(APART, APART.replace("bo $ rest", "bo $ left"), Fraction(10)), 2)
     assert message["meetings"] == []
     heard.message(score_of(analyze(APART)), 3)

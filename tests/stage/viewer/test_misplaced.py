@@ -1,4 +1,4 @@
-"""Robots that are not in their places: what the page says, where its arrows point, and what its buttons ask for."""
+"""Robots that are not in their places: the page's lines, its arrows, and the requests of its buttons."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def waiting(still: Callable[..., Page], viewer: Viewer) -> Page:
     return page
 
 
-def test_the_page_says_who_has_to_go_where(waiting: Page, viewer: Viewer) -> None:
+def test_the_page_lists_misplaced_robots_and_their_places(waiting: Page, viewer: Viewer) -> None:
     panel = waiting.get_by_role("region", name="Robots that are not in their places")
     lines = panel.get_by_role("listitem")
     expect(panel.get_by_role("heading")).to_have_text("Not in place")
     expect(lines).to_have_text([ADVICE])
     expect(waiting.locator("#news")).to_have_text(f"Not in place: {ADVICE}")
-    waiting.reload()  # a page that is opened later says it, too
+    waiting.reload()  # a page that is opened later shows it, too
     expect(lines).to_have_text([ADVICE])
     viewer.publish(message({"bo": Standing(Pose(0.0, 2.0), None)}, 1))
     expect(lines).to_have_text(["nobody knows where bo stands: its poses have to arrive"])  # a place, but no arrow
@@ -47,8 +47,8 @@ def test_each_button_asks_for_what_it_says(waiting: Page, commands: Commands) ->
         assert asked(commands) == {"type": wanted}
 
 
-def test_an_arrow_leads_from_where_a_robot_stands_to_its_place(waiting: Page, viewer: Viewer, keep: Keep) -> None:
-    """It is drawn while the robot is not there, halfway, too."""
+def test_an_arrow_leads_from_a_robot_to_its_place(waiting: Page, viewer: Viewer, keep: Keep) -> None:
+    """The arrow also shows while the robot is halfway."""
     floor = f"({PIXEL})(0.6, 0.6) === '251,250,247'"
     wait(waiting, floor)
     viewer.publish(message({"ada": Standing(Pose(), Pose(1.2, 1.2))}, 1))
@@ -62,7 +62,7 @@ def test_an_arrow_leads_from_where_a_robot_stands_to_its_place(waiting: Page, vi
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_no_robot_is_under_what_has_to_be_done(waiting: Page, width: int) -> None:
+def test_no_robot_is_under_the_panel(waiting: Page, width: int) -> None:
     waiting.set_viewport_size({"width": width, "height": 844})
     panel = "misplaced.getBoundingClientRect()"
     for x, y in ((2, 0), (0, 0), (0, 2)):

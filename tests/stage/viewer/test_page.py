@@ -1,4 +1,4 @@
-"""The page in a real browser: what it shows and what it sends."""
+"""The page in a real browser: its display and its requests."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_the_page_counts_the_beat_itself(page: Page, viewer: Viewer) -> None:
     expect(page.locator("#state")).to_have_text("ended")
 
 
-def test_the_page_shows_the_beat_that_it_is_also_if_it_heard_late_what_time_it_is(page: Page, viewer: Viewer) -> None:
+def test_the_page_shows_the_right_beat_even_if_it_learns_the_time_late(page: Page, viewer: Viewer) -> None:
     page.add_init_script(
         """const parse = JSON.parse
         JSON.parse = (text) => {
@@ -109,7 +109,7 @@ def test_a_new_program_starts_with_a_clean_stage(page: Page, viewer: Viewer, sim
     wait(page, "Object.keys(improv.robots).join() == 'ada' && improv.robots.ada.y == 1")
 
 
-def test_starts_are_only_copied_if_nobody_would_write_them(page: Page, viewer: Viewer) -> None:
+def test_starts_are_only_copied_if_no_program_gets_them(page: Page, viewer: Viewer) -> None:
     viewer.show(Score(Fraction(60), {"ada": part("ada", Pose())}), 1)
     viewer.publish(transport(1, "stopped"))
     open_page(page, viewer)

@@ -1,4 +1,4 @@
-"""Which stops from a page are new, and which requests a page made before one."""
+"""New stops from a page, and the requests that a page made before one."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def test_requests_sent_before_a_stop_that_arrive_after_it_are_recognized() -> No
     stops = PageStops()
     order, other = Order(stops, PAGE), Order(stops, OTHER)
     assert not order.lags
-    stops.arrive(PAGE, 1)  # it overtook what the page had sent
+    stops.arrive(PAGE, 1)  # it overtook the page's earlier requests
     assert order.lags
     assert not other.lags
     order.stop(1)
-    assert not order.lags  # asked for after the stop
+    assert not order.lags  # sent after the stop
     stops.arrive(PAGE, 2)
     stops.arrive(PAGE, 3)
     order.stop(2)
@@ -45,7 +45,7 @@ def test_a_stop_is_confirmed_with_all_that_came_before_it() -> None:
     assert stops.is_confirmed(PAGE, 2)
 
 
-def test_who_has_yet_to_obey_a_stop_is_known_until_the_next_one() -> None:
+def test_those_yet_to_obey_a_stop_are_known_until_the_next_one() -> None:
     stops = PageStops()
     stops.arrive(PAGE, 1)
     stops.wait(PAGE, 1, "ada, bo")

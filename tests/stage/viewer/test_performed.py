@@ -1,4 +1,4 @@
-"""What the timeline shows of a part that senses decide: what was performed, and then what comes if nothing changes."""
+"""The timeline of a part that senses decide: the performed movements, and then the next ones if nothing changes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def replay(program: str, sensed: list[Edge]) -> Replay:
         (TURNER, [FREE, ("near", None, 2)], 0, "0 forward, 1 forward, 2 stands, 3 stands"),
     ],
 )
-def test_a_window_shows_what_senses_have_decided(program: str, sensed: list[Edge], start: float, expected: str) -> None:
+def test_a_window_shows_decisions_of_senses(program: str, sensed: list[Edge], start: float, expected: str) -> None:
     stretch = window(replay(program, sensed), start, 4)["ada"]
     shown = []
     for at, _, *velocity, words in stretch["moments"]:
@@ -47,7 +47,7 @@ def test_a_window_shows_what_senses_have_decided(program: str, sensed: list[Edge
     assert ", ".join(shown) == expected
 
 
-def test_a_window_begins_where_the_robot_ideally_is() -> None:
+def test_a_window_begins_at_the_robots_ideal_place() -> None:
     sensed: list[Edge] = [FREE, ("near", True, 1.5), ("near", False, 2.5)]
     (x, y, _, heading), later = (window(replay(ROAMER, sensed), start, 9)["ada"]["pose"] or [] for start in (1.75, 4))
     assert (x, y, heading) == (3, 0, 0)

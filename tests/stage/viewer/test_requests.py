@@ -1,4 +1,4 @@
-"""What a page may ask for, and what is dropped."""
+"""Requests of a page, and those that are dropped."""
 
 from __future__ import annotations
 

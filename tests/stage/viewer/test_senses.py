@@ -1,4 +1,4 @@
-"""What robots sense, on the page: chips, the cue, keys, and where they look."""
+"""Senses of robots on the page: chips, the cue, keys, and the area of `near`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from improv_core.score.senses import BuiltIn, Key, Senses, Topic
 from tests.stage.viewer.conftest import Commands, asked, link, transport, wait
 from tests.stage.viewer.looks import PIXEL
 
-AHEAD = f"({PIXEL})(2.12, 0.15)"  # the color of the ground where only `near` looks
+AHEAD = f"({PIXEL})(2.12, 0.15)"  # the color of the ground that only `near` covers
 DARK = "245,232,221"  # while it senses nothing
 
 
@@ -53,7 +53,7 @@ def sensed(viewer: Viewer, sense: str, value: bool | None) -> None:
     )
 
 
-def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: Viewer) -> None:
+def test_a_chip_shows_a_sense_and_its_area_lights_up(sensing: Page, viewer: Viewer) -> None:
     chip = sensing.locator(".chip", has_text="near")
     expect(chip).to_have_attribute("data-value", "silent")
     wait(sensing, f"{AHEAD} === '{DARK}'")
@@ -68,7 +68,7 @@ def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: 
     expect(chip).to_have_attribute("data-value", "silent")
 
     expect(sensing.get_by_role("button", name="Cue")).to_be_visible()
-    viewer.show(score_of(analyze("ada $ forward\n")), 2)  # which senses nothing
+    viewer.show(score_of(analyze("ada $ forward\n")), 2)  # the robot that senses nothing
     viewer.publish(transport(2, "playing"))
     expect(sensing.locator("#senses")).to_be_hidden()
     expect(sensing.get_by_role("button", name="Cue")).to_be_hidden()

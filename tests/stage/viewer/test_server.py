@@ -1,4 +1,4 @@
-"""The page's server: whom it refuses, what it sends, and that nobody can delay it."""
+"""The page's server: its refusals, its messages, and its independence from slow clients."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ NOBODY: Callable[[], Snapshot] = Snapshot
 
 
 def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
-    """The answer to a request with exactly these headers; `_` in their names is `-`."""
+    """Return the answer to a request with exactly these headers; `_` in their names is `-`."""
     connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.address).port or 0, timeout=LIMIT)
     connection.putrequest("GET", path, skip_host="Host" in headers)
     for name, value in headers.items():
@@ -59,12 +59,12 @@ def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
 
 
 def own(viewer: Viewer) -> tuple[str, str]:
-    """The server's own host, and what authorizes a request."""
+    """Return the server's own host, and the header that authorizes a request."""
     return urlsplit(viewer.address).netloc, f"token={quote(TOKEN)}"
 
 
 def opened(viewer: Viewer, query: str) -> str:
-    """The token of the page that a query opens; empty if it opens none."""
+    """Return the token of the page that a query opens; empty if it opens none."""
     return token_behind(f"{viewer.address}?{query}")
 
 
@@ -202,7 +202,7 @@ def test_a_taken_port_is_a_plain_error(viewer: Viewer) -> None:
         Viewer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None)
 
 
-# What travels over the WebSocket
+# Messages over the WebSocket
 
 
 async def connected(viewer: Viewer, session: aiohttp.ClientSession) -> aiohttp.ClientWebSocketResponse:
@@ -217,7 +217,7 @@ async def until(socket: aiohttp.ClientWebSocketResponse, wanted: Callable[[dict[
             return message
 
 
-def test_a_new_page_gets_what_was_published_and_which_robots_there_are(viewer: Viewer, simulator: Simulator) -> None:
+def test_a_new_page_gets_published_messages_and_the_robots(viewer: Viewer, simulator: Simulator) -> None:
     simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(1.0, 2.0))}), restart=True)
     simulator.send("ada", Twist(y=1 / 3), 0.0)
     simulator.advance(1.0)
@@ -401,7 +401,7 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: Commands) -
 
 
 def answer_to(viewer: Viewer, query: str, **headers: str) -> http.client.HTTPResponse:
-    """Send a stop as the page does, over a connection of its own."""
+    """Send a stop as the page does, over its own connection."""
     host, token = own(viewer)
     connection = http.client.HTTPConnection(host, timeout=LIMIT)
     connection.request("POST", f"/stop?{token}&{query}", headers={"Origin": f"http://{host}", **headers})
@@ -409,7 +409,7 @@ def answer_to(viewer: Viewer, query: str, **headers: str) -> http.client.HTTPRes
 
 
 def press(viewer: Viewer, query: str, **headers: str) -> int:
-    """The status of the answer to a stop."""
+    """Return the status of the answer to a stop."""
     return answer_to(viewer, query, **headers).status
 
 
@@ -428,7 +428,7 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
     assert commands.empty()
 
 
-def test_an_unconfirmed_stop_is_answered_with_who_has_yet_to_obey_it(
+def test_an_unconfirmed_stop_is_answered_with_the_names_yet_to_obey_it(
     viewer: Viewer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
@@ -517,7 +517,7 @@ def test_a_page_that_floods_is_cut_off(viewer: Viewer, commands: Commands) -> No
     asyncio.run(check())
 
 
-def test_a_page_that_asks_learns_what_is_coming(viewer: Viewer) -> None:
+def test_a_page_that_asks_gets_the_next_beats(viewer: Viewer) -> None:
     viewer.show(score_of(analyze("ada $ repeat (forward left)")), 3)
 
     async def check() -> None:
@@ -540,7 +540,8 @@ def test_a_page_that_asks_learns_what_is_coming(viewer: Viewer) -> None:
 
 
 def test_a_window_is_of_the_score_whose_generation_it_names(viewer: Viewer) -> None:
-    """Also while another one waits to take over, which is the only one that counts once it has."""
+    """The window is right even while another score waits to take over, which is the only one that counts once it
+    has."""
     casts = {1: "ada", 2: "bo"}
     for generation, robot in casts.items():
         viewer.show(score_of(analyze(f"{robot} $ forward")), generation)
@@ -557,9 +558,7 @@ def test_a_window_is_of_the_score_whose_generation_it_names(viewer: Viewer) -> N
 
 
 @pytest.mark.parametrize(("edges", "expected"), [((0.0,), "forward forward"), ((0.0, 2.0), "forward left")])
-def test_what_real_robots_sense_comes_before_the_jump_that_it_belongs_to(
-    viewer: Viewer, edges: tuple[float, ...], expected: str
-) -> None:
+def test_senses_of_real_robots_come_before_their_jump(viewer: Viewer, edges: tuple[float, ...], expected: str) -> None:
     """The simulator beside them is a tenth of a second behind."""
     program = "ada $ repeat (if near left else forward)\n"
     viewer.show(score_of(analyze(program)), 1)
@@ -572,12 +571,12 @@ def test_what_real_robots_sense_comes_before_the_jump_that_it_belongs_to(
         sense(performed > 0, performed, performed)
     viewer.publish(transport(1, "playing"))
     sense(False, 9.0, 9.0)
-    sense(expected.endswith("left"), 10.0, 3.0)  # after a seek that the simulator has not come to
+    sense(expected.endswith("left"), 10.0, 3.0)  # after a seek that the simulator has not reached
     viewer.publish({**transport(1, "playing", beat=3.0), "performed": 10.0})
     question: AskWindow = {"type": "window", "generation": 1, "from": 3.0, "to": 5.0}
     text = asyncio.run(viewer._answers.compute(lambda: viewer._answers.window(question)))
     words = [program[slice(*moment[-1][-1][1:])] for moment in json.loads(text or "")["robots"]["ada"]["moments"]]
-    assert " ".join(words) == expected  # what is decided at the beat of a jump is as if no sense were true
+    assert " ".join(words) == expected  # decisions at the beat of a jump assume that no sense is true
 
 
 def test_a_page_that_does_not_read_delays_nobody(viewer: Viewer) -> None:
@@ -627,7 +626,7 @@ def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None
 
 
 def silent(viewer: Viewer) -> socket.socket:
-    """A connection that sends nothing."""
+    """Open a connection that sends nothing."""
     where = urlsplit(viewer.address)
     return socket.create_connection((where.hostname, where.port or 0), timeout=LIMIT)
 

@@ -1,4 +1,4 @@
-"""Where robots will meet is marked on the stage and on the timeline, and a click goes to that beat."""
+"""Meetings are marked on the stage and on the timeline, and a click goes to that beat."""
 
 from __future__ import annotations
 

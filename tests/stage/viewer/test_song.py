@@ -1,4 +1,4 @@
-"""The song of a dance, as the page's server serves it: to whom, from where, and in which pieces."""
+"""The song of a dance, as the page's server serves it: its clients, its folder, and its ranges."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SONG = bytes(range(256)) * 8
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with a song, and what must not get out of the one around it."""
+    """A folder with a song, and files around it that must not get out."""
     (tmp_path / "secret.wav").write_bytes(b"secret")
     folder = tmp_path / "dances"
     (folder / "sounds").mkdir(parents=True)
@@ -37,7 +37,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def playing(folder: Path) -> Iterator[Viewer]:
-    """A page's server with a dance whose song is song.wav."""
+    """Run a page's server with a dance whose song is song.wav."""
     viewer = Viewer(0, Simulator().snapshot, lambda command: None, token=TOKEN)
     show(viewer, Music("song.wav", str(folder)))
     yield viewer
@@ -56,7 +56,7 @@ def ask(viewer: Viewer, token: str = TOKEN, path: str = "/song", **headers: str)
 
 
 def check(viewer: Viewer, music: Music | None, line: str) -> None:
-    """The server says in one line why there is no song."""
+    """Check the line that the server sends if there is no song."""
     show(viewer, music)
     answer = ask(viewer)
     assert (answer.headers["Content-Type"], answer.read().decode()) == ("text/plain; charset=utf-8", line)
@@ -132,7 +132,7 @@ def test_nothing_from_outside_of_the_folder_is_sent(playing: Viewer, folder: Pat
 
 
 @pytest.mark.parametrize("swapped", ["sounds", "sounds/deep.ogg"])
-def test_a_link_that_takes_the_place_of_what_was_found_is_not_followed(
+def test_a_link_that_replaces_the_found_file_is_not_followed(
     folder: Path, monkeypatch: pytest.MonkeyPatch, swapped: str
 ) -> None:
     outside, found = folder.parent / "outside", os.path.realpath

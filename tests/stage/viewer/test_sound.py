@@ -1,5 +1,5 @@
-"""The sound of a dance in a real browser. modules/music.test.js asks what is heard when; the benchmark `song` measures
-how exactly."""
+"""The sound of a dance in a real browser. modules/music.test.js tests the order of sounds; the benchmark `song`
+measures their times."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.stage.viewer.songs import clicks, improv_toml
 DANCE = "beat 120\nbar 3\nada $ repeat (forward left)\n"
 SONG = clicks(200, 120)
 RIGHT = "Math.abs(improv.song - (0.5 + improv.beat / 2)) < 0.25"
-"""Whether the page plays the position that belongs to the beat. The benchmark measures how exactly."""
+"""True if the page plays the position that belongs to the beat. The benchmark measures the error."""
 OSCILLATORS = """
 const start = OscillatorNode.prototype.start
 const stop = OscillatorNode.prototype.stop
@@ -33,7 +33,7 @@ OscillatorNode.prototype.stop = function (...at) {
   return stop.apply(this, at)
 }
 """
-"""Notes the clicks that are heard: those that are taken back are not."""
+"""Notes the audible clicks, without those that are taken back."""
 
 TAP = """milliseconds => {
   const now = performance.now
@@ -56,7 +56,7 @@ window.AudioContext = class extends AudioContext {
   }
 }
 """
-"""As browsers are: for a browser, what Playwright evaluates on a page is a person who clicks."""
+"""Has the page need a click, as browsers do: for a browser, an evaluation by Playwright is a person who clicks."""
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +90,7 @@ def test_the_page_plays_the_song_at_the_beat_and_through_pause_seek_and_stop(dan
     expect(dance.locator("#sound-on")).to_be_hidden()
 
 
-def test_a_save_plays_on_with_the_song_which_is_not_sent_again(
-    dance: Page, shared: tuple[Show, Page], tmp_path: Path
-) -> None:
+def test_a_save_keeps_the_song_which_is_not_sent_again(dance: Page, shared: tuple[Show, Page], tmp_path: Path) -> None:
     show, _ = shared
     wait(dance, RIGHT)
     with dance.expect_response(re.compile("/song")) as answer:
@@ -182,9 +180,7 @@ def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) ->
     assert high == [beat for beat in beats if (beat - high[0]) % 3 == 0]
 
 
-def test_where_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(
-    page: Page, show: Show, tmp_path: Path
-) -> None:
+def test_if_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(page: Page, show: Show, tmp_path: Path) -> None:
     page.add_init_script(NEEDS_A_CLICK)
     watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
     asks = page.get_by_role("button", name="Click for sound")
@@ -211,12 +207,12 @@ def test_the_song_lies_under_the_timeline_and_moves_with_keys_and_by_dragging(da
     dance.mouse.move(x, y)
     dance.mouse.down()
     dance.mouse.move(x - 40, y, steps=4)
-    wait(dance, "improv.song - improv.beat / 2 > 0.6")  # it is heard at once
+    wait(dance, "improv.song - improv.beat / 2 > 0.6")  # it sounds at once
     dance.mouse.up()
 
 
 @pytest.mark.slow("edits on a page")
-def test_where_the_program_is_edited_taps_and_drags_are_written(tmp_path: Path, window: BrowserContext) -> None:
+def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, window: BrowserContext) -> None:
     robots = tmp_path / "improv.toml"
     robots.write_text(improv_toml(tmp_path, SONG), encoding="utf-8")
     (tmp_path / "dance.improv").write_text(DANCE, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""*Stop* on the page in a real browser, while the process that should hear it hangs or is gone."""
+"""*Stop* on the page in a real browser, while the process that should get it hangs or is gone."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     expect(page.locator("#notice")).to_contain_text("The performance is over")
 
 
-def test_the_page_says_who_has_yet_to_obey_a_stop(
+def test_the_page_names_the_robots_yet_to_obey_a_stop(
     page: Page, viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)

@@ -1,4 +1,4 @@
-"""How often a page may ask for something, on a clock that the tests advance."""
+"""Limits of a page's requests, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from improv_core.protocol.commands import PageRequest
 
 
 class Turned:
-    """A throttle, what it has passed on, and what it wants to do later."""
+    """A throttle, the requests that it has passed on, and its work for later."""
 
     def __init__(self) -> None:
         self.passed: list[str] = []
@@ -17,13 +17,13 @@ class Turned:
         self._throttle = Throttle(self._pass, lambda delay, do: self._later.append(do))
 
     def ask(self, *requests: str | float) -> str:
-        """Ask for all of these at one time, a beat being a seek; what is passed on at once."""
+        """Send all of these at one time, a beat being a seek; return those that are passed on at once."""
         for each in requests:
             self._throttle.take(REQUESTS[each] if isinstance(each, str) else {"type": "seek", "beat": each})
         return self._taken()
 
     def turn(self) -> str:
-        """What is passed on a period later."""
+        """Return the requests that are passed on a period later."""
         later, self._later = self._later, []
         assert len(later) <= 2  # one for stops
         for do in later:

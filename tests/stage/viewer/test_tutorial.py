@@ -57,7 +57,7 @@ def test_each_step_does_what_the_tutorial_says(tmp_path: Path, window: BrowserCo
 
 
 def _plays(page: Page, program: str, generation: int) -> None:
-    """Ctrl+Enter, and all robots of the program leave the places where they start."""
+    """Press Ctrl+Enter, and wait until all robots of the program leave their starts."""
     page.locator("#text").press("Control+Enter")
     robots = compiled(analyze(program))["robots"]
     wait(
@@ -70,9 +70,9 @@ def _plays(page: Page, program: str, generation: int) -> None:
 
 
 def _is_fixed_by_a_button(page: Page, drawn: str, after: str, program: str, refused_in: int | None = None) -> None:
-    """The page says what is wrong, and the button that the text after it names makes it this program.
+    """Check that the page shows the error, and that the button in the text after it makes this program.
 
-    One with an error doesn't play: the program of the generation `refused_in` keeps playing.
+    A program with an error doesn't play: the program of the generation `refused_in` keeps playing.
     """
     *lines, message = drawn.splitlines()
     page.locator("#text").fill("".join(f"{line}\n" for line in lines))

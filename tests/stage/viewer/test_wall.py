@@ -55,7 +55,7 @@ def faults(count: int) -> Iterator[FaultMessage]:
 
 
 def tell(show: Show, message: Any) -> None:
-    """Have the page's stage be told this, as by a stage of real robots that leads."""
+    """Send the page's stage this message, as from a stage of real robots that leads."""
     show.tell(json.loads(json.dumps(message)))
 
 
@@ -82,13 +82,13 @@ def page(shared: tuple[Show, Page]) -> Iterator[Page]:
 
 
 def tell_faults(show: Show, count: int) -> None:
-    """Some of so many robots are in trouble."""
+    """Report trouble of some of so many robots."""
     for message in faults(count):
         tell(show, message)
 
 
 def see(page: Page, show: Show, count: int, tempo: int = 60, posed: float = 1.0) -> None:
-    """So many robots begin, of which all are well and each was seen last at this second."""
+    """Begin so many robots, all well, each last seen at this second."""
     play_anew(page, show, program(count).replace("beat 60", f"beat {tempo}"))
     wait(page, "improv.transport.state === 'playing'")
     tell(show, vitals(count, posed))
@@ -102,7 +102,7 @@ def test_without_real_robots_there_is_no_line(page: Page, show: Show) -> None:
     expect(line).to_be_hidden()
 
 
-def test_one_line_says_that_all_is_well_and_later_who_is_in_trouble(page: Page, show: Show) -> None:
+def test_one_line_says_that_all_is_well_and_later_names_robots_in_trouble(page: Page, show: Show) -> None:
     see(page, show, 12)
     line = page.locator("#show-wall")
     expect(line).to_have_text("12 robots, all well")
@@ -154,7 +154,7 @@ def test_a_robot_that_is_seen_again_while_all_stand_is_no_longer_called_lost(pag
 
 
 def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Show) -> None:
-    """Whether its poses are measured or not: it is not drawn as if it went on along its path."""
+    """With or without measured poses, it is not drawn as if it continued along its path."""
     see(page, show, 12, tempo=240, posed=-2.0)
     wait(page, "window.improv.beat > 1.2")
     where = "JSON.stringify([improv.drawn.tb3, improv.drawn.tb11])"
@@ -205,7 +205,7 @@ def test_on_a_phone_the_stage_keeps_the_larger_half_and_no_robot_is_under_the_li
 
 
 def bottom(line: Locator) -> float:
-    """Where a line ends, in pixels from the top of the stage."""
+    """Return the end of a line, in pixels from the top of the stage."""
     return float(line.evaluate("line => line.getBoundingClientRect().bottom - hall.getBoundingClientRect().top"))
 
 

@@ -1,4 +1,4 @@
-"""What the page shows of the simulator's world: walls and obstacles, bumps, and how ideal it all is."""
+"""The simulator's world on the page: walls and obstacles, bumps, and the line about ideal motion."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ MOTORS = "[profiles.real]\nbase = 'turtlebot4'\ndynamics = 'motors'\n[robots]\na
 
 
 def check(page: Page, **colors: tuple[float, float]) -> None:
-    """The color of the stage at each place, once it is painted."""
+    """Compare the color of the stage at each place, once it is painted."""
     for name, (x, y) in colors.items():
         wait(page, f"({PIXEL})({x}, {y}) === '{WALL if name.startswith('wall') else GROUND}'")
 
 
-def test_walls_and_obstacles_are_drawn_where_they_are_and_in_view(still: Callable[..., Page]) -> None:
+def test_walls_and_obstacles_are_drawn_in_place_and_in_view(still: Callable[..., Page]) -> None:
     world = """[world]
 size = [10, 8]
 walls = [[-4, -3, -2, -1]]
@@ -48,7 +48,7 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
 
 @pytest.mark.slow("a browser on a busy machine")
 def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], simulator: Simulator) -> None:
-    page = still("beat 60\nada bo $ rest\n", FACING)  # no mark says before that they will meet
+    page = still("beat 60\nada bo $ rest\n", FACING)  # no mark shows before that they will meet
     count = page.locator("#bumps")
     expect(count).to_be_hidden()
     simulator.send("ada", Twist(1.0), 0.0)

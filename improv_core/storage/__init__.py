@@ -1,5 +1,5 @@
 """Files that nobody loses: programs, saves, and their history.
 
-It may import `program`, what that rests on, and `protocol`. Begin with `program_file`; `compare_and_swap` makes sure
+It may import `program`, the packages below it, and `protocol`. Begin with `program_file`; `compare_and_swap` makes sure
 that a save never overwrites a text that it hasn't seen.
 """

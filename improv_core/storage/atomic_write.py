@@ -17,7 +17,7 @@ from typing import BinaryIO
 
 @contextmanager
 def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
-    """A new file that takes the place of `path` in one step at the end; if the body raises, nothing changes.
+    """Yield a new file that replaces `path` in one step at the end; if the body raises, nothing changes.
 
     Until then only its owner can read it, and no link is followed. It gets the owner, the group, and the permissions of
     the file it replaces, unless it is to stay `private`. If `path` is a link, it stays one. Raises OSError.
@@ -32,7 +32,7 @@ def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
 
 @contextmanager
 def beside(target: Path) -> Iterator[NewFile]:
-    """A file that may take the place of another one. Raises OSError, also if nothing may take that place."""
+    """Yield a file that may replace another one. Raises OSError, also if nothing may replace that one."""
     check_replaceable(target)
     new = NewFile(target)
     try:
@@ -42,10 +42,10 @@ def beside(target: Path) -> Iterator[NewFile]:
 
 
 class NewFile:
-    """A file that may take the place of another one, in the same folder.
+    """A file that may replace another one, in the same folder.
 
     On Linux it has no name while it is written, so nothing of it stays if its process is killed. Elsewhere, and while
-    two files change places, it has a hidden name and a lock, so that others know what nobody needs any more.
+    two files change places, it has a hidden name and a lock, so that other processes recognize an abandoned file.
     """
 
     def __init__(self, target: Path) -> None:
@@ -55,7 +55,7 @@ class NewFile:
         self._lock = _locked(str(self._hidden or f"/proc/self/fd/{self.file.fileno()}"))
 
     def complete(self, *, private: bool = False) -> None:
-        """Nothing more will be written. Raises OSError."""
+        """Finish writing. Raises OSError."""
         self.file.flush()
         if not private:
             _take_after(self.file.fileno(), self.target)
@@ -63,7 +63,7 @@ class NewFile:
         self.file.close()
 
     def put(self) -> bool:
-        """Give it its name, unless something has that; whether it did. Raises OSError."""
+        """Give it its name, unless another file has that name. Return whether it got the name. Raises OSError."""
         try:
             self._link(self.target)
         except FileExistsError:
@@ -73,7 +73,7 @@ class NewFile:
         return True
 
     def named(self) -> Path:
-        """Its hidden name, which it gets if it has none. Raises OSError."""
+        """Return its hidden name, and give it one if it has none. Raises OSError."""
         if not self._hidden:
             hidden = self.target.with_name(f"{_prefix(self.target)}{secrets.token_hex(4)}")
             self._link(hidden)
@@ -81,7 +81,7 @@ class NewFile:
         return self._hidden
 
     def close(self) -> None:
-        """Remove whatever has its hidden name."""
+        """Remove the file with its hidden name."""
         self.file.close()
         if self._hidden:
             self._hidden.unlink(missing_ok=True)
@@ -104,7 +104,7 @@ class NewFile:
         if self._hidden:
             os.link(self._hidden, name)
             return
-        folder = os.open(name.parent, os.O_RDONLY)  # only with one does Python follow the link to an open file
+        folder = os.open(name.parent, os.O_RDONLY)  # Python needs it to follow the link to an open file
         try:
             os.link(f"/proc/self/fd/{self._lock}", name.name, src_dir_fd=folder, dst_dir_fd=folder)
         finally:
@@ -112,8 +112,8 @@ class NewFile:
 
 
 def remove_left(target: Path, keep: Callable[[bytes], None] = lambda text: None) -> None:
-    """Remove what processes left beside a file when they were killed. `keep` gets each text first: it may be the only
-    copy of what another program wrote."""
+    """Remove the files that killed processes left beside a file. `keep` gets each text first: it may be the only copy
+    of another program's text."""
     if sys.platform == "win32":
         return
     import fcntl
@@ -133,7 +133,7 @@ _MOST_KEPT = 10_000_000
 
 
 def check_replaceable(target: Path) -> None:
-    """Raise OSError if something is there that is no file, may not be written, or has further names."""
+    """Raise OSError if the target exists but is no file, may not be written, or has further names."""
     if not target.exists():
         return
     if not target.is_file():
@@ -147,27 +147,27 @@ def check_replaceable(target: Path) -> None:
 
 
 def why(error: OSError) -> str:
-    """The reason why a file can't be written, for people."""
+    """Return the reason why a file can't be written, for people."""
     if error.errno == errno.EROFS:
         return "its file system is read-only: write elsewhere"
     return (error.strerror or "it cannot be written").lower()
 
 
 def real(path: Path) -> Path:
-    """The file that a path leads to, through links, as far as it is there.
+    """Return the file that a path leads to, through links, as far as it exists.
 
-    Unlike `Path.resolve`, it never raises: if a link leads to itself, opening the file says so.
+    Unlike `Path.resolve`, it never raises: if a link leads to itself, opening the file reports that.
     """
     return Path(os.path.realpath(path))
 
 
 def _prefix(target: Path) -> str:
-    """The beginning of all hidden names of files that may take a file's place."""
+    """Return the beginning of all hidden names of files that may replace a file."""
     return f".{target.name}.improv-"
 
 
 def _locked(name: str) -> int | None:
-    """Open a file for as long as others are to leave it alone, and lock it. None if this system has no such locks."""
+    """Open a file and lock it, so that other processes leave it alone. None if this system has no such locks."""
     if sys.platform == "win32":
         return None
     import fcntl
@@ -179,8 +179,8 @@ def _locked(name: str) -> int | None:
 
 
 def _take_after(new: int, target: Path) -> None:
-    """Give a new file the owner, the group, the permissions, and the attributes of the one whose place it takes, or the
-    usual permissions if there is none. Raises OSError."""
+    """Give a new file the owner, the group, the permissions, and the attributes of the file it replaces, or the usual
+    permissions if there is none. Raises OSError."""
     if sys.platform == "win32":
         return
     try:
@@ -203,7 +203,7 @@ def _take_after(new: int, target: Path) -> None:
 
 
 def _usual_mode() -> int:
-    """The permissions that a new file gets here."""
+    """Return the permissions that a new file gets here."""
     mask = os.umask(0o077)  # it can only be read by setting it
     os.umask(mask)
     return 0o666 & ~mask

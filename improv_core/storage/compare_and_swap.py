@@ -1,7 +1,7 @@
-"""Files that are replaced only while they hold what was read from them, as far as the system allows.
+"""Files that are replaced only while they hold the text that was read from them, as far as the system allows.
 
-On Linux the new file and the old one change places in one step, and what comes out is compared: if another program has
-written in between, its text goes back. Elsewhere, the file is read once more just before it is replaced.
+On Linux the new file and the old one change places in one step, and the old content is compared: if another program has
+written in between, its text goes back. Elsewhere, the file is read again just before it is replaced.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ WRITER_LIMIT = 1.0
 """Seconds to wait for a program that has the file open for writing, or has locked it."""
 LOOK_PERIOD = 0.002
 TRIES = 20
-"""How often a newer text is looked for while an older one is put back."""
+"""Times to check for a newer text while an older one is put back."""
 _EXCHANGE = 2
 _HERE = -100  # AT_FDCWD: paths are as seen from the current folder
 
 
 def swap(path: Path, before: bytes | None, after: bytes, keep: Callable[[bytes], None] | None = None) -> bool:
-    """Replace what a file holds, `before` (None: there is no file), by `after`. Whether it did.
+    """Replace the content of a file, `before` (None: there is no file), by `after`. Return whether it was replaced.
 
     If not, another program has written the file, and it holds that program's text. If several have, it holds the latest
     text, and `keep` gets the others: see `kept`. Raises OSError.
@@ -63,14 +63,14 @@ def swap(path: Path, before: bytes | None, after: bytes, keep: Callable[[bytes],
 
 
 def swap_text(path: Path, before: str, after: str) -> bool:
-    """The same for texts in UTF-8; a byte order mark, which is in neither, stays. Raises OSError and ReadError."""
+    """Do the same for texts in UTF-8; a byte order mark, which is in neither, stays. Raises OSError and ReadError."""
     mark = codecs.BOM_UTF8 if read_bytes(path).startswith(codecs.BOM_UTF8) else b""
     return swap(path, mark + before.encode(), mark + after.encode())
 
 
 def kept(path: Path, text: bytes) -> None:
     """Keep a text that another program wrote into a file just before a third one did: a program in the history, if that
-    is on and can be written, and everything else beside the file. Raises OSError."""
+    is on and can be written, and any other text beside the file. Raises OSError."""
     try:
         if path.suffix == ENDING and os.environ.get(VARIABLE) != "off":
             keep_in_history(str(path.absolute()), text.decode(), datetime.now(timezone.utc))
@@ -95,7 +95,7 @@ def _put_back(temporary: Path, target: Path, own: bytes, keep: Callable[[bytes],
 
 @contextmanager
 def _locked(target: Path) -> Iterator[None]:
-    """Have other processes of ours wait, and all that lock what they write. Nobody waits longer than `WRITER_LIMIT`."""
+    """Make our other processes wait, and all programs that lock the file to write it, for at most `WRITER_LIMIT`."""
     if sys.platform == "win32" or not target.exists():
         yield
         return
@@ -109,7 +109,7 @@ def _locked(target: Path) -> Iterator[None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if os.path.samestat(os.fstat(file.fileno()), target.stat()):
                     break
-                file.close()  # whoever had the lock has replaced the file
+                file.close()  # the process that had the lock has replaced the file
                 file = target.open("rb")
                 continue
             time.sleep(LOOK_PERIOD)
@@ -119,7 +119,7 @@ def _locked(target: Path) -> Iterator[None]:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Have two files change places in one step; False if this system can't. Raises OSError."""
+    """Exchange two files in one step; False if this system can't. Raises OSError."""
     rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None) if sys.platform == "linux" else None
     if rename is None:
         return False
@@ -132,8 +132,7 @@ def _exchange(one: Path, other: Path) -> bool:
 
 
 def _last(path: Path) -> bytes | None:
-    """What a file holds that nobody can open by its name, once nobody can write it any more; None if somebody still
-    can."""
+    """Read a file that nobody can open by its name, once nobody can write it anymore; None if somebody still can."""
     end = time.monotonic() + WRITER_LIMIT
     with path.open("rb") as file:
         while _is_written(file.fileno()):
@@ -144,7 +143,7 @@ def _last(path: Path) -> bytes | None:
 
 
 def _is_written(file: int) -> bool:
-    """Whether a process has this file open for writing: then Linux grants nobody else a lease to read it."""
+    """Return whether a process has this file open for writing: then Linux grants nobody else a lease to read it."""
     if sys.platform != "linux":
         return False
     import fcntl

@@ -1,7 +1,7 @@
 """The programs that played, each in a file of its own in a folder that only its user can read.
 
-A file is named for when it played, and its first line is a comment that says so. The rest is the program, to the
-letter: people can read and copy it with any tool. No file is ever changed, so several processes need no lock.
+A file is named for when it played, and its first line is a comment that says so. The rest is the program, word for
+word: people can read and copy it with any tool. No file is ever changed, so several processes need no lock.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from improv_core.program.files import ReadError, read_program
 from improv_core.storage.atomic_write import replacing, why
 
 MOST = 200
-"""Programs that are kept; then the oldest makes room."""
+"""Programs that are kept; after that, each new one replaces the oldest."""
 VARIABLE = "IMPROV_HISTORY"
 """The environment variable that turns the history off: set it to `off`."""
 _HEADER = re.compile(r'# played (\S+) at (".*")\n')
@@ -44,28 +44,28 @@ class Played:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """Name of its file."""
         return Path(self.file).name
 
     @property
     def when(self) -> str:
-        """The local time when it played."""
+        """Local time when it played."""
         return f"{self.at.astimezone():%Y-%m-%d %H:%M:%S}"
 
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """The programs that played, the latest first, and how many files can't be read."""
+    """The programs that played, the latest first, and the number of files that can't be read."""
 
     programs: Sequence[Played]
     damaged: int = 0
 
     def of(self, file: str) -> Sequence[Played]:
-        """Those of one file."""
+        """Return the programs of one file."""
         return [each for each in self.programs if each.file == file]
 
     def news(self, program: Played) -> str:
-        """The first line that is not in the version of that file before; its last line if there is none."""
+        """Return the first line that is not in the previous version of that file; its last line if there is none."""
         before = next((each.text for each in self.of(program.file) if each.id < program.id), program.text)
         old = {line.strip() for line in before.splitlines()}
         lines = [line.strip() for line in program.text.splitlines() if line.strip()]
@@ -73,7 +73,7 @@ class History:
 
     @property
     def complaint(self) -> str | None:
-        """One line about what can't be read."""
+        """One line about the files that can't be read."""
         if not self.damaged:
             return None
         if self.damaged == 1:
@@ -82,7 +82,7 @@ class History:
 
 
 def keep(file: str, text: str, now: datetime) -> None:
-    """Keep a program that plays, unless it is the latest of its file already. Raises HistoryError."""
+    """Keep a program that plays, unless it is already the latest of its file. Raises HistoryError."""
     if os.environ.get(VARIABLE) == "off":
         return
     latest = next((each for each in _programs(_files()) if each and each.file == file), None)
@@ -103,14 +103,14 @@ def keep(file: str, text: str, now: datetime) -> None:
 
 
 def read() -> History:
-    """All that is kept. What can't be read is counted, and left as it is."""
+    """Read all programs that are kept. Files that can't be read are counted, and left as they are."""
     found = list(_programs(_files()))
     programs = [each for each in found if each]
     return History(programs, len(found) - len(programs))
 
 
 def folder() -> Path:
-    """The folder of the history, in the place that each system has for what programs remember."""
+    """Return the folder of the history, in the system's usual place for the state of programs."""
     if sys.platform == "win32":
         state = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
@@ -123,7 +123,7 @@ def folder() -> Path:
 
 
 def _files() -> Sequence[Path]:
-    """The latest first."""
+    """List the files, the latest first."""
     return sorted(folder().glob("[0-9]*.improv"), reverse=True)
 
 
@@ -138,5 +138,5 @@ def _programs(files: Sequence[Path]) -> Iterator[Played | None]:
             file = at = header = None
         if header and at and file:
             yield Played(path.stem, at, file, whole[header.end() :])
-        elif path.exists():  # otherwise another process has made room
+        elif path.exists():  # otherwise another process has removed it
             yield None

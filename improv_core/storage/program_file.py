@@ -29,7 +29,7 @@ class WriteError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Version:
-    """What a file holds. The lines of `text` end in \\n, whatever the line ends in the file are."""
+    """Content of a file. The lines of `text` end in \n, no matter which line ends the file has."""
 
     data: bytes
 
@@ -43,17 +43,18 @@ class Version:
 
     @property
     def revision(self) -> str:
-        """Names this version: another one has another revision."""
+        """Name of this version: another version has another revision."""
         return hashlib.sha256(self.data).hexdigest()[:16]
 
     def edited(self, text: str) -> Version:
-        """The version with this text. Lines that did not change keep their ends; the others get the usual one."""
+        """Return the version with this text. Lines that did not change keep their ends; the others get the usual
+        one."""
         mark = codecs.BOM_UTF8 if self.data.startswith(codecs.BOM_UTF8) else b""
         return Version(mark + _with_ends(self.raw, text).encode())
 
 
 def read_version(path: Path) -> Version:
-    """What a file holds. Raises ReadError unless it is UTF-8 text that fits on the page."""
+    """Read a file. Raises ReadError unless it is UTF-8 text that fits on the page."""
     refuse_robots_file(path)
     version = Version(read_bytes(path))
     try:
@@ -100,7 +101,7 @@ def create(path: Path | None = None) -> Path:
 
 
 def latest() -> Path | None:
-    """The program in this folder that was saved last, of those that got their names from `create`; None if none is."""
+    """Return the program in this folder that was saved last, among those that `create` named; None if there is none."""
     saved: list[tuple[int, Path]] = []
     for path in Path().glob(f"{Path(FREE_NAME).stem}*{ENDING}"):
         with suppress(OSError):  # it may have been removed
@@ -115,7 +116,7 @@ def _free_names() -> list[Path]:
 
 
 def _with_ends(before: str, text: str) -> str:
-    """A text whose lines end in \\n, with the line ends of the text that it replaces."""
+    """Give a text whose lines end in \n the line ends of the text that it replaces."""
     ends = LINE_END.findall(before)
     old, new = LINE_END.split(before), text.split("\n")
     usual = Counter(ends).most_common(1)[0][0] if ends else "\n"
@@ -129,5 +130,5 @@ def _with_ends(before: str, text: str) -> str:
     last = ends[len(ends) - same_below + 1 :] if same_below else []
     between = [usual] * (len(new) - 1 - len(first) - len(last))
     result = "".join(line + end for line, end in zip(new, [*first, *between, *last, ""], strict=True))
-    # Next to each other, a \r and a \n that stood apart would be one end.
+    # Next to each other, a \r and a \n that were apart would be one end.
     return result if LINE_END.sub("\n", result) == text else text.replace("\n", usual)

@@ -1,4 +1,4 @@
-"""Saves of a program by whatever writes it: how it stands in its file, when that changes, and when it is complete."""
+"""Saves of a program by any editor: its state in the file, its changes, and when a save is complete."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from improv_core.robots.config import find_robots_file
 STEP, LOOK_AGAIN = 10, 500
 """Milliseconds from a change in a watched folder to a look at the file, and between two looks without a change."""
 SETTLING, MID_LINE_SETTLING, EMPTY_SETTLING = 0.1, 0.5, 5.0
-"""Seconds that a file must stay unchanged before it is played: longer if it ends in the middle of a line, since it may
-be half written, and longest if it is empty, missing or not text, since somebody may still be writing it."""
+"""Seconds that a file must stay unchanged before it plays: longer if it ends in the middle of a line, since it may be
+half written, and longest if it is empty, missing or not text, since somebody may still be writing it."""
 
 
 class Saved(NamedTuple):
-    """A program as it was saved, or why it can't be read; and when it and its `improv.toml` were saved, in ns.
+    """A program as it was saved, or why it can't be read, and the times in ns when it and its `improv.toml` were saved.
 
     So a save that changes nothing counts as well.
     """
@@ -32,7 +32,7 @@ class Saved(NamedTuple):
 
 
 def read_saved(path: Path) -> Saved:
-    """A program as it is saved now."""
+    """Read a program as it is saved now."""
     times = tuple(state.st_mtime_ns for state in _states(path))
     try:
         return Saved(read_program(path), "", times)
@@ -41,7 +41,7 @@ def read_saved(path: Path) -> Saved:
 
 
 def _states(path: Path) -> Iterator[os.stat_result]:
-    """Of a program and its `improv.toml`, as far as they exist."""
+    """Yield the states of a program and its `improv.toml`, as far as they exist."""
     for file in (path, find_robots_file(path.parent)):
         with contextlib.suppress(OSError):
             if file:
@@ -49,7 +49,7 @@ def _states(path: Path) -> Iterator[os.stat_result]:
 
 
 def saved_or_awaited(path: Path) -> Saved:
-    """A program as it was saved, or none if it is missing from a folder that exists. Raises ReadError."""
+    """Read a program, or none if it is missing from a folder that exists. Raises ReadError."""
     saved = read_saved(path)
     if saved.text is None and (path.exists() or not path.parent.is_dir() or without_ending(path)):
         raise ReadError(saved.problem)
@@ -57,14 +57,14 @@ def saved_or_awaited(path: Path) -> Saved:
 
 
 async def changes(folder: Path) -> AsyncIterator[object]:
-    """Yields whenever a folder may have changed; it may be removed and come back.
+    """Yield whenever a folder may have changed; it may be removed and come back.
 
     A folder that can't be watched is polled.
     """
     from watchfiles import awatch
 
-    # The folder is watched instead of the file, since many editors save by replacing the file. Polling finds what the
-    # system did not report: saves before watching began, and saves over a network.
+    # The folder is watched instead of the file, since many editors save by replacing the file. Polling finds changes
+    # that the system did not report: saves before watching began, and saves over a network.
     while True:
         with contextlib.suppress(OSError):
             async for found in awatch(
@@ -80,7 +80,8 @@ async def settle(
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
 ) -> Saved:
-    """A program once it no longer changes: half of one may be a program too, and not every editor saves in one step."""
+    """Return a program once it no longer changes: half of one may be a program too, and not every editor saves in one
+    step."""
     latest, since = read_saved(path), clock()
     while clock() - since < _settling(latest.text):
         await sleep(SETTLING)

@@ -1,4 +1,4 @@
-"""Where in its song beat 0 of a dance is, written into the `improv.toml` that names the song."""
+"""Writes the position of beat 0 in the song into the `improv.toml` that names the song."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from improv_core.storage.compare_and_swap import swap_text
 
 
 def write_first_beat(folder: Path, seconds: float) -> str:
-    """Write `first_beat` into the `improv.toml` of the programs in a folder. Returns one line if it can't be written;
-    then the file stays as it is."""
+    """Write `first_beat` into the `improv.toml` of the programs in a folder. If it can't be written, return one line
+    and leave the file as it is."""
     path = find_robots_file(folder)
     by_hand = f"write `first_beat = {round(seconds, 3):g}` into it yourself"
     if not path:

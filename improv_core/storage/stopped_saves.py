@@ -1,4 +1,5 @@
-"""Whether a save plays after a stop: decided by how the file stood then, since clocks of files and machines differ."""
+"""Decides if a save plays after a stop, by the state of the file at the stop, since clocks of files and machines
+differ."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ LOCAL = frozenset(
 
 
 class Seen(NamedTuple):
-    """How a program stood in its file: its inode, size, times of change in ns, and contents. None: missing."""
+    """State of a program's file: its inode, size, times of change in ns, and contents. None: missing."""
 
     stamp: tuple[int, int, int, int] | None
     contents: bytes | None
@@ -34,16 +35,16 @@ class Seen(NamedTuple):
 class Verdict(Enum):
     PLAY = auto()
     DROP = auto()  # it was saved before the stop
-    SAVE_AGAIN = auto()  # nobody can tell
+    SAVE_AGAIN = auto()  # nobody knows
     ONLY_ROBOTS = auto()  # the program was not saved
 
 
 def decide(handled: Seen, at_stop: Seen | None, now: Seen, *, shared: bool, told: bool = False) -> Verdict:
-    """What becomes of a program that is found changed, or whose robots are.
+    """Decide what happens to a program if it or its robots have changed.
 
-    `handled` is how it stood when it was played or refused last, and `at_stop` at the latest stop since it was played.
-    On a shared drive, a save from before a stop may show only after it. Nothing is asked for twice after one stop:
-    `told` is whether somebody has been told to save again since then.
+    `handled` is its state when it was played or refused last, and `at_stop` its state at the latest stop since it was
+    played. On a shared drive, a save from before a stop may show only after it. After one stop, nobody is asked twice
+    to save again: `told` means that a person has been asked since then.
     """
     if at_stop is None:
         return Verdict.PLAY
@@ -58,7 +59,7 @@ def decide(handled: Seen, at_stop: Seen | None, now: Seen, *, shared: bool, told
 
 
 def look(path: Path) -> Seen:
-    """How a program stands in its file now."""
+    """Read the state of a program's file now."""
     stamp = contents = None
     with contextlib.suppress(OSError, ValueError):
         found = path.stat()
@@ -81,7 +82,8 @@ class StopWitness:
         self._look()
 
     async def since(self, stopped: int) -> Seen | None:
-        """How the program stood at the latest stop; None if none has come since there had been so many."""
+        """Return the state of the program at the latest stop; None if there has been no stop since the count was
+        `stopped`."""
         if self._stops.stopped == stopped:
             return None
         return await asyncio.to_thread(self._wait)
@@ -107,7 +109,8 @@ class StopWitness:
 
 
 def is_shared(path: Path, mounts: Path = Path("/proc/self/mountinfo")) -> bool:
-    """Whether a file is on a drive that other machines write, or that is of an unknown kind. Only Linux tells."""
+    """Return whether a file is on a drive that other machines write, or on one of an unknown kind. Only Linux reports
+    that."""
     try:
         lines = mounts.read_text(errors="surrogateescape").splitlines()
     except OSError:

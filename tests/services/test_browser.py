@@ -1,4 +1,4 @@
-"""Which browsers may show the page."""
+"""Browsers that may show the page."""
 
 from __future__ import annotations
 

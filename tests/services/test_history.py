@@ -1,4 +1,4 @@
-"""The history: what is kept, in which order, and what happens to what can't be read."""
+"""The history: the kept programs, their order, and files that can't be read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NOON = datetime(2026, 11, 22, 12, tzinfo=timezone.utc)
 
 
 def check(played: str, kept: str) -> None:
-    """Play programs one second after another, each written `FILE:TEXT`; compare what is kept, the latest first."""
+    """Play programs one second after another, each written `FILE:TEXT`; compare the kept ones, the latest first."""
     for second, each in enumerate(played.split()):
         file, _, text = each.partition(":")
         keep(f"/dances/{file}", text, NOON + timedelta(seconds=second))
@@ -42,7 +42,7 @@ def test_every_program_is_kept_and_the_same_twice_in_a_row_once(state: Path, pla
 @pytest.mark.parametrize(
     "text", ["", "\n", "a\r\nb", "# played x\n", "r $ forward 😀\n\n", "\ufeffr $ left\u2028", "\x00"]
 )
-def test_a_program_is_kept_to_the_letter(state: Path, text: str) -> None:
+def test_a_program_is_kept_word_for_word(state: Path, text: str) -> None:
     file = '/a "folder"\n with 😀.improv'
     keep(file, text, NOON)
     (program,) = read().programs
@@ -56,7 +56,7 @@ def test_only_the_last_ones_are_kept_and_only_their_user_can_read_them(state: Pa
     assert stat.S_IMODE(state.stat().st_mode) == 0o700
 
 
-def test_what_is_damaged_is_counted_left_as_it_is_and_the_rest_is_read(state: Path) -> None:
+def test_damaged_files_are_counted_and_stay_and_the_rest_is_read(state: Path) -> None:
     check("a:1 a:2 a:3", "a:3 a:2 a:1")
     newest, middle, _ = sorted(state.iterdir(), reverse=True)
     for path, damage in ((newest, b"\xff\xff"), (middle, b'# played never at "a"\n'), (state / "5.improv", b"")):
@@ -70,7 +70,7 @@ def test_what_is_damaged_is_counted_left_as_it_is_and_the_rest_is_read(state: Pa
     assert newest.read_bytes() == b"\xff\xff"
 
 
-def test_what_can_not_be_kept_is_said_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unwritable_history_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "improv").write_text("a file where the folder should be")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     with pytest.raises(HistoryError, match=r"^this program was not kept in the history: .*: not a directory$"):

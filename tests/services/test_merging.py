@@ -31,13 +31,14 @@ Stroke = tuple[float, float, list[float]]
 
 @dataclass(frozen=True)
 class Played:
-    """When a robot moves in which way, in seconds, equal velocities in a row as one, and until when that is known."""
+    """Times in seconds at which a robot moves, and its movements, equal velocities in a row as one, and the end of the
+    known part."""
 
     strokes: Sequence[Stroke]
     until: float
 
     def before(self, end: float) -> list[float]:
-        """All numbers of the strokes up to a second."""
+        """Return all numbers of the strokes up to a second."""
         shown = [(start, min(stop, end), *velocity) for start, stop, velocity in self.strokes if start < end - 1e-6]
         return [number for stroke in shown for number in stroke]
 
@@ -93,7 +94,7 @@ def test_robots_of_merged_examples_play_the_same_as_alone() -> None:
 
 
 @pytest.mark.parametrize("name", ALONE)
-def test_what_cannot_be_merged_says_why(name: str) -> None:
+def test_a_failed_merge_has_a_reason(name: str) -> None:
     path = next(path for path in DANCES if path.stem == name)
     with pytest.raises(MergeError, match=f"^{name}: {ALONE[name]}$"):
         merge([Dance(name, program(path)), Dance("other", analyze("r $ forward"))])
@@ -159,7 +160,7 @@ def test_programs_are_merged_line_by_line(texts: Sequence[str], body: Sequence[s
         (("r $ left\n---\nr $ left", "r $ left"), [], ["no scenes: robots rest until theirs begin"]),
     ],
 )
-def test_what_all_share_is_said_once(texts: Sequence[str], opening: Sequence[str], notes: Sequence[str]) -> None:
+def test_shared_lines_appear_once(texts: Sequence[str], opening: Sequence[str], notes: Sequence[str]) -> None:
     result = merged(*texts)
     lines = result.text.split("\n\n")[0].splitlines()
     assert [line for line in lines if " at " not in line] == opening

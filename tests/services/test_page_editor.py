@@ -1,4 +1,4 @@
-"""What the page is answered while somebody edits a program on it."""
+"""Answers to the page on which somebody edits a program."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PAGE, OTHER = 1, 2
 
 @pytest.fixture
 def editor() -> PageEditor:
-    """Without an improv.toml."""
+    """An editor without an improv.toml."""
     return PageEditor(read_robots(""))
 
 
@@ -28,7 +28,7 @@ def ask(editor: PageEditor, text: str, number: int = 1, page: int = PAGE) -> Ana
 
 
 def colored(text: str) -> list[str]:
-    """`word:kind` of each colored word."""
+    """Return `word:kind` of each colored word."""
     colors, found, at = ask(PageEditor(read_robots("")), text)["colors"], [], 0
     for gap, length, kind in zip(colors[::3], colors[1::3], colors[2::3], strict=True):
         start, at = at + gap, at + gap + length
@@ -57,7 +57,7 @@ def in_room(editor: PageEditor, text: str, number: int = 1) -> Analyzed | None:
     return editor.check_room(PAGE, {"type": "analyze", "number": number, "text": text})
 
 
-def test_whom_robots_meet_is_answered_later_beside_all_other_problems(editor: PageEditor) -> None:
+def test_meetings_come_later_with_all_other_problems(editor: PageEditor) -> None:
     text = f"unused = left\n{HEAD_ON}"
     at_once = ask(editor, text)
     assert len(at_once["problems"]) == at_once["count"] == 1
@@ -69,7 +69,7 @@ def test_whom_robots_meet_is_answered_later_beside_all_other_problems(editor: Pa
     assert "`ada` and `bo` meet" in meeting["message"]
 
 
-def test_nothing_is_added_where_nobody_meets_or_the_text_has_changed(editor: PageEditor) -> None:
+def test_nothing_is_added_without_meetings_or_after_an_edit(editor: PageEditor) -> None:
     apart = HEAD_ON.replace("0 facing", "3 facing")
     ask(editor, apart)
     assert in_room(editor, apart) is None
@@ -123,11 +123,11 @@ def test_words_are_offered_and_explained_for_the_text_that_the_page_has(editor: 
         editor.explain(PAGE, {"type": "explain", "number": 7, "offset": offset})
 
 
-def test_what_improv_new_writes_is_right(editor: PageEditor) -> None:
+def test_the_program_of_improv_new_is_right(editor: PageEditor) -> None:
     assert ask(editor, TEMPLATE)["problems"] == []
 
 
-def test_the_page_is_told_where_robots_start_if_the_program_has_no_errors(editor: PageEditor) -> None:
+def test_the_page_gets_starts_of_programs_without_errors(editor: PageEditor) -> None:
     starts = ask(editor, "bo at 1 2 facing 90\nada $ left\n")["starts"]
     assert starts == {"ada": {"x": 0, "y": 0, "heading": 0}, "bo": {"x": 1, "y": 2, "heading": 90}}
     assert ask(editor, "bo at 1 2\nada $ lft\n")["starts"] == {}
@@ -157,7 +157,7 @@ def test_robots_are_moved_in_the_text_of_their_page(editor: PageEditor) -> None:
         {"type": "arrange", "shape": "line", "distance": 2, "facing": "in"},
     ],
 )
-def test_no_start_is_written_from_where_a_rehearsal_begins(what: Any, editor: PageEditor) -> None:
+def test_no_start_is_written_from_a_rehearsals_places(what: Any, editor: PageEditor) -> None:
     ask(editor, "ada $ left\n", number=3)
     refused = editor.move(PAGE, {**what, "number": 3}, rehearses=True)  # type: ignore[arg-type]
     assert refused

@@ -1,4 +1,4 @@
-"""What saving on the page does to a file: text that somebody wrote is never lost, and its layout stays."""
+"""Saves on the page into a file: text that somebody wrote is never lost, and its layout stays."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_another_programs_edit_is_not_overwritten(tmp_path: Path) -> None:
     ("content", "problem"),
     [(b"r $ left # \xff\n", "it is not UTF-8 text"), (b"#" * (LONGEST_TEXT + 1), "it is too long for the page")],
 )
-def test_what_can_not_be_edited_is_neither_read_nor_overwritten(tmp_path: Path, content: bytes, problem: str) -> None:
+def test_an_uneditable_file_is_neither_read_nor_overwritten(tmp_path: Path, content: bytes, problem: str) -> None:
     file = tmp_path / "dance.improv"
     file.write_bytes(content)
     with pytest.raises(ReadError, match=problem):

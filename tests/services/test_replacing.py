@@ -30,7 +30,7 @@ def mode(path: Path) -> str:
 
 @pytest.fixture(params=["unnamed", "named"])
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Whether this file system has files without a name."""
+    """Run with and without a file system that has files without a name."""
     if request.param == "named":
         monkeypatch.setattr(os, "open", without_unnamed_files(os.open))
     elif sys.platform != "linux":
@@ -80,7 +80,7 @@ def test_a_file_that_is_replaced_keeps_its_permissions_and_its_link(tmp_path: Pa
 
 @pytest.mark.usefixtures("kind")
 @pytest.mark.parametrize("problem", [OSError, KeyboardInterrupt])
-def test_what_fails_leaves_no_trace(tmp_path: Path, problem: type[BaseException]) -> None:
+def test_a_failed_write_leaves_no_trace(tmp_path: Path, problem: type[BaseException]) -> None:
     path = tmp_path / "dance.svg"
     path.write_bytes(b"old")
     with pytest.raises(problem), replacing(path):
@@ -202,7 +202,7 @@ with atomic_write.beside(Path(sys.argv[1])) as new:
 
 
 @pytest.mark.parametrize(("phase", "leaves"), [("unnamed", 0), ("named", 1), ("exchanging", 1)])
-def test_what_a_killed_process_leaves_is_removed_by_the_next_one(tmp_path: Path, phase: str, leaves: int) -> None:
+def test_files_left_by_a_killed_process_are_removed_by_the_next_one(tmp_path: Path, phase: str, leaves: int) -> None:
     if sys.platform != "linux" and phase != "named":
         pytest.skip("only Linux has files without a name")
     path, kept = tmp_path / "dance.svg", list[bytes]()

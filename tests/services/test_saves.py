@@ -1,4 +1,4 @@
-"""When a save is complete, by a clock that only waiting moves."""
+"""The end of a save, by a clock that only waiting moves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from improv_core.storage.saves import EMPTY_SETTLING, MID_LINE_SETTLING, SETTLIN
 
 WHOLE, HALF = b"r $ left left\n", b"r $ left"
 Write = tuple[float, bytes | None]
-"""When something is written, and what; None: the file is removed."""
+"""The time of a write, and its content; None: the file is removed."""
 
 
 class Editor:

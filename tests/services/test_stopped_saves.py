@@ -1,4 +1,4 @@
-"""Saves around a stop: what plays, whatever the clocks say."""
+"""Saves around a stop: decisions that don't depend on clocks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GONE = Seen(None, None)
         (OLD, None, NEW, False, False, Verdict.PLAY),  # nothing was stopped
         (OLD, None, OLD, False, False, Verdict.PLAY),  # its robots have changed
         (OLD, None, NEW, True, False, Verdict.PLAY),
-        (OLD, OLD, NEW, False, False, Verdict.PLAY),  # whatever its times are
+        (OLD, OLD, NEW, False, False, Verdict.PLAY),  # with any times
         (NEW, NEW, OLD, False, False, Verdict.PLAY),
         (OLD, OLD, SAME, False, False, Verdict.PLAY),
         (OLD, OLD, OLD, False, False, Verdict.ONLY_ROBOTS),
@@ -39,7 +39,9 @@ GONE = Seen(None, None)
         (NEW, GONE, SAME, False, True, Verdict.PLAY),
     ],
 )
-def test_what_plays(handled: Seen, at_stop: Seen | None, now: Seen, shared: bool, told: bool, verdict: Verdict) -> None:
+def test_states_of_the_file_decide_what_plays(
+    handled: Seen, at_stop: Seen | None, now: Seen, shared: bool, told: bool, verdict: Verdict
+) -> None:
     assert decide(handled, at_stop, now, shared=shared, told=told) is verdict
 
 
@@ -74,7 +76,7 @@ def test_the_latest_stop_counts_and_a_pause_does_not(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("path", "shared"), [("/home/a.improv", False), ("/home/net/a.improv", True), ("/home/netto/a.improv", False)]
 )
-def test_which_drives_are_shared(path: str, shared: bool, tmp_path: Path) -> None:
+def test_shared_drives_are_recognized(path: str, shared: bool, tmp_path: Path) -> None:
     mounts = tmp_path / "mountinfo"
     mounts.write_text(
         "22 1 8:1 / / rw,relatime shared:1 - ext4 /dev/sda1 rw\n"

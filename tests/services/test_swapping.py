@@ -1,4 +1,5 @@
-"""A file is replaced only while it holds what was read; what other programs write meanwhile is never lost."""
+"""A file is replaced only while it holds the text that was read; texts that other programs write meanwhile are never
+lost."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def renamed(path: Path, text: bytes) -> None:
 def before_exchanges(
     monkeypatch: pytest.MonkeyPatch, path: Path, *texts: bytes, write: Callable[[Path, bytes], None] = in_place
 ) -> None:
-    """Another program writes one of these texts into the file just before each exchange."""
+    """Have another program write one of these texts into the file just before each exchange."""
     exchange, theirs = compare_and_swap._exchange, iter(texts)
 
     def slow(one: Path, other: Path) -> bool:
@@ -111,7 +112,7 @@ def test_a_file_that_appears_is_not_overwritten(tmp_path: Path) -> None:
     assert path.read_bytes() == b"two"
 
 
-def test_without_an_exchange_the_file_is_read_once_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_an_exchange_the_file_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compare_and_swap, "_exchange", lambda one, other: False)
     path = tmp_path / "dance.improv"
     path.write_bytes(b"theirs")
@@ -175,7 +176,7 @@ every_command = pytest.mark.parametrize(("command", "name", "before"), COMMANDS)
 
 @linux
 @every_command
-def test_what_is_saved_at_the_last_moment_stays_whatever_writes_the_file(
+def test_a_save_at_the_last_moment_stays_for_every_writer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Callable[[Path], bool], name: str, before: str
 ) -> None:
     path = tmp_path / name
@@ -186,7 +187,7 @@ def test_what_is_saved_at_the_last_moment_stays_whatever_writes_the_file(
 
 
 @every_command
-def test_a_file_with_several_names_is_refused_by_whatever_would_write_it(
+def test_every_writer_refuses_a_file_with_several_names(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     command: Callable[[Path], bool],
@@ -214,7 +215,7 @@ def test_no_text_of_an_adversary_is_lost(
     name: str,
     before: str,
 ) -> None:
-    """IMPROV_TRIALS=150 for the figure in docs/security.md."""
+    """Run with IMPROV_TRIALS=150 for the figure in docs/security.md."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setenv("IMPROV_HISTORY", history)
     path, dice, lost = tmp_path / name, random.Random(1), 0

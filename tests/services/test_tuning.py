@@ -1,4 +1,4 @@
-"""Where beat 0 is in the song, written into improv.toml."""
+"""The position of beat 0 in the song, written into improv.toml."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_first_beat_is_written_and_the_rest_stays(before: str, after: str | None
 
 
 def check(folder: Path, before: str | None, after: str | None, problem: str) -> None:
-    """What is in the file after it was written, and what people are told."""
+    """Compare the file after the write, and the message to people."""
     path = folder / "improv.toml"
     if before is not None:
         path.write_bytes(before.encode())
@@ -39,7 +39,7 @@ def test_the_file_is_replaced(tmp_path: Path) -> None:
     check(tmp_path, '[music]\nfile = "a.mp3"\n', '[music]\nfile = "a.mp3"\nfirst_beat = -0.123\n', "")
 
 
-def test_what_cannot_be_written_stays_and_one_line_says_what_to_do(tmp_path: Path) -> None:
+def test_an_unwritable_file_stays_and_one_line_says_what_to_do(tmp_path: Path) -> None:
     by_hand = "write `first_beat = -0.123` into it yourself"
     check(tmp_path, None, None, f"there is no improv.toml: {by_hand}")
     without = f"improv.toml has no section [music] that can be changed: {by_hand}"

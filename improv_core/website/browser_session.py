@@ -35,16 +35,16 @@ from improv_core.website.in_process_stage import Hear, StageHere
 from improv_core.website.no_collisions import Passing
 
 PROGRAM = Path("dance.improv")
-"""The name of the program: there are no files."""
+"""Name of the program: there are no files."""
 UNTOUCHED = 0.7
-"""Seconds without a key after which it is found out whom robots meet."""
+"""Seconds without a key after which the meetings of robots are checked."""
 LONGEST_CHECK = 0.4
-"""Seconds that this may take: meanwhile, the page waits. What takes longer is given up."""
+"""Seconds that this check may take, because the page waits meanwhile. A longer check is given up."""
 
 
 class Home:
-    """What a page's server is to other pages. `post` sends the page a message, which is JSON, and `obeyed` the number
-    of a stop that was obeyed."""
+    """Replaces the server of a page. `post` sends the page a message, which is JSON, and `obeyed` the number of a stop
+    that was obeyed."""
 
     def __init__(self, post: Callable[[str], None], obeyed: Callable[[int], None]) -> None:
         self._post = post
@@ -66,9 +66,9 @@ class Home:
         self._checking: asyncio.TimerHandle | None = None
 
     async def serve(self, text: str, toml: str, revision: int, beat: float, ready: Callable[[], None]) -> None:
-        """Be the page's home, forever, beginning with this program and its `improv.toml`, as saved last.
+        """Serve the page, forever, beginning with this program and its `improv.toml`, as saved last.
 
-        If it is first played as it is, it begins at this beat. Once it is `ready`, the page may ask for something.
+        If it first plays unchanged, it begins at this beat. Once it is `ready`, the page may send requests.
         """
         self._text, self._revision, self._beat = text, revision, beat
         self._editor.robots = _robots(toml)
@@ -83,7 +83,7 @@ class Home:
         self._post(data)
 
     def hear(self, text: str) -> None:
-        """Take a request of the page. What doesn't fit is dropped."""
+        """Take a request of the page. An invalid one is dropped."""
         request = read(text)
         if request is None:
             return
@@ -106,16 +106,16 @@ class Home:
             self._throttle.take(request)
 
     def use(self, toml: str) -> None:
-        """Have the program use another `improv.toml`: from the next time on that it is played."""
+        """Have the program use another `improv.toml` when it plays next."""
         self._editor.robots = _robots(toml)
         self._show()
 
     def paths(self) -> str | None:
-        """The paths of what plays, as SVG; None if there are none."""
+        """Return the paths of the program that plays, as SVG; None if there are none."""
         return self._answers.picture()
 
     def code(self, text: str) -> str:
-        """A QR code that holds a text, as SVG."""
+        """Return a QR code that holds a text, as SVG."""
         import segno
 
         out = io.BytesIO()
@@ -143,7 +143,7 @@ class Home:
         return Opened(self._simulator, tell, self._broadcast.show, self._broadcast.publish)
 
     def _listen(self, news: News, leads: bool) -> None:
-        """Does nothing: the page knows it already, and there is no terminal."""
+        """Do nothing: the page knows it already, and there is no terminal."""
 
     async def _answer_windows(self) -> None:
         while True:
@@ -155,7 +155,7 @@ class Home:
         self._asks.put_nowait((editing, asked))
 
     async def _obey(self) -> None:
-        """Answer what the page asks while somebody edits the program."""
+        """Answer the page's requests while somebody edits the program."""
         while True:
             editing, asked = await self._asks.get()
             ask = editing["ask"]
@@ -176,7 +176,8 @@ class Home:
                 self._answer(self._editor.explain(self._outbox.number, ask))
 
     def _check_soon(self, ask: Analyze) -> None:
-        """Tell whom robots meet once nobody has typed for a moment: that takes time, and there is only one thread."""
+        """Report the meetings of robots once nobody has typed for a moment: that takes time, and there is only one
+        thread."""
         if self._checking:
             self._checking.cancel()
         self._checking = asyncio.get_running_loop().call_later(UNTOUCHED, self._check, ask)
@@ -199,11 +200,11 @@ class Home:
             on_checkpoint(None)
 
     async def _write(self, ask: Write, asked: int) -> None:
-        """Play what is on the page. The page keeps the text itself."""
+        """Play the program on the page. The page keeps the text itself."""
         beat = self._beat if ask["text"] == self._text else 0.0
         self._text, self._beat = ask["text"], 0.0
         self._revision += 1
-        self._show()  # the page finds out whether its browser keeps it
+        self._show()  # the page itself checks that its browser keeps it
         self._answer({"type": "written", "number": ask["number"], "revision": str(self._revision), "problem": ""})
         analysis = self._editor.analysis(self._text)
         self._playback.present(PROGRAM.name, "", mistakes(PROGRAM, analysis))
@@ -214,7 +215,7 @@ class Home:
                 self._playback.ask({"type": "seek", "beat": beat})
 
     def _show(self) -> None:
-        """Tell the page what its program is."""
+        """Send the page its program."""
         self._playback.ask(
             {"type": "source", "path": str(PROGRAM), "text": self._text, "revision": str(self._revision)}
         )
@@ -235,4 +236,4 @@ class _AtOnce:
         work()
 
     def close(self) -> None:
-        """Nothing waits."""
+        """Do nothing, because nothing waits."""

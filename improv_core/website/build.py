@@ -24,9 +24,9 @@ from improv_core.score.svg import plot
 from improv_core.website.guide import guide
 
 MARK = "improv-site.json"
-"""The file that says that a folder is a website that we have built, so that it may be built again."""
+"""The file that marks a folder as a website that we have built, so that it may be built again."""
 PYODIDE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
-"""What a browser needs of the npm package `pyodide`: the `LIBRARY` is Python's own."""
+"""Files of the npm package `pyodide` that a browser needs: the `LIBRARY` is Python's own."""
 PACKAGES = {
     "improv_core": (
         "__main__.py",
@@ -46,21 +46,21 @@ PACKAGES = {
     "lark": ("tools/", "__pyinstaller/"),
     "segno": ("cli.py",),
 }
-"""The Python packages that run in the browser, and what of each doesn't: how the paths begin there."""
+"""Python packages that run in the browser, and the beginnings of the paths in each that don't."""
 LIBRARY = "python_stdlib.zip"
 NOT_IMPORTED = (
     *("_pyrepl/", "doctest.py", "ftplib.py", "imaplib.py", "mailbox.py", "multiprocessing/", "pdb.py", "poplib.py"),
     *("pydoc.py", "pydoc_data/", "smtplib.py", "unittest/", "wsgiref/", "xmlrpc/"),
 )
-"""What of Python's own library nothing here imports: terminals, tests, mail, and servers."""
+"""Parts of Python's own library that nothing here imports: terminals, tests, mail, and servers."""
 CODE = (".py", ".lark", ".json")
 LEFT_OUT = ("senses/bump",)
-"""The programs of the gallery that can't be played there: nobody bumps into anything."""
+"""Programs of the gallery that can't play there, because robots don't bump into anything."""
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'"
 )
-"""The content security policy: the website gets nothing from anywhere else."""
+"""Content security policy: the website gets nothing from anywhere else."""
 HEAD = '<meta charset="utf-8">'
 SAME_TIME = (2020, 1, 1, 0, 0, 0)
 """The date of all files in an archive, so that equal files make equal archives."""
@@ -114,7 +114,8 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def _packed(path: Path) -> tuple[str, bytes]:
-    """A file of Pyodide. WebAssembly is compressed here, because most web servers don't do it. Raises SiteError."""
+    """Return the name and content of a file of Pyodide. WebAssembly is compressed here, because most web servers don't
+    do it. Raises SiteError."""
     data = path.read_bytes()
     if path.suffix == ".wasm":
         return f"pyodide/{path.name}.packed", gzip.compress(data, mtime=0)
@@ -122,7 +123,7 @@ def _packed(path: Path) -> tuple[str, bytes]:
 
 
 def _library(path: Path) -> bytes:
-    """Python's library without what is not imported."""
+    """Return Python's library without the parts that are not imported."""
     archive = io.BytesIO()
     try:
         with zipfile.ZipFile(path) as whole, zipfile.ZipFile(archive, "w") as file:
@@ -140,7 +141,7 @@ def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
 
 
 def _index(loaded: Mapping[str, bytes]) -> str:
-    """The page, which tells its worker how many bytes that will load, and what of."""
+    """Return the page, which tells its worker the number of bytes to load, and a hash of them."""
     code = sha256(b"".join(sha256(data).digest() for data in loaded.values())).hexdigest()[:16]
     asked = f"worker.js?bytes={sum(map(len, loaded.values()))}&amp;code={code}"
     page = (FOLDER / "index.html").read_text(encoding="utf-8")
@@ -152,7 +153,7 @@ def _index(loaded: Mapping[str, bytes]) -> str:
 
 
 def _examples() -> list[Mapping[str, str]]:
-    """The programs of the gallery: those without an `improv.toml` first, and the simplest of them first of all."""
+    """Return the programs of the gallery: those without an `improv.toml` first, starting with the simplest."""
     root = _brought("examples")
     folders = {"": root, **{each.name: each for each in root.iterdir() if each.is_dir()}}
     found = [
@@ -165,7 +166,7 @@ def _examples() -> list[Mapping[str, str]]:
 
 
 def _songs() -> Mapping[str, bytes]:
-    """The songs of the gallery, where the page looks for those that an `improv.toml` names."""
+    """Return the songs of the gallery, by the paths at which the page looks for songs that an `improv.toml` names."""
     root = _brought("examples")
     inside = [each for folder in root.iterdir() if folder.is_dir() for each in folder.iterdir()]
     return {f"songs/{each.name}": each.read_bytes() for each in inside if is_song(each.name)}
@@ -178,7 +179,7 @@ def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
 
 
 def _brought(name: str) -> Traversable:
-    """A folder of the repository, which the wheel brings along."""
+    """Return a folder of the repository that the wheel contains."""
     ours = resources.files("improv_core.website") / name
     return ours if ours.is_dir() else Path(__file__).parents[2] / name
 
@@ -188,7 +189,7 @@ def _own(name: str) -> bytes:
 
 
 def _archive() -> bytes:
-    """Our package and lark's, as a zip archive."""
+    """Return our package and lark's, as a zip archive."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as file:
         for package, left_out in PACKAGES.items():

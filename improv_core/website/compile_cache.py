@@ -1,4 +1,4 @@
-"""The Python files of the website as a browser has compiled them, so that it need not do it again next time."""
+"""The Python files of the website as a browser has compiled them, so that it need not compile them again."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def compiled(folder: str) -> bytes:
-    """An archive of all files in a folder. Modules that Python has compiled there are without their source."""
+    """Archive all files in a folder. Modules that Python has compiled there are without their source."""
     archive, root = io.BytesIO(), Path(folder)
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as file:
         for path in sorted(root.rglob("*")):

@@ -1,4 +1,4 @@
-"""The tutorial and the exercises as pages beside the stage: what the documents say, as HTML.
+"""The tutorial and the exercises as pages beside the stage, as HTML.
 
 Only the Markdown of these two documents is known: headings, paragraphs, lists, programs, pictures, and details.
 """
@@ -21,7 +21,7 @@ _INLINE = re.compile(r"`(?P<code>[^`]+)`|\*\*(?P<bold>[^*]+)\*\*|\*(?P<italic>[^
 
 
 class GuidePage(TypedDict):
-    """A page: what it is a part of, its title, and its HTML, in which `pre.program` can be played."""
+    """A page: the document it belongs to, its title, and its HTML, in which `pre.program` can be played."""
 
     part: str
     title: str
@@ -29,7 +29,7 @@ class GuidePage(TypedDict):
 
 
 def guide(tutorial: str, lesson: str) -> list[GuidePage]:
-    """The pages of the tutorial and of the exercises of the lesson, which are Markdown."""
+    """Return the pages of the tutorial and of the exercises of the lesson, which are Markdown."""
     steps = [each for each in _sections(tutorial, "##") if each[0] not in NOT_HERE]
     exercises = _sections(lesson.partition("\n## Exercises\n")[2], "###")
     return [
@@ -40,7 +40,7 @@ def guide(tutorial: str, lesson: str) -> list[GuidePage]:
 
 
 def _sections(text: str, level: str) -> list[tuple[str, str]]:
-    """The titles of sections, without their numbers, and what is below them."""
+    """Return the titles of sections, without their numbers, and the text below each."""
     _, *sections = re.split(rf"^{level} (?:\d+\. )?", text, flags=re.MULTILINE)
     return [(title, below) for title, _, below in (each.partition("\n") for each in sections)]
 
@@ -64,7 +64,7 @@ def _blocks(text: str) -> Iterator[str]:
 
 
 def _inline(text: str) -> str:
-    """Links lead to documents that are not here: only their words are shown."""
+    """Show only the words of links: they lead to documents that are not here."""
     parts, end = [], 0
     for found in _INLINE.finditer(text):
         parts.append(escape(text[end : found.start()]))

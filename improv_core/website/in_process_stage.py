@@ -1,4 +1,4 @@
-"""A stage with the simulator in the process of its parent, for where there are no processes and no threads."""
+"""A stage with the simulator in the process of its parent, for a system without processes and threads."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Hear = Callable[["StageHere", Heard, int], None]
 
 
 class StageHere:
-    """A stage as `Playback` uses it. All that it is told and all that it says is handled in turn by the event loop.
+    """A stage as `Playback` uses it. The event loop handles all messages to it and from it in turn.
 
-    `open_sink` gets the function by which the stage tells its parent something.
+    `open_sink` gets the function by which the stage sends its parent messages.
     """
 
     def __init__(self, open_sink: Callable[[Callable[[FromStage], None]], Opened], hear: Hear, stops: Stops) -> None:
@@ -38,12 +38,12 @@ class StageHere:
         self.ready: Ready = {"type": "ready", "protocol": VERSION, "sink": opened.sink.name, "real": False, "page": ""}
 
     def tell(self, message: FromStage) -> None:
-        """Tell the parent something, such as what a page asks for."""
+        """Send the parent a message, such as a page's request."""
         asked = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
         self._events.call_soon(self._told, message, asked)
 
     def moving(self, robots: Iterable[str]) -> list[str]:
-        """None: it has no real robots."""
+        """Return nothing: it has no real robots."""
         return []
 
     def send(self, message: ToStage) -> None:
@@ -61,7 +61,7 @@ class StageHere:
             self._hear(self, message, asked)
 
     def _do(self, work: Callable[[], None]) -> None:
-        """Do something, and then what is due, and wake up for what comes next."""
+        """Do some work, then everything that is due, and wake up for the next thing."""
         if self._closed:
             return
         try:
@@ -88,4 +88,4 @@ class _Clock:
         return 0.0
 
     def wait_until(self, now: float) -> None:
-        """Nothing waits here: the event loop does."""
+        """Do nothing: the event loop waits."""

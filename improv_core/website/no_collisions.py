@@ -1,4 +1,4 @@
-"""What a simulator without a physics library makes of things that are near each other: they pass through each other."""
+"""Collisions for a simulator without a physics library: things that are near each other pass through each other."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from improv_core.score.world import World
 
 
 class Passing:
-    """The place of `Collisions` where pymunk can't be had."""
+    """Replaces `Collisions` if pymunk is not available."""
 
     def __init__(self, world: World) -> None:
-        """There is nothing to know about the world."""
+        """Ignore the world."""
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
         return False
 
     def keep(self, discs: Mapping[str, Disc]) -> None:
-        """Nobody is pushed."""
+        """Push nobody."""
 
     def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
         return {}

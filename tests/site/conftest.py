@@ -18,7 +18,7 @@ from tests.web_server import served
 __all__ = ["browser", "chromium", "keep", "page", "window"]
 
 OPENED = 'document.body.dataset.connection === "open"'
-"""Whether the page has its Python."""
+"""True if the page has its Python."""
 
 
 def open_site(page: Page, address: str) -> None:
@@ -41,7 +41,7 @@ def pyodide(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def built(pyodide: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The website as it is built of that. No test changes it."""
+    """The website built from that package. No test changes it."""
     site = tmp_path_factory.mktemp("built") / "site"
     build(site, pyodide)
     return site
@@ -49,7 +49,7 @@ def built(pyodide: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def natively(tmp_path_factory: pytest.TempPathFactory, built: Path) -> Iterator[Path]:
-    """The website with its Python in this process, in a folder of a folder. No test changes it."""
+    """The website with its Python in this process, in a subfolder. No test changes it."""
     root = tmp_path_factory.mktemp("classes")
     shutil.copytree(built, root / "improv")
     with homes() as port:
@@ -59,6 +59,6 @@ def natively(tmp_path_factory: pytest.TempPathFactory, built: Path) -> Iterator[
 
 @pytest.fixture
 def address(natively: Path) -> Iterator[str]:
-    """Where that is served, for one test: on a port of its own, for which a browser has kept nothing yet."""
+    """The address of that website, for one test: on its own port, for which a browser has kept nothing yet."""
     with served(natively) as root:
         yield f"{root}improv/"

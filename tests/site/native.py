@@ -1,5 +1,5 @@
-"""The website with its Python in the tests' own process, where that starts at once. All else is as people have it: the
-page, what it sends its worker, and the home that answers. Only test_website.py starts Python in a browser."""
+"""The website with its Python in the tests' own process, where that starts at once. The rest is as people have it: the
+page, its messages to its worker, and the home that answers. Only test_website.py starts Python in a browser."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ socket.onmessage = ({ data }) => postMessage(JSON.parse(data))
 
 @contextmanager
 def homes() -> Iterator[int]:
-    """The port of a server on a thread, at which each worker finds a home of its own."""
+    """Yield the port of a server on a thread, on which each worker finds its own home."""
     loop = asyncio.new_event_loop()
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
@@ -84,5 +84,5 @@ async def _welcome(request: web.Request) -> web.WebSocketResponse:
             said.put_nowait({"drawn": home.code(code) if code else home.paths()})
     for task in tasks:
         task.cancel()
-    await home._playback.close()  # what plays ends with its page, as a worker does
+    await home._playback.close()  # the dance ends with its page, as a worker does
     return socket

@@ -75,7 +75,7 @@ def test_a_program_of_the_gallery_plays_there(example: dict[str, str]) -> None:
 
 
 @pytest.mark.slow("axe looks at the page in five states")
-def test_the_tutorial_stands_beside_the_stage_and_what_it_shows_plays(address: str, page: Page, keep: Keep) -> None:
+def test_the_tutorial_stands_beside_the_stage_and_its_programs_play(address: str, page: Page, keep: Keep) -> None:
     open_site(page, address)
     for name in ("Examples", "Share"):
         page.get_by_role("button", name=name).click()

@@ -33,7 +33,7 @@ class At:
         self.ask("write", number=number, text=text, revision="0")
 
     async def wait(self, kind: str, fits: Callable[[Message], bool] = lambda message: True) -> Message:
-        """The first message of this type that fits, which may have come before."""
+        """Wait for the first message of this type that fits, which may have come before."""
 
         async def find() -> Message:
             while True:
@@ -76,7 +76,7 @@ def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
     check(scene, "ada $ forward")
 
 
-def test_whom_robots_meet_is_said_once_nobody_types(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(browser_session, "LONGEST_CHECK", LIMIT)  # the machine may do other things
 
     async def scene(at: At) -> None:
@@ -87,7 +87,7 @@ def test_whom_robots_meet_is_said_once_nobody_types(monkeypatch: pytest.MonkeyPa
     check(scene)
 
 
-def test_what_is_saved_plays_to_its_end() -> None:
+def test_a_saved_program_plays_to_its_end() -> None:
     async def scene(at: At) -> None:
         at.save("beat 1200\nada $ forward left")
         assert (await at.wait("written"))["revision"] == "8"
@@ -99,7 +99,7 @@ def test_what_is_saved_plays_to_its_end() -> None:
     check(scene)
 
 
-def test_a_stop_is_obeyed_and_said_to_be() -> None:
+def test_a_stop_is_obeyed_and_confirmed() -> None:
     async def scene(at: At) -> None:
         at.save("ada $ repeat forward")
         await at.wait("transport", lambda each: each["state"] == "playing")
@@ -110,7 +110,7 @@ def test_a_stop_is_obeyed_and_said_to_be() -> None:
     check(scene)
 
 
-def test_a_program_with_errors_says_what_is_wrong_and_the_dance_goes_on() -> None:
+def test_a_program_with_errors_has_messages_and_the_dance_continues() -> None:
     async def scene(at: At) -> None:
         at.save("ada $ repeat forward")
         await at.wait("transport", lambda each: each["state"] == "playing")
@@ -145,7 +145,7 @@ def test_robots_are_those_of_its_improv_toml() -> None:
     check(scene, toml='[robots.ada]\nprofile = "quadrotor"\nstart = {}\n')
 
 
-def test_a_mistake_in_improv_toml_has_its_line_and_can_be_mended() -> None:
+def test_an_error_in_improv_toml_has_its_line_and_can_be_fixed() -> None:
     async def scene(at: At) -> None:
         at.ask("analyze", number=1, text="ada $ forward")
         found = await at.wait("analyzed", lambda each: each["number"] == 1)
@@ -162,7 +162,7 @@ def test_a_mistake_in_improv_toml_has_its_line_and_can_be_mended() -> None:
     check(scene, toml='[robots.ada]\nprofile = "nothing"\n')
 
 
-def test_what_a_link_has_brought_begins_at_its_beat_once() -> None:
+def test_a_program_from_a_link_begins_at_its_beat_once() -> None:
     async def scene(at: At) -> None:
         at.save("ada $ repeat 8 left")
         began = await at.wait("transport", lambda each: each["state"] == "playing" and each["beat"] >= 5)

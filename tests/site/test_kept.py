@@ -1,4 +1,5 @@
-"""What a website's page keeps, brings along, and passes on: programs, their improv.toml, links, files, new versions."""
+"""Things that a website's page keeps, brings along, and passes on: programs, their improv.toml, links, files, new
+versions."""
 
 from __future__ import annotations
 
@@ -29,16 +30,14 @@ FILES = """
 
 
 def fragment(**held: object) -> str:
-    """What a link ends with that holds this."""
+    """Return the end of a link that holds this."""
     packed = zlib.compressobj(wbits=-15)
     data = packed.compress(json.dumps({"v": 1, **held}).encode()) + packed.flush()
     return f"#dance={urlsafe_b64encode(data).decode().rstrip('=')}"
 
 
 @pytest.mark.slow("a browser on a busy machine")
-def test_what_a_link_brings_is_shown_mended_and_passed_on_and_begins_where_it_was_paused(
-    address: str, page: Page, keep: Keep
-) -> None:
+def test_a_link_is_shown_fixed_and_passed_on_and_begins_at_its_pause(address: str, page: Page, keep: Keep) -> None:
     page.add_init_script(FILES)
     toml = '[robots.ada]\nprofile = "quadrator"\n'
     open_site(page, f"{address}{fragment(text='ada $ repeat 40 left', toml=toml)}")
@@ -131,7 +130,7 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
     play(page, "cy $ repeat (forward backward) # longer")
     expect(page.locator("#file-state")).to_contain_text("not saved: this browser has no room for it")
     expect(page.locator("#state")).to_have_text("playing")
-    page.locator("#text").fill("cy $ forward")  # as it was kept: nothing asks whether to leave the page
+    page.locator("#text").fill("cy $ forward")  # kept, so no question whether to leave the page
     page.goto("about:blank")
     open_site(page, f"{address}{fragment(text='dee $ left')}")
     expect(page.locator("#notice")).to_contain_text("this browser has no room for another dance")

@@ -17,5 +17,5 @@ HERE = Path(__file__).parent
 def test_the_types_of_the_workers_fit_together() -> None:
     compiler = need_extension() / "node_modules" / ".bin" / "tsc"
     checked = subprocess.run([compiler, "--project", HERE], capture_output=True, text=True, timeout=290, check=False)
-    # What the page's own files lack in a worker, such as `document`, is never used there.
+    # The page's own files never use in a worker the names that it lacks, such as `document`.
     assert [line for line in checked.stdout.splitlines() if "improv_core/website/" in line.partition("(")[0]] == []

@@ -1,4 +1,4 @@
-"""The website: what is in it, and that it works in a browser, also without a network."""
+"""The website: its files, and their work in a browser, also without a network."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def content(site: Path) -> dict[str, bytes]:
     return {path.relative_to(site).as_posix(): path.read_bytes() for path in site.rglob("*") if path.is_file()}
 
 
-def test_all_that_is_loaded_lies_in_the_folder_and_is_kept_for_later(pyodide: Path, tmp_path: Path) -> None:
+def test_all_loaded_files_are_in_the_folder_and_kept_for_later(pyodide: Path, tmp_path: Path) -> None:
     site = tmp_path / "site"
     files = build(site, pyodide)
     assert files == {name: len(data) for name, data in content(site).items()}
@@ -57,7 +57,7 @@ def test_python_files_of_the_command_line_stay_out(built: Path) -> None:
     assert not [name for name in names if re.search("/commands/|/static/|/hosts/|ros/output|__pycache__", name)]
 
 
-def test_of_pythons_own_library_what_nothing_imports_stays_out(built: Path, tmp_path: Path) -> None:
+def test_unused_modules_of_pythons_library_stay_out(built: Path, tmp_path: Path) -> None:
     assert zipfile.ZipFile(built / "pyodide" / LIBRARY).namelist() == ["re/__init__.py"]
     broken = imitate(tmp_path / "pyodide")
     (broken / LIBRARY).write_text("half of it")
@@ -177,22 +177,22 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
             wait(page, OPENED)
             assert page.evaluate("location.hash") == ""
             assert page.evaluate("improv.transport.generation") == 0  # nothing plays by itself
-            page.get_by_role("button", name="Show it instead").click()  # what was here before is not lost
+            page.get_by_role("button", name="Show it instead").click()  # the earlier text is not lost
             expect(page.locator("#text")).to_have_value("cy $ forward\n")
             page.get_by_role("button", name="Save and play").click()
             wait(page, "improv.robots.cy?.x > 0.5")
             page.evaluate(BREAK)
             page.goto("about:blank")
-            open_site(page, address)  # without what it has compiled, it compiles again
+            open_site(page, address)  # without its compiled files, it compiles again
         finally:
             page.context.set_offline(False)
 
 
 def _first_visit(page: Page, address: str, keep: Keep) -> str:
-    """Nothing of the website is kept yet. Returns a link to a dance that was written here; another one plays then."""
+    """Open the website for the first time. Return a link to a dance that was written here; another one plays then."""
     page.goto(address)
     expect(page.locator("#notice")).to_contain_text("Loading Improv:")
-    expect(page.locator("#text")).to_have_value(TEMPLATE)  # may be written meanwhile
+    expect(page.locator("#text")).to_have_value(TEMPLATE)  # others may write it meanwhile
     wait(page, OPENED)
     page.locator("#text").fill("bo $ repeat 3 (forwrd left)\n")
     page.get_by_role("button", name="Change to forward").click()

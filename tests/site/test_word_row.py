@@ -10,7 +10,7 @@ from tests.stage.viewer.conftest import Keep, new_page
 
 
 @pytest.mark.slow("a browser on a busy machine")
-def test_what_may_be_written_here_can_be_tapped(address: str, browser: Browser, keep: Keep) -> None:
+def test_words_that_fit_can_be_tapped(address: str, browser: Browser, keep: Keep) -> None:
     tablet = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     page, wrong = new_page(tablet)
     open_site(page, address)

@@ -1,4 +1,4 @@
-"""What people answer in a terminal, line by line, while something else may happen."""
+"""Answers that people type in a terminal, line by line, while something else may happen."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ class TypedAnswers:
         self._read = b""
 
     async def to(self, question: str) -> str:
-        """The line that answers a question, without spaces around it. Raises CommandError if nobody can answer."""
+        """Ask a question and return the line that answers it, without spaces around it. Raises CommandError if nobody
+        can answer."""
         self._drop()
         self.say(question)
         while b"\n" not in self._read:
@@ -34,7 +35,7 @@ class TypedAnswers:
         return line.decode(errors="replace").strip()
 
     def _drop(self) -> None:
-        """Drop what was typed in a terminal before it was asked for: an answer may move robots, so it must be meant."""
+        """Drop lines that people typed before the question: an answer may move robots, so it must be meant."""
         if os.name != "nt" and sys.stdin and sys.stdin.isatty():
             import termios
 
@@ -43,7 +44,7 @@ class TypedAnswers:
 
 
 async def _more() -> bytes:
-    """What is read next. A thread that can be abandoned waits for it, so that Ctrl-C ends at once."""
+    """Read the next bytes on a thread that can be abandoned, so that Ctrl-C ends the command at once."""
     loop = asyncio.get_running_loop()
     found: asyncio.Future[bytes] = loop.create_future()
 
@@ -56,7 +57,7 @@ async def _more() -> bytes:
             more = os.read(sys.stdin.fileno(), MOST) if sys.stdin else b""
         except OSError:  # the terminal is gone
             more = b""
-        with contextlib.suppress(RuntimeError):  # the loop has been closed
+        with contextlib.suppress(RuntimeError):  # the loop is closed
             loop.call_soon_threadsafe(give, more)
 
     threading.Thread(target=read, daemon=True).start()

@@ -1,4 +1,4 @@
-"""The time at which a program should begin, as people write it: `20:15`, or an absolute time. Pure functions."""
+"""The time at which a program begins, as people write it: `20:15`, or an absolute time. Pure functions."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from datetime import datetime, time, timedelta
 
 
 def moment(text: str, now: datetime) -> datetime:
-    """The moment that a text says, in this zone unless it names another. A time of day is today, or tomorrow if it has
-    passed. `now` is the local time, without a zone.
+    """Read a time, in this zone unless it names another. A time of day is today, or tomorrow if it has passed. `now` is
+    the local time, without a zone.
 
     Raises ValueError with a line for people.
     """
@@ -30,14 +30,14 @@ def moment(text: str, now: datetime) -> datetime:
 
 
 def in_words(begins: datetime, now: datetime) -> str:
-    """`20:15:00 today`, both in local time."""
+    """Format a time as `20:15:00 today`, both in local time."""
     days = (begins.date() - now.date()).days
     day = {0: "today", 1: "tomorrow"}.get(days, f"on {begins:%Y-%m-%d}")
     return f"{begins:%H:%M:%S} {day}"
 
 
 def countdown(seconds: float) -> str:
-    """`4:59`, or `1:04:59`: how long until then."""
+    """Format the time until then as `4:59`, or `1:04:59`."""
     left = max(round(seconds), 0)
     hours, minutes = left // 3600, left // 60 % 60
     return f"{hours}:{minutes:02}:{left % 60:02}" if hours else f"{minutes}:{left % 60:02}"

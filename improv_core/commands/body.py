@@ -1,4 +1,4 @@
-"""`improv body`: what an `improv.toml` says about a robot's body, proposed from its URDF."""
+"""`improv body`: proposes the sections of an `improv.toml` for a robot's body from its URDF."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ LIMIT = 30.0
 
 
 def _published(topic: str) -> bytes:
-    """The URDF that ROS 2 publishes on a topic. Raises CommandError."""
+    """Return the URDF that ROS 2 publishes on a topic. Raises CommandError."""
     try:
         found = find_ros_python(None)
     except InterpreterError as error:

@@ -1,4 +1,4 @@
-"""`improv calibrate`: plays two dances again and again, and offers what was measured as an edit of improv.toml."""
+"""`improv calibrate`: plays two dances again and again, and offers the measured values as an edit of improv.toml."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def command(robot: str, backend: str, port: int, no_browser: bool, tempo: int, t
 
 
 def _robots_with(robot: str) -> Robots:
-    """The robots of the nearest improv.toml, if it lists this one. Raises ReadError and CommandError."""
+    """Read the nearest improv.toml, which must list this robot. Raises ReadError and CommandError."""
     robots = robots_near(Path.cwd())
     if not robots.path:
         raise CommandError(f"there is no {FILE_NAME} here: write one with a section [robots.{robot}]")
@@ -92,7 +92,7 @@ def _robots_with(robot: str) -> Robots:
 async def _calibrate(
     robots: Robots, robot: str, options: Options, *, browser: bool, tempo: int, tape: bool, write: bool
 ) -> int:
-    """The whole conversation; the exit code. Raises StageError and CommandError."""
+    """Hold the whole conversation and return the exit code. Raises StageError and CommandError."""
     async with performance(options, browser=browser, hears_keys=False) as performing:
         talk = _Conversation(performing, robots, robot, tempo, tape=tape)
         holding = asyncio.ensure_future(talk.hold(write=write))
@@ -104,16 +104,16 @@ async def _calibrate(
 
 
 class _Conversation:
-    """What is asked and played until the settings of a robot are known."""
+    """Questions and dances until the settings of a robot are known."""
 
     def __init__(self, performing: TerminalSession, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
         self._performing = performing
         self._answers = TypedAnswers(performing.screen.say)
-        # Following would hide what is to be measured, and where in the world it stands makes no difference.
+        # Following would hide the errors to measure, and the robot's place in the world makes no difference.
         alone = replace(robots.robots[robot], follow=False, odom_frame="own")
         self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
-        self._counts_wheels = robots.robots[robot].odom_frame == "own"  # unless a person says that it doesn't
+        self._counts_wheels = robots.robots[robot].odom_frame == "own"  # unless a person says otherwise
         self._tempo = tempo
         self._asks = tape or (performing.playback.state.is_real and not robots.robots[robot].odom)
 
@@ -144,7 +144,7 @@ class _Conversation:
         return await offer(self._robots, self._robot, values, self._answers, write=write)
 
     async def _goal(self) -> Goal:
-        """Say what a step and a quarter turn are to be, and ask for room."""
+        """Print the length of a step and the angle of a quarter turn, and ask for room."""
         self._say(f"{self._robot} will drive straight ahead and turn on the spot. Ctrl-C stops it.")
         profile, step = self._profile, room_for(self._profile)
         turn = math.degrees(profile.quarter_turn)
@@ -154,7 +154,7 @@ class _Conversation:
         return goal_in(room, profile)
 
     def _use(self, settings: MeasuredSettings) -> None:
-        """From now on, play with other settings."""
+        """Play with other settings from now on."""
         robot = replace(self._robots.robots[self._robot], profile=with_settings(self._profile, settings))
         self._robots = replace(self._robots, robots={**self._robots.robots, self._robot: robot})
 
@@ -198,7 +198,7 @@ class _Conversation:
     async def _dance(self, program: str, what: str) -> tuple[Pose, Pose] | None:
         """Play a program once somebody has pressed Enter. Raises CommandError and StageError.
 
-        Returns the robot's poses before and after, or None if people have to measure.
+        Return the robot's poses before and after, or None if people have to measure.
         """
         performing = self._performing
         while True:
@@ -215,7 +215,7 @@ class _Conversation:
                 self._say(str(problem))
 
     def _moved(self, score: Score) -> tuple[Pose, Pose]:
-        """Where the robot was before and after a dance, seen from outside. Raises _NothingMeasuredError."""
+        """Return the robot's poses before and after a dance, as measured from outside. Raises _NothingMeasuredError."""
         if simulated := self._performing.simulated_move(self._robot):
             return simulated
         poses = f"the poses of {self._robot} on {self._robots.robots[self._robot].odom}"
@@ -235,7 +235,7 @@ class _Conversation:
     async def _number(
         self, question: str, limits: tuple[float, float] = (-math.inf, math.inf), usual: float | None = None
     ) -> float:
-        """A finite number within limits; Enter alone stands for the `usual` one."""
+        """Ask for a finite number within limits; Enter alone stands for the `usual` one."""
         answer = await self._answers.to(question if usual is None else f"{question} [{usual:.10g}]")
         bounds = f" from {limits[0]:g} to {limits[1]:g}" if math.isfinite(limits[0]) else ", such as 1.95"
         while answer or usual is None:
@@ -251,7 +251,7 @@ class _Conversation:
 
 
 async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers: TypedAnswers, *, write: bool) -> int:
-    """Show the edit of improv.toml, and make it if that is wanted; the exit code. Raises CommandError."""
+    """Show the edit of improv.toml, and make it if the person wants it. Return the exit code. Raises CommandError."""
     path, text = robots.path, edited(robots.text, robot, values)
     assert path
     if text is None:
@@ -274,11 +274,11 @@ async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers
 
 
 class _NothingMeasuredError(Exception):
-    """Why a dance has to be played again; one plain line."""
+    """A dance has to be played again; the message is one plain line that says why."""
 
 
 def _written(settings: MeasuredSettings) -> Mapping[str, float]:
-    """The settings as improv.toml has them, with as many digits as can be measured."""
+    """Convert the settings to those of improv.toml, with as many digits as can be measured."""
     return {
         "commanded_step": float(f"{settings.commanded_step:.4g}"),
         "commanded_quarter_turn": round(math.degrees(settings.commanded_quarter_turn), 2),

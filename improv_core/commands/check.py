@@ -23,7 +23,7 @@ from improv_core.text import LineIndex
 
 INDENT = "    "
 WIDEST, NARROWEST = 120, 40
-"""Cells of a line if there is no terminal, and of one in a terminal that is too narrow to show more."""
+"""Cells of a line without a terminal, and of one in a terminal that is too narrow to show more."""
 _COLORS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFORMATION: "cyan"}
 
 
@@ -60,7 +60,7 @@ def command(files: tuple[Path, ...], layout: str) -> None:
             (_print_annotation if layout == "github" else _print_excerpt)(path, lines, diagnostic)
 
     def tell_robots(robots: Robots) -> None:
-        """What is wrong with an `improv.toml`, once: several programs may share it."""
+        """Print the errors of an `improv.toml`, once: several programs may share it."""
         if robots.path and absolute(robots.path) not in told:
             told.add(absolute(robots.path))
             tell(robots.path, LineIndex(robots.text), robots.ok, robots.diagnostics)
@@ -83,7 +83,7 @@ def command(files: tuple[Path, ...], layout: str) -> None:
         tell_robots(robots)
 
     code = report_each(files, report, report_robots)
-    if code == 0 and layout == "text" and sys.stdout.isatty():  # what other programs read holds only problems
+    if code == 0 and layout == "text" and sys.stdout.isatty():  # standard output has only problems, for programs
         checked = programs + others
         echo("no errors" if checked == 1 else f"no errors in {checked} {'files' if others else 'programs'}")
     sys.exit(code)

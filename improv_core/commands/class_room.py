@@ -72,7 +72,7 @@ def command(site: Path, address: str | None, port: int, file: Path | None) -> No
 
 
 def _robots(file: Path) -> Robots:
-    """The real robots that may perform. Raises CommandError."""
+    """Return the real robots that may perform. Raises CommandError."""
     try:
         robots = robots_in(file)
     except ReadError as problem:
@@ -85,7 +85,7 @@ def _robots(file: Path) -> Robots:
 
 
 def _confirmed(address: str | None, port: int) -> str:
-    """The address to listen on, which somebody has named or confirmed. Raises CommandError."""
+    """Return the address to listen on, which a person has named or confirmed. Raises CommandError."""
     if address is None:
         found = _own_address()
         if not found or not sys.stdin.isatty():
@@ -103,7 +103,7 @@ def _confirmed(address: str | None, port: int) -> str:
 
 
 def _own_address() -> str | None:
-    """This machine's address on the network that leads elsewhere."""
+    """Return this machine's address on the network that leads elsewhere."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(NOWHERE)
@@ -113,8 +113,8 @@ def _own_address() -> str | None:
 
 
 async def teach(children: Children, options: Options, robots: Robots | None = None) -> int:
-    """Have a class until interrupted; the exit code. Raises StageError, and CommandError if the children's server
-    ends."""
+    """Hold a class until interrupted, and return the exit code. Raises StageError, and CommandError if the children's
+    server ends."""
     async with performance(options, browser=False, hears_keys=False) as performing:
         await Class(performing, children, robots).teach()
     return INTERRUPTED
@@ -155,8 +155,8 @@ class Class:
             raise CommandError(self._ended.result())
 
     def _soon(self, what: Callable[[Any], None], value: FromChildren | str) -> None:
-        """Have the event loop do something, from the thread that hears the children."""
-        with suppress(RuntimeError):  # it has been closed
+        """Have the event loop call a function, from the thread that reads the children's server."""
+        with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(what, value)
 
     def _end(self, why: str) -> None:
@@ -167,7 +167,7 @@ class Class:
         self.teacher.publish(message)
 
     def _stop(self) -> None:
-        """Stop everything, on any thread."""
+        """Stop everything, from any thread."""
         self._performing.stops.stop()
-        with suppress(RuntimeError):  # the loop has been closed
+        with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(self.desk.stopped)

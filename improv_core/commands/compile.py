@@ -51,7 +51,7 @@ def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Pa
 
 
 def _script(path: Path) -> Sequence[SenseSpan]:
-    """What a file says that the robots sense."""
+    """Read the senses of robots from a file."""
     try:
         return read_script(read_program(path))
     except ReadError as problem:

@@ -14,19 +14,19 @@ from improv_core.score.score import Score
 
 @dataclass(frozen=True, slots=True)
 class CountIn:
-    """Whether a bar is counted before beat 0 although improv.toml doesn't say so, and whether the terminal's `bell`
-    rings with it."""
+    """Settings of the command line: count a bar before beat 0 although improv.toml doesn't ask for it, and ring the
+    terminal's `bell` with the count."""
 
     wanted: bool = False
     bell: bool = False
 
     def of(self, score: Score) -> Score:
-        """The score, which is counted in if that is wanted."""
+        """Return the score, counted in if that is wanted."""
         return replace(score, count_in=True) if self.wanted else score
 
 
 def options(command: Callable[..., None]) -> Callable[..., None]:
-    """Adds `--count-in` and `--bell` to a command, which gets what they say as `count_in`."""
+    """Add `--count-in` and `--bell` to a command, which gets their values as `count_in`."""
 
     @click.option("--count-in", "wanted_count", is_flag=True, help="Count one bar before the dance begins.")
     @click.option("--bell", is_flag=True, help="Ring the terminal's bell with the count.")

@@ -1,4 +1,5 @@
-"""`improv doctor`: what there is to play with, and what to do about what is missing. It sends nothing to robots."""
+"""`improv doctor`: checks what Improv can play with, and advises how to get what is missing. It sends nothing to
+robots."""
 
 from __future__ import annotations
 
@@ -52,7 +53,7 @@ def _hosts(path: Path | None) -> Iterator[Finding]:
 
 
 def examine(path: Path | None) -> Iterator[Finding]:
-    """Look at everything in turn, for the robots of a program, or of the nearest `improv.toml` without one."""
+    """Check everything in turn, for the robots of a program, or of the nearest `improv.toml` without one."""
     yield Finding(Mark.GOOD, f"Improv {__version__}, Python {platform.python_version()}")
     cast: Mapping[str, Robot] = {}
     safety, places = Safety(), dict[str, Pose]()
@@ -80,14 +81,14 @@ def examine(path: Path | None) -> Iterator[Finding]:
 
 
 def elsewhere(cast: Mapping[str, Robot], path: Path | None) -> Iterator[Finding]:
-    """Robots whose own machines have to be looked at."""
+    """Report robots whose own machines have to be checked."""
     if far := [f"{name} on {robot.host.name}" for name, robot in cast.items() if robot.host]:
         command = f"improv doctor --hosts {path}" if path else "improv doctor --hosts"
         yield Finding(Mark.ABSENT, f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
 
 
 def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:
-    """Whether the program and its `improv.toml` have errors."""
+    """Report errors in the program and its `improv.toml`."""
     robots = analysis.cast
     if path and any(each.severity is Severity.ERROR for each in analysis.diagnostics):
         yield Finding(Mark.BROKEN, f"{path} has errors", f"run `improv check {path}` to see them")
@@ -104,7 +105,7 @@ def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:
 
 
 def works(name: str, start: Callable[[], None]) -> Finding:
-    """Whether a part of Improv can be started."""
+    """Report a part of Improv, which works if `start` raises nothing."""
     try:
         start()
     except ImportError as error:
@@ -115,7 +116,7 @@ def works(name: str, start: Callable[[], None]) -> Finding:
 
 
 def stopping() -> Finding:
-    """Whether `improv stop` reaches what plays."""
+    """Report whether `improv stop` can reach a performance."""
     if not SUPPORTED:
         return Finding(Mark.ABSENT, "`improv stop` needs Unix sockets", "press Ctrl-C, or Stop on the page")
     try:
@@ -126,7 +127,7 @@ def stopping() -> Finding:
 
 
 def browser(found: bool) -> Finding:
-    """Whether a browser can be opened to show the page."""
+    """Report whether a browser can open to show the page."""
     if found:
         return Finding(Mark.GOOD, "a browser to show the page")
     advice = "open the address that Improv prints in a browser or your editor"

@@ -1,4 +1,5 @@
-"""What `improv doctor` says of the joints of real robots: who listens to what they are told, and who can stop them."""
+"""Checks of `improv doctor` for the joints of real robots: the listeners to their commands, and the nodes that can stop
+them."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ class JointedRobot:
 
     @property
     def states(self) -> str | None:
-        """The topic that says where its joints are."""
+        """The topic with the positions of its joints."""
         return in_namespace(self.body.joint_states, self.namespace) if self.body.joint_states else None
 
     @property
@@ -36,7 +37,7 @@ class JointedRobot:
 
 
 def jointed(names: Sequence[str], robots: Robots) -> list[JointedRobot]:
-    """The robots whose joints are moved in ROS 2. A body without anything about ROS 2 is for the simulator."""
+    """Return the robots whose joints move in ROS 2. A body without any ROS 2 names is for the simulator."""
     bodies = {name: robots.robot(name).profile.body for name in names}
     return [
         JointedRobot(name, body, robots.namespace_of(name))
@@ -46,7 +47,7 @@ def jointed(names: Sequence[str], robots: Robots) -> list[JointedRobot]:
 
 
 def joints(cast: Sequence[JointedRobot], seen: Graph) -> Iterator[Finding]:
-    """For each robot, who says where its joints are, and who moves them."""
+    """Report, for each robot, the nodes that publish the positions of its joints and those that move them."""
     for robot in cast:
         yield _states(robot, seen)
         for each in controllers_of(robot.body):

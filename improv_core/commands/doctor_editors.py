@@ -1,4 +1,4 @@
-"""What `improv doctor` says of editors: whether they find the language server, and whether they are new enough."""
+"""Checks of `improv doctor` for editors: they must find the language server and be new enough."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ VERSION_LIMIT = 10.0
 
 
 def server(path: str, scripts: Path) -> Finding:
-    """Whether editors find our language server on the PATH."""
+    """Report whether editors find our language server on the PATH."""
     found, own = shutil.which("improv-ls", path=path), scripts / "improv-ls"
     if not found:
         return Finding(Mark.ABSENT, "improv-ls is not on the PATH", f"add {scripts} to it, for editors")
@@ -27,7 +27,7 @@ def server(path: str, scripts: Path) -> Finding:
 
 
 def editors(path: str) -> Iterator[Finding]:
-    """Which editors with an Improv extension are installed, and whether they are new enough."""
+    """Report the installed editors with an Improv extension, and those that are too old."""
     programs = {
         name: next(filter(None, (shutil.which(each, path=path) for each in commands)), None)
         for name, (commands, _) in EDITORS.items()
@@ -53,11 +53,11 @@ EDITORS: Mapping[str, tuple[Sequence[str], tuple[int, ...]]] = {
     "Emacs": (("emacs",), (30,)),
     "Vim": (("vim",), (9,)),
 }
-"""For each editor its commands, and the oldest version its extension supports."""
+"""Commands of each editor, and the oldest version that its extension supports."""
 
 
 def _version(program: str | None) -> tuple[int, ...]:
-    """The version a program reports; empty if there is none."""
+    """Return the version a program reports; empty if there is none."""
     if not program:
         return ()
     try:

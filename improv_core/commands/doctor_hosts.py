@@ -1,4 +1,4 @@
-"""What `improv doctor --hosts` says of other machines: what is there, and how well their clocks are known."""
+"""Checks of `improv doctor --hosts` for other machines: what is installed there, and the errors of their clocks."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from improv_core.robots.config import Robots
 from improv_core.score.score import Host
 
 GOOD_ERROR = 0.005
-"""Seconds. A clock that is known worse than that lets robots be out of step with each other."""
+"""Seconds. A larger error of a clock lets robots be out of step with each other."""
 
 
 def hosts_of(robots: Robots | None) -> list[Host]:
-    """The hosts of these robots, or without robots, all that a person has allowed. Raises HostError."""
+    """Return the hosts of these robots, or without robots, all that a person has allowed. Raises HostError."""
     if robots is None:
         return [Host(name) for name in approved()]
     return [*dict.fromkeys(robot.host for robot in robots.robots.values() if robot.host)]
 
 
 def examine_hosts(hosts: Sequence[Host], config: str | None = None) -> Iterator[Finding]:
-    """Reach each, all at the same time. `config` is of ssh, for tests."""
+    """Check all hosts at the same time. `config` is for ssh, for tests."""
     if not hosts:
         yield Finding(Mark.ABSENT, "no robot is on another machine", "`host` in improv.toml says so")
         return
@@ -35,7 +35,7 @@ def examine_hosts(hosts: Sequence[Host], config: str | None = None) -> Iterator[
 
 
 def findings(host: Host, seen: SeenHost | str) -> Iterator[Finding]:
-    """What has been seen of a host, or why it can't be reached."""
+    """Report the state of a host, or why it can't be reached."""
     if isinstance(seen, str):
         yield Finding(Mark.BROKEN, host.name, seen)
         return

@@ -1,4 +1,4 @@
-"""What `improv doctor` says of ROS 2: the Python that runs it, how far it reaches, and who listens."""
+"""Checks of `improv doctor` for ROS 2: the Python that runs it, the machines it reaches, and the listeners."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ LOOK_LIMIT = 30.0
 """Seconds a look at ROS 2's graph may take on a busy machine."""
 
 AHEAD, BEHIND = 0.02, 0.5
-"""Seconds by which the stamps of poses may be ahead of our clock, and how old poses may be by them."""
+"""Seconds by which the stamps of poses may be ahead of our clock, and the greatest age of a pose by its stamp."""
 
 
 def examine_ros(
     cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot], places: Mapping[str, Pose]
 ) -> Iterator[Finding]:
-    """Look for ROS 2, for the listeners of these robots, for their bodies, what can stop them, and how they are.
+    """Check ROS 2, the listeners of these robots, their bodies, the nodes that can stop them, and their state.
 
-    `places` are where they begin.
+    `places` are the poses at which they begin.
     """
     found: Interpreter | InterpreterError | None
     try:
@@ -71,7 +71,7 @@ def examine_ros(
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
-    """Which Python runs ROS 2, if any can; `private` is the environment that `improv ros setup` makes."""
+    """Report the Python that runs ROS 2, if any can; `private` is the environment that `improv ros setup` makes."""
     if isinstance(found, Interpreter):
         release = f" {found.env['ROS_DISTRO']}" if found.env.get("ROS_DISTRO") else ""
         return Finding(Mark.GOOD, f"ROS 2{release} from {found.origin}: {found.python}")
@@ -87,7 +87,7 @@ def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mappin
 
 
 def reach(env: Mapping[str, str]) -> Finding:
-    """Which robots a stage started in this environment reaches, and how to change that."""
+    """Report which robots a stage started in this environment reaches, and how to change that."""
     stage, domain = limited(env), env.get("ROS_DOMAIN_ID") or "0"
     if not domain.isdecimal() or int(domain) > MOST_DOMAIN:
         return Finding(Mark.BROKEN, f"ROS_DOMAIN_ID is {domain}", "set it to a number from 0 to 101")
@@ -104,7 +104,7 @@ def reach(env: Mapping[str, str]) -> Finding:
 
 
 def standby(found: Interpreter) -> Finding:
-    """Whether a standby process can be started: its input is empty, so it ends as soon as it could watch a stage."""
+    """Report whether a standby process can start: its input is empty, so it ends as soon as it could watch a stage."""
     command = [found.python, str(FOLDER), "standby", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
     what = "the standby, which stops robots if the process that moves them dies"
     if isinstance(problem := _output(command, limited(found.env)), str):
@@ -128,7 +128,7 @@ def _guards(safety: Safety) -> Iterator[_Guard]:
 
 
 def guards(safety: Safety, seen: Graph) -> Iterator[Finding]:
-    """Who publishes the emergency stop and the deadman button, if `improv.toml` names them."""
+    """Report the publishers of the emergency stop and the deadman button, if `improv.toml` names them."""
     for guard in _guards(safety):
         publishers = sorted({end["node"] for end in seen[guard.topic]["publishers"] if end["type"] == guard.kind})
         if publishers:
@@ -143,7 +143,8 @@ MOST_DOMAIN = 232
 
 
 def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
-    """For each robot, who listens to its velocities and who else publishes there; without robots, all listeners."""
+    """Report, for each robot, the listeners to its velocities and other publishers there; without robots, all
+    listeners."""
     hearing = {topic: ends["listeners"] for topic, ends in seen.items() if ends["listeners"]}
     spare = sorted(hearing.keys() - {robot.topic for robot in cast.values()})
     for name, robot in cast.items():
@@ -165,7 +166,7 @@ def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
 
 
 def clocks(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
-    """Whether the clocks that stamp robots' poses agree with ours."""
+    """Compare the clocks that stamp robots' poses with ours."""
     for name, robot in cast.items():
         if not robot.odom:
             continue
@@ -183,7 +184,7 @@ def clocks(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
 
 
 def poses(cast: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose], seen: Graph) -> Iterator[Finding]:
-    """Robots whose poses are lost for a while, and those that stand where they don't begin."""
+    """Report robots whose poses are lost for a while, and those that stand away from their start poses."""
     for name, robot in cast.items():
         if not robot.odom:
             continue
@@ -199,7 +200,7 @@ def poses(cast: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose],
 
 
 def batteries(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
-    """Robots whose batteries are nearly empty."""
+    """Report robots whose batteries are nearly empty."""
     for name, robot in cast.items():
         share = seen[robot.battery]["battery"] if robot.battery else None
         if share is not None and share < LOW:
@@ -207,11 +208,11 @@ def batteries(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
 
 
 LONGEST_GAP = 0.5
-"""Seconds without a pose that nobody has to know of."""
+"""Seconds without a pose that need no report."""
 LOW = 0.2
-"""Of a battery: less is trouble, as on the page."""
+"""Share of a battery below which it needs a charge, as on the page."""
 OURS = "/improv"
-"""How the names of our stages' nodes begin."""
+"""Beginning of the names of our stages' nodes."""
 
 
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
@@ -223,7 +224,7 @@ def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> 
 
 
 def _output(command: Sequence[str], env: Mapping[str, str]) -> bytes | str:
-    """What a program writes, or why it fails."""
+    """Return the output of a program, or why it fails."""
     try:
         return output(command, LOOK_LIMIT, env)
     except subprocess.TimeoutExpired:
@@ -237,7 +238,7 @@ def _repair(found: Interpreter) -> str:
     return AGAIN if found.origin == SETUP else f"make sure `{found.python} -c 'import rclpy; rclpy.init()'` works"
 
 
-# A discovery server tells that it listens. It can't be asked for its name: it announced 127.0.0.1, since Fast DDS looks
+# A discovery server shows that it listens. It can't be asked for its name: it announced 127.0.0.1, since Fast DDS looks
 # for addresses once (Fast-DDS#664). In 12 runs, 7 unnamed listeners heard nothing, and 5 with names heard us.
 _STARTED_EARLY = (
     "look again, and if it stays unnamed, restart it, because it started before its network was up and hears nothing"
@@ -263,7 +264,7 @@ def _listener(name: str, robot: Robot, ends: Sequence[Endpoint], spare: Sequence
 
 
 def _quality(name: str, robot: Robot, ends: Sequence[Endpoint]) -> Iterator[Finding]:
-    """Listeners whose quality of service keeps them from hearing, or from confirming that they do."""
+    """Report listeners whose quality of service keeps them from getting messages, or from confirming them."""
     for end in ends:
         if end["type"] not in VELOCITIES:
             continue

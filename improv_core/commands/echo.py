@@ -1,4 +1,4 @@
-"""What commands print: text through `echo`, data through `echo_json`. None of it can steer a terminal."""
+"""The output of commands: text through `echo`, data through `echo_json`. None of it can steer a terminal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from improv_core.plain import printable
 
 
 def echo(line: str, *, err: bool = False, color: str | None = None) -> None:
-    """Print one line; whatever it quotes stays one line. Colors only show on a terminal, and not with NO_COLOR."""
+    """Print one line; quoted text stays in that line. Colors only show on a terminal, and not with NO_COLOR."""
     plain = color is None or "NO_COLOR" in os.environ
     click.echo(printable(line) if plain else click.style(printable(line), fg=color), err=err)
 
@@ -36,7 +36,7 @@ def echo_json(value: Any) -> None:
 
 @contextmanager
 def printable_usage_errors() -> Iterator[None]:
-    """Make errors of click printable, which quotes arguments: a shell's `*` expands to names of any kind."""
+    """Make errors of click printable, because they quote arguments: a shell's `*` expands to names of any kind."""
     try:
         yield
     except click.UsageError as error:

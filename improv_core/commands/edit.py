@@ -1,4 +1,4 @@
-"""`improv edit`: a program that is written on the page, saved from there, and played."""
+"""`improv edit`: a program that people write on the page, save there, and play."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from improv_core.storage.saves import changes, settle
 from improv_core.storage.song_offset import write_first_beat
 
 PORTS = range(20_000, 30_000)
-"""Where pages that edit are served: below the ports that systems give to others."""
+"""Ports for pages that edit: below those that systems give to other programs."""
 
 
 NEVER = -1
-"""A count of stops that there never was: what was asked for before a stop is saved, but not played."""
+"""An impossible count of stops: a request from before a stop is saved, but not played."""
 
 
 @click.command("edit")
@@ -92,7 +92,7 @@ async def edit(
     *,
     browser: bool,
 ) -> int:
-    """Let pages edit a program until interrupted, and play the wanted scenes of it; the exit code. Raises
+    """Let pages edit a program until interrupted, and play the wanted scenes of it. Return the exit code. Raises
     StageError."""
     asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
     async with performance(
@@ -127,7 +127,7 @@ class _Desk:
         self._show()
 
     async def serve(self, asks: asyncio.Queue[tuple[Editing, int]]) -> None:
-        """Obey pages, forever."""
+        """Obey the requests of pages, forever."""
         while True:
             editing, asked = await asks.get()
             page, ask = editing["page"], editing["ask"]
@@ -150,16 +150,16 @@ class _Desk:
                 self._answer(page, self._editor.explain(page, ask))
 
     async def check_rooms(self) -> None:
-        """Tell pages whom the robots of their texts meet, forever. On a thread of its own: that may take a second."""
+        """Report the meetings of robots in the pages' texts, forever. On its own thread: a check may take a second."""
         while True:
             page, ask = await self._unchecked.get()
             try:
                 self._answer(page, await asyncio.to_thread(self._editor.check_room, page, ask))
             except Exception as problem:
-                self._performing.screen.complain(f"improv: whom robots meet could not be checked: {problem!r}")
+                self._performing.screen.complain(f"improv: meetings could not be checked: {problem!r}")
 
     async def follow(self) -> None:
-        """Tell pages when another program has changed the file or its `improv.toml`, forever."""
+        """Report changes of the file or its `improv.toml` by other programs, forever."""
         held = self._held()
         async for _ in changes(self._path.parent):
             if self._held() == held:  # not the times: another program may set them, and clocks are coarse
@@ -169,12 +169,12 @@ class _Desk:
             self._look()
 
     def _held(self) -> Sequence[bytes]:
-        """What the file, its `improv.toml`, and the URDFs that it names hold, or why they can't be read."""
+        """Return the content of the file, its `improv.toml`, and the URDFs that it names, or why they can't be read."""
         files = [self._path, find_robots_file(self._path.parent), *self._robots.urdfs]
         return [_content(path) for path in files if path]
 
     def _look(self) -> None:
-        """Show pages what the file and its `improv.toml` hold now, if that is new."""
+        """Show pages the content of the file and its `improv.toml`, if it is new."""
         robots = robots_or_problem(self._path.parent)
         try:
             version = read_version(self._path)
@@ -191,7 +191,7 @@ class _Desk:
         self._show()
 
     async def _write(self, page: int, ask: Write, asked: int) -> None:
-        """Save what is on a page, and play it."""
+        """Save the text of a page, and play it."""
         try:
             self._version = write_text(self._path, ask["text"], ask["revision"])
         except WriteError as problem:
@@ -206,7 +206,7 @@ class _Desk:
         await self._performing.play_if_right(analysis, self._path, asked, self._when)
 
     def _show(self) -> None:
-        """Tell all pages what the file holds."""
+        """Send all pages the content of the file."""
         self._performing.playback.ask(
             {
                 "type": "source",
@@ -229,7 +229,8 @@ def _content(path: Path) -> bytes:
 
 
 def _usual_port(path: Path) -> int:
-    """The same port for the same file each time, if it is free: a browser keeps unsaved text by the page's address."""
+    """Return the same port for the same file each time, if it is free: a browser keeps unsaved text by the page's
+    address."""
     port = PORTS[crc32(str(real(path)).encode()) % len(PORTS)]
     try:
         socket.create_server(("127.0.0.1", port)).close()

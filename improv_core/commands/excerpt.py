@@ -13,7 +13,7 @@ TAB = "    "
 
 
 def excerpt(lines: LineIndex, span: Span, room: int) -> tuple[str, str]:
-    """The line on which a span starts, and carets under the part of the span on that line, for a terminal.
+    """Return the line on which a span starts, and carets under the part of the span on that line, for a terminal.
 
     A line wider than `room` cells is cut around the carets. Both are printable.
     """
@@ -34,18 +34,18 @@ def excerpt(lines: LineIndex, span: Span, room: int) -> tuple[str, str]:
 
 
 def _shown(text: str) -> list[str]:
-    """How each character is shown."""
+    """Return each character in its printable form."""
     return [TAB if char == "\t" else printable(char) for char in text]
 
 
 def _fitting(shown: Sequence[str], room: int) -> Sequence[str]:
-    """The first characters, as many as fit into so many cells."""
+    """Return the first characters, as many as fit into so many cells."""
     count = sum(1 for width in accumulate(_widths(shown)) if width <= room)
     return shown[:count]
 
 
 def _cells(shown: Iterable[str]) -> int:
-    """How many cells of a terminal characters take."""
+    """Return the number of terminal cells that characters take."""
     return sum(_widths(shown))
 
 
@@ -54,7 +54,7 @@ def _widths(shown: Iterable[str]) -> Iterator[int]:
 
 
 def _width(char: str) -> int:
-    """Cells of a printable character: East Asian characters and emoji take two, combining marks none."""
+    """Return the cells of a printable character: East Asian characters and emoji take two, combining marks none."""
     if unicodedata.combining(char) or unicodedata.category(char) in ("Mn", "Me"):
         return 0
     return 2 if unicodedata.east_asian_width(char) in "WF" else 1

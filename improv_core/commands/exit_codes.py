@@ -13,14 +13,14 @@ PROBLEMS = 1
 FAILED = 2
 """The command could not do its work; click uses it too, for wrong options."""
 INTERRUPTED = 130
-"""Ctrl-C, as shells report it."""
+"""Interrupted by Ctrl-C, as shells report it."""
 MEANINGS = {
     0: "success",
     PROBLEMS: "errors or findings: in a program, in formatting, or on this machine",
     FAILED: "the command can't do its work: a missing file, a wrong option, no robot, a fault",
     INTERRUPTED: "interrupted or stopped by somebody",
 }
-"""What each exit code means, for `improv --help` and docs/command-line.md."""
+"""Meaning of each exit code, for `improv --help` and docs/command-line.md."""
 
 
 class CommandError(click.ClickException):

@@ -1,4 +1,4 @@
-"""What `improv doctor` reports: one line for each thing it looked at."""
+"""Findings of `improv doctor`: one line for each thing that it checks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Mark(Enum):
-    """The state of something: it works, it is absent, it is broken."""
+    """State of something: it works, it is absent, it is broken."""
 
     GOOD = "✓"
     ABSENT = "–"
@@ -16,7 +16,7 @@ class Mark(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The state of one thing, and what to do about it."""
+    """State of one thing, and what to do about it."""
 
     mark: Mark
     what: str

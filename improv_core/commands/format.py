@@ -42,7 +42,7 @@ def command(files: tuple[Path, ...], check: bool, diff: bool) -> None:
 
 
 def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
-    """Format files, and all programs and Markdown files in folders, and print what was done; the exit code.
+    """Format files, and all programs and Markdown files in folders, and print the results. Return the exit code.
 
     Raises ReadError if a folder has none.
     """
@@ -81,7 +81,7 @@ def _formatted(path: Path, text: str) -> str:
 
 
 def _block(block: re.Match[str]) -> str:
-    """A fenced block, formatted at the indentation of its fence if it holds Improv."""
+    """Format a fenced block at the indentation of its fence if it holds Improv."""
     indent = block["indent"]
     hanging = re.search(rf"^(?!{indent}|\r?$)", block["code"].removesuffix("\n"), re.MULTILINE) if indent else None
     if block["language"].strip() != "improv" or hanging:
@@ -105,7 +105,7 @@ def _file_lines(text: str) -> list[str]:
 
 
 def _rewrite(path: Path, before: str, after: str) -> None:
-    """Replace what a file holds, if that is still what was read. Raises ReadError and RewriteError."""
+    """Replace the content of a file, if that is still the text that was read. Raises ReadError and RewriteError."""
     try:
         if not swap_text(path, before, after):
             raise RewriteError(f"{path}: it changed while it was being formatted: run this again")

@@ -1,4 +1,4 @@
-"""Groups of commands whose help is whole, and that suggest a command for one that doesn't exist."""
+"""Groups of commands whose help is not cut off, and that suggest a command for one that doesn't exist."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Group(click.Group):
         return super().resolve_command(ctx, args)
 
     def advice(self, ctx: click.Context, name: str) -> str | None:
-        """What somebody may have meant by a command that doesn't exist."""
+        """Suggest the command that a person may have meant by one that doesn't exist."""
         near = get_close_matches(name, self.list_commands(ctx), 1)
         return f"did you mean `{ctx.command_path} {near[0]}`?" if near else None
 

@@ -20,7 +20,7 @@ from improv_core.robots.config import Robots
 from improv_core.storage.history import Played, read
 
 WIDTH = 60
-"""Characters that are listed of a line."""
+"""Characters that the list shows of a line."""
 
 
 class HistoryGroup(Group):
@@ -70,7 +70,7 @@ def play_again(number: int, backend: str, port: int, no_browser: bool) -> None:
 
 
 def _program(number: int) -> Played:
-    """The program with this number in the list. Raises CommandError."""
+    """Return the program with this number in the list. Raises CommandError."""
     programs = read().programs
     if not 1 <= number <= len(programs):
         raise CommandError(f"the history has no program {number}: `improv history` lists what it has")

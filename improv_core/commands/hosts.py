@@ -25,7 +25,7 @@ def command() -> None:
 def allow(host: str) -> None:
     """Allow Improv to use a host that an `improv.toml` names."""
     _tried(lambda: approve(host))
-    echo(f"Improv may start stages on {host}. Look at what is there with `improv doctor --hosts`.")
+    echo(f"Improv may start stages on {host}. Check it with `improv doctor --hosts`.")
 
 
 @command.command("list")
@@ -41,7 +41,7 @@ def list_all() -> None:
 @command.command()
 @click.argument("host")
 def remove(host: str) -> None:
-    """Allow it no longer. What plays there goes on until it is stopped."""
+    """Remove a host from this list. Robots that play there keep playing until you stop them."""
     if not _tried(lambda: withdraw(host)):
         raise CommandError(f"{host} was not allowed")
     echo(f"Improv may no longer start stages on {host}.")

@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterator, Mapping
 
 @contextlib.contextmanager
 def pressed(keys: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
-    """Call what belongs to a key when it is pressed, without Enter. Only in a terminal, and not in the background.
+    """Call a key's function when somebody presses it, without Enter. Only in a terminal, and not in the background.
 
-    Yields whether it does.
+    Yield whether it does that.
     """
     if os.name == "nt" or not (sys.stdin and sys.stdin.isatty()) or not _in_front(sys.stdin.fileno()):
         yield False
@@ -38,13 +38,14 @@ def pressed(keys: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
         yield True
     finally:
         loop.remove_reader(terminal)
-        with contextlib.suppress(termios.error):  # it is gone
+        with contextlib.suppress(termios.error):  # the terminal is gone
             termios.tcsetattr(terminal, termios.TCSANOW, before)
 
 
 def _in_front(terminal: int) -> bool:
-    """Whether what is typed in a terminal is for this process: not in the background, nor in a session without it."""
+    """Return whether a terminal's input is for this process: not in the background, nor in a session without the
+    terminal."""
     try:
         return os.tcgetpgrp(terminal) == os.getpgrp()
-    except OSError:  # it is the terminal of another session, for example after `setsid`
+    except OSError:  # the terminal of another session, for example after `setsid`
         return False

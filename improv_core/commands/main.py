@@ -40,7 +40,7 @@ COMMANDS = {
     "hosts": "hosts",
     "ros": "ros_setup",
 }
-"""The commands in the order of `improv --help`, and the module of each, which holds it as `command`."""
+"""Commands in the order of `improv --help`, and the module of each, which holds it as `command`."""
 
 
 def main() -> None:
@@ -64,7 +64,7 @@ def main() -> None:
 
 
 class Output(io.TextIOWrapper):
-    """Standard output that remembers why it could not be written: what failed once may not fail again."""
+    """Standard output that remembers its first failure, because a later write may succeed."""
 
     problem: OSError | None = None
 

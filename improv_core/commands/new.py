@@ -23,7 +23,7 @@ def command(name: Path | None) -> None:
 
 
 def with_ending(name: Path) -> Path:
-    """The name of a program, with the usual ending if it has none."""
+    """Return the name of a program, with the usual ending if it has none."""
     return name if name.suffix or not name.name else name.with_name(name.name + ENDING)
 
 

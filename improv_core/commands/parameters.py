@@ -58,12 +58,12 @@ backend = click.option(
 
 
 def options(file: Path, backend: str, port: int, *, osc_network: bool = False) -> Options:
-    """What to play a program on, with the arguments after `--ros-args`."""
+    """Return the options for playing a program, with the arguments after `--ros-args`."""
     from improv_core.program.files import ReadError, robots_near
     from improv_core.session.start import Options
 
     node = None
-    with suppress(ReadError):  # which is reported when the program is read
+    with suppress(ReadError):  # an error about the program itself comes when it is read
         node = robots_near(file.absolute().parent).node
     arguments = click.get_current_context().obj or ()
     return Options(backend, port, node=node, ros_arguments=arguments, osc="network" if osc_network else "here")
@@ -73,7 +73,7 @@ MOST_SECONDS = 1e12
 
 
 def seconds(value: str) -> float:
-    """The type of an option that is a duration. Raises BadParameter."""
+    """Convert an option that is a duration. Raises BadParameter."""
     with suppress(ValueError):
         if 0 < (number := float(value)) <= MOST_SECONDS:
             return number

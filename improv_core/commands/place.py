@@ -1,4 +1,4 @@
-"""`improv place`: drives real robots to where a program has them."""
+"""`improv place`: drives real robots to the start poses of a program."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from improv_core.session.start import Options
 from improv_core.session.state import PlayScore
 
 TRIES = 5
-"""How often a robot may try to get to its place, besides the drives that a long way needs."""
+"""Attempts of a robot to get to its place, besides the drives that a long distance needs."""
 PATIENCE, LOOK_PERIOD = 5.0, 0.25
-"""Seconds for which robots stand until they may drive on, and between two looks for that."""
+"""Seconds for which robots stand before the command gives up, and between two checks of that."""
 NAMED = 3
-"""How many robots are named in a line."""
+"""Robots that a line names at most."""
 
 
 @click.command("place")
@@ -69,7 +69,7 @@ def check(score: Score) -> None:
 
 
 async def _place(score: Score, path: Path, options: Options, *, browser: bool, yes: bool) -> int:
-    """Drive all robots; the exit code. Raises StageError and CommandError."""
+    """Drive all robots and return the exit code. Raises StageError and CommandError."""
     async with performance(options, browser=browser, hears_keys=False, begins_with=path.name) as performing:
         if not performing.playback.state.is_real:
             raise CommandError("no real robots can be reached: simulated ones begin in their places")
@@ -109,7 +109,7 @@ class _Placing:
         return answer.lower() in ("y", "yes")
 
     async def _drive_all(self) -> int | None:
-        """Drive until all are there, or can't get there. The exit code if that was stopped."""
+        """Drive until all robots are in their places or can't get there. Return the exit code if a stop ended that."""
         left = {robot: TRIES + math.ceil(2 * each.off[0] / LEG) for robot, each in self._travelers().items()}
         while (plan := self._plan(left)).ways:
             self._say(f"{_names(plan.ways)} {'drives' if len(plan.ways) == 1 else 'drive'}")
@@ -122,7 +122,7 @@ class _Placing:
         return None
 
     def _plan(self, left: Mapping[str, int]) -> Plan:
-        """Who drives next. A robot that has tried too often stays where it is."""
+        """Plan the next drives. A robot that has tried too often stays at its pose."""
         travelers = {
             robot: each if left[robot] > 0 else replace(each, place=each.pose)
             for robot, each in self._travelers().items()
@@ -130,7 +130,7 @@ class _Placing:
         return next_ways(travelers, self._score.world)
 
     def _travelers(self) -> Mapping[str, Traveler]:
-        """Where all robots are and should be. Raises CommandError if their poses are not in one frame."""
+        """Return the poses and the places of all robots. Raises CommandError if the poses are not in one frame."""
         measured = {robot: self._performing.measured[robot][1] for robot in self._score.parts}
         frames = {each["frame"]: robot for robot, each in measured.items()}
         if len(frames) > 1:
@@ -144,7 +144,8 @@ class _Placing:
         }
 
     async def _play(self, score: Score) -> int | None:
-        """Play a score to its end, and until all have come to rest. The exit code if it was stopped before."""
+        """Play a score to its end, and until all robots have come to rest. Return the exit code if it was stopped
+        before."""
         performing = self._performing
         performing.finished.clear()
         if not await performing.playback.play(PlayScore(score, self._name, 0, anyway=True)):
@@ -160,8 +161,8 @@ class _Placing:
         return None
 
     async def _lose_patience(self) -> None:
-        """Wait until robots have stood for too long: they aren't seen, or they are too near to each other and there is
-        no page on which somebody could resume."""
+        """Wait until robots have stood for too long: no pose of them comes, or they are too near to each other and
+        there is no page on which somebody could resume."""
         performing, waited = self._performing, 0.0
         unseen = {*map(pose_of, self._score.parts)}
         ends = unseen if performing.has_page else unseen | self._score.parts.keys()
@@ -173,7 +174,7 @@ class _Placing:
         performing.screen.complain(f"improv: {why}, then place robots again")
 
     def _conclude(self) -> int:
-        """Say where robots are; the exit code."""
+        """Print the result and return the exit code."""
         travelers = self._travelers()
         if away := {robot: each for robot, each in travelers.items() if not each.is_as_promised}:
             for line in distances(away):
@@ -186,7 +187,7 @@ class _Placing:
 
 
 def distances(travelers: Mapping[str, Traveler]) -> Iterator[str]:
-    """How far robots are from their places, for people; nothing about those that are there."""
+    """Yield lines about the distances of robots from their places, for people; none about robots that are there."""
     for robot, each in travelers.items():
         if not each.is_there:
             far, turned = each.off

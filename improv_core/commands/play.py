@@ -36,7 +36,7 @@ from improv_core.session.start import Options
 
 
 def _time(text: str) -> datetime:
-    """The type of an option that is a time. Raises BadParameter."""
+    """Convert an option that is a time. Raises BadParameter."""
     try:
         return moment(text, datetime.now())
     except ValueError as problem:
@@ -99,7 +99,7 @@ def command(
     senses = senses_of(recording)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    scenes.chosen(analysis, wanted)  # before robots are looked for
+    scenes.chosen(analysis, wanted)  # before the search for robots
     stays = sys.stdout.isatty() and not once and not report
     playing = play(
         analysis,
@@ -118,7 +118,7 @@ def command(
 
 
 def senses_of(recording: Path | None) -> list[Sensed] | None:
-    """What robots sensed in a recording, if there is one. Raises CommandError if it can't be read."""
+    """Return the senses of robots in a recording, if there is one. Raises CommandError if it can't be read."""
     if not recording:
         return None
     try:
@@ -144,11 +144,11 @@ async def play(
     anyway: bool = False,
     arming: Arming | None = None,
 ) -> int:
-    """Play a program without errors once, and with `arming` not before somebody begins; the exit code.
+    """Play a program without errors once, and with `arming` not before somebody begins. Return the exit code.
 
     If it `stays`, its page can play it again until an interrupt.
 
-    Raises StageError; OSError and ValueError if unrecorded.
+    Raises StageError; OSError and ValueError if the recording fails.
     """
     async with performance(
         options,
@@ -168,7 +168,7 @@ async def play(
         stopped = (
             performing.interrupted.is_set() or performing.stops.count > 0 or bool(performing.stops.pressed["topics"])
         )
-        failed = performing.was_stopped and not stopped  # a line has said why
+        failed = performing.was_stopped and not stopped  # a line has already given the reason
         if not stopped:
             await performing.settle()
         if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
@@ -187,7 +187,7 @@ def play_fast(
     senses: Sequence[Sensed] | None = None,
     wanted: WantedScenes | None = None,
 ) -> int:
-    """Play a program in the simulator without the page, faster than real time; the exit code.
+    """Play a program in the simulator without the page, faster than real time. Return the exit code.
 
     Raises ReadError and CommandError.
     """
@@ -211,8 +211,8 @@ def play_fast(
         elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
-    # Ctrl-C ends it at once, even if a shell ignores it: there is nothing to clean up, and pymunk would
-    # swallow a KeyboardInterrupt raised while it calls us.
+    # Ctrl-C ends it at once, even if a shell ignores it: there is nothing to clean up, and pymunk would swallow a
+    # KeyboardInterrupt raised in our functions that it calls.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     simulator = Simulator(period=None)

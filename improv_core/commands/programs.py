@@ -1,4 +1,4 @@
-"""Programs and `improv.toml` files named on the command line, and what is wrong with them."""
+"""Programs and `improv.toml` files named on the command line, and their errors."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def report_each(
     report: Callable[[Path, Analysis], None],
     report_robots: Callable[[Robots], None] | None = None,
 ) -> int:
-    """Report on every program that can be read, also in folders; the exit code for the worst of them.
+    """Report on every program that can be read, also in folders. Return the exit code for the worst of them.
 
-    With `report_robots`, the same for every `improv.toml`. Raises ReadError if a folder has none.
+    With `report_robots`, do the same for every `improv.toml`. Raises ReadError if a folder has none.
     """
     code = 0
     for path in files_in(named, ENDING, *([FILE_NAME] if report_robots else [])):
@@ -43,7 +43,8 @@ def report_each(
 
 
 def files_in(named: Sequence[Path], *endings: str) -> Sequence[Path]:
-    """The files that are named, and in named folders those with such an ending or name that are not hidden; each once.
+    """Return the named files, and in named folders the files with such an ending or name that are not hidden; each
+    once.
 
     Raises ReadError if a folder can't be read or has none.
     """
@@ -69,7 +70,7 @@ def _is_wanted(name: str, endings: Collection[str]) -> bool:
 
 
 def read_to_play(path: Path) -> Analysis | None:
-    """The program in a file, or None if it has errors; its diagnostics go to stderr. Raises ReadError."""
+    """Read the program in a file; None if it has errors. Its diagnostics go to stderr. Raises ReadError."""
     analysis = analyze_file(path)
     report_diagnostics(path, analysis)
     return analysis if analysis.ok else None

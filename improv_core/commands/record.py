@@ -1,4 +1,4 @@
-"""`improv record`: what robots are told, as an MCAP file. Computed at once, or recorded as it is played."""
+"""`improv record`: the commands for robots, as an MCAP file. Computed at once, or recorded as it plays."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RecordError(CommandError):
 
 
 def record(path: Path, output: Path, seconds: float | None) -> int:
-    """Record a program, or its first seconds, as fast as it can be computed; the exit code.
+    """Record a program, or its first seconds, as fast as it can be computed. Return the exit code.
 
     Raises ReadError and RecordError.
     """
@@ -74,7 +74,7 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
         signal.signal(number, signal.default_int_handler)
     try:
         with recording(output) as recorder:
-            # What robots sense is simulated.
+            # The senses are simulated.
             perform(score, RecordedSimulator(recorder) if score.open else recorder, seconds, partial(note, recorder))
     except KeyboardInterrupt:
         return _interrupted(output)
@@ -83,13 +83,14 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
 
 
 def note(recorder: Recorder, message: Told) -> None:
-    """Record what was sensed and decided in a performance that is computed."""
+    """Record senses and decisions of a computed performance."""
     if message["type"] == "sensed" or message["type"] == "decided":
         recorder.note(message, recorder.time(message["performed"]))
 
 
 async def record_live(path: Path, output: Path, options: Options, *, browser: bool, anyway: bool = False) -> int:
-    """Play a program, wherever robots stand if `anyway`, and record what is sent as it is sent; the exit code.
+    """Play a program, wherever robots stand if `anyway`, and record the commands as they are sent. Return the exit
+    code.
 
     Raises ReadError, StageError and RecordError.
     """
@@ -106,9 +107,9 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
 
 @contextmanager
 def recording(output: Path) -> Iterator[Recorder]:
-    """A recorder into a file that gets its name once it is complete, and only if robots were told anything.
+    """Yield a recorder into a file that gets its name once it is complete, and only if robots got any commands.
 
-    Beat 0 is now. Raises RecordError, also for what the body raises if it can't be written or performed.
+    Beat 0 is now. Raises RecordError, also for exceptions of the body if it can't be written or performed.
     """
     if output.suffix.lower() != ".mcap":
         raise RecordError(f"{output}: the recording's name must end in .mcap")

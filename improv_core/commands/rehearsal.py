@@ -21,8 +21,8 @@ def perform(
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).
 
-    With `senses`, robots sense these and nothing else. A clock from outside isn't followed, and nobody counts: it is
-    in no hurry.
+    With `senses`, robots sense these and nothing else. The player follows no clock from outside and counts no bar,
+    because nobody waits for a beat.
     """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 
 def without_ros_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """A command line without what is between each `--ros-args` and the next `--` or the end, and all of that."""
+    """Split a command line: return it without the arguments between each `--ros-args` and the next `--` or the end, and
+    all of those."""
     ours, theirs = list[str](), list[str]()
     kept = ours
     for word in arguments:

@@ -44,12 +44,12 @@ def setup(host: str | None) -> None:
 
 
 def set_up(say: Say) -> None:
-    """Do it on this machine. Raises SetupError."""
+    """Install and test ROS 2 on this machine. Raises SetupError."""
     ros_setup.set_up(say, proof())
 
 
 def proof() -> Proof:
-    """What shows that ROS 2 works: one robot goes forward."""
+    """Prove that ROS 2 works: one robot goes forward."""
     robot = f"improv_setup_{os.getpid()}"  # not the name of any robot, so that none moves
     score = score_of(analyze(f"{robot} $ forward\n"))
     return Proof(score.parts[robot].topic, to_json(score))

@@ -1,4 +1,4 @@
-"""Options that have only some scenes of a program play."""
+"""Options that play only some scenes of a program."""
 
 from __future__ import annotations
 
@@ -17,21 +17,20 @@ from improv_core.program.analysis import Analysis
 
 @dataclass(frozen=True, slots=True)
 class WantedScenes:
-    """The scenes from one to another, by name or by number, counted from 1. None stands for the first or the last
-    one."""
+    """Scenes from one to another, by name or by number, counted from 1. None stands for the first or the last one."""
 
     first: str | int | None = None
     last: str | int | None = None
 
     def of(self, analysis: Analysis) -> Selection:
-        """These scenes of a program; all of it if nothing is said. Raises UnplayableError."""
+        """Select these scenes of a program; all of it if no option names any. Raises UnplayableError."""
         if self.first is None and self.last is None:
             return Selection("", analysis)
         return rehearse(analysis, scenes_named(analysis, self.first, self.last))
 
 
 def options(command: Callable[..., None]) -> Callable[..., None]:
-    """Adds `--from`, `--to`, and `--only` to a command, which gets what they say as `wanted`."""
+    """Add `--from`, `--to`, and `--only` to a command, which gets their values as `wanted`."""
 
     @wraps(command)
     def with_scenes(*given: Any, first: str | None, last: str | None, only: str | None, **others: Any) -> None:
@@ -50,7 +49,7 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def chosen(analysis: Analysis, scenes: WantedScenes) -> Selection:
-    """These scenes of a program. Raises CommandError if it hasn't got them."""
+    """Select these scenes of a program. Raises CommandError if it lacks them."""
     try:
         return scenes.of(analysis)
     except UnplayableError as error:

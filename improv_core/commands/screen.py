@@ -1,4 +1,4 @@
-"""Lines in a terminal, above a last line that changes in place: the beat, and what keys do."""
+"""Lines in a terminal, above a last line that changes in place: the beat, and the keys."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.session.shown_beats import each_beat
 
 
 class Screen:
-    """What a performance prints; a `quiet` one prints only complaints. Calls `lost` if it can't be written. If it
+    """Output of a performance; a `quiet` one prints only complaints. Calls `lost` if it can't be written. If it
     `rings`, the terminal's bell rings with each beat that is counted before beat 0."""
 
     def __init__(self, quiet: bool, lost: Callable[[], object], *, rings: bool = False) -> None:
@@ -25,13 +25,13 @@ class Screen:
         self._rings = rings
         self._counter: asyncio.Task[None] | None = None
         self._beat = ""
-        self._left = ""  # how long until it begins
+        self._left = ""  # the time until it begins
         self._hint = ""
-        self._shown = False  # whether the cursor is behind the last line
+        self._shown = False  # true while the cursor is behind the last line
 
     @property
     def is_live(self) -> bool:
-        """Whether there is a last line."""
+        """True while there is a last line."""
         return not self._quiet and sys.stdout.isatty()
 
     def say(self, line: str) -> None:
@@ -44,20 +44,20 @@ class Screen:
         self._print(line, err=True)
 
     def hint(self, hint: str) -> None:
-        """From now on, show this in the last line."""
+        """Show this in the last line from now on."""
         if self.is_live:
             self._clear()
             self._hint = hint
             self._show()
 
     def count(self, transport: TransportMessage) -> None:
-        """Show the beat in the last line while something plays. A beat that was shown before stays where it is."""
+        """Show the beat in the last line while something plays. A beat that was shown before stays in its place."""
         self._stop_counter()
         if transport["state"] == "playing" and self.is_live:
             self._counter = asyncio.create_task(self._count(transport))
 
     def count_down(self, begins: float, count: CountJson | None = None) -> None:
-        """Show in the last line how long it is until this Unix time, and count the last beats before it."""
+        """Show in the last line the time until this Unix time, and count the last beats before it."""
         self._stop_counter()
         if self.is_live:
             self._counter = asyncio.create_task(self._count_down(begins, count))
@@ -116,7 +116,7 @@ class Screen:
             self._write(f"\r{shown} ", nl=False)
 
     def _clear(self) -> None:
-        """Make room for a line where the last line is."""
+        """Replace the last line with an empty one, for another line to come."""
         if self._shown:
             self._shown = False
             self._write("\r\x1b[K", nl=False)

@@ -1,4 +1,4 @@
-"""`improv stop`: stops everything of this user that plays, in whatever terminal or editor."""
+"""`improv stop`: stops all of this user's performances, in any terminal or editor."""
 
 from __future__ import annotations
 

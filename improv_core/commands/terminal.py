@@ -1,4 +1,4 @@
-"""A performance in a terminal: its status, the beat, and what goes wrong. For `play`, `watch` and `record`."""
+"""A performance in a terminal: its status, the beat, and its problems. For `play`, `watch` and `record`."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ BROWSER_LIMIT = 5.0
 
 
 HINT = "o or Enter opens the page again, Ctrl-C ends"
-"""The last line of the terminal while keys are heard: an address works only once."""
+"""Last line of the terminal while it reads keys: an address works only once."""
 NO_COUNT = CountIn()
 HINT_ARMED = "Space or Enter begins, Ctrl-C ends"
-"""The last line of the terminal while a program is armed."""
+"""Last line of the terminal while a program is armed."""
 
 
 def run(command: Coroutine[Any, Any, int]) -> int:
-    """Run a command that plays; its exit code. Raises CommandError if there is no stage to play on."""
+    """Run a command that plays, and return its exit code. Raises CommandError if there is no stage to play on."""
     try:
         return asyncio.run(command)
     except StageError as problem:
@@ -78,7 +78,7 @@ def run(command: Coroutine[Any, Any, int]) -> int:
 
 
 async def first(*several: Awaitable[Any]) -> None:
-    """Wait until one of several is done, or gives up, and cancel the others. Raises what it raised."""
+    """Wait until one of several is done, or gives up, and cancel the others. Raises the exception of the first."""
     tasks = [asyncio.ensure_future(each) for each in several]
     done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     for task in pending:
@@ -102,9 +102,9 @@ async def performance(
     count_in: CountIn = NO_COUNT,
     begins_with: str = "",
 ) -> AsyncIterator[TerminalSession]:
-    """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does.
+    """Yield a performance with its stages started, and close it in the end. Raises StageError, and as `close` does.
 
-    `begins_with` is the name of what is to be played first: `improv stop` reports it while stages start.
+    `begins_with` is the name of the program that plays first: `improv stop` reports it while stages start.
     """
     performing = TerminalSession(options, quiet, recorder, edit, scenes, count_in, begins_with)
     reached = performing.listen()
@@ -113,15 +113,15 @@ async def performance(
 
     def interrupt(number: int, _: object) -> None:
         interrupts.append(number)
-        # Not a handler of the event loop, which may be busy with a long program; and on a thread, since what runs now
-        # may be sending something itself.
+        # Not a handler of the event loop, which may be busy with a long program; and on a thread, since the interrupted
+        # code may be sending something itself.
         threading.Thread(target=performing.stops.stop, daemon=True).start()
-        with contextlib.suppress(RuntimeError):  # the loop has been closed
+        with contextlib.suppress(RuntimeError):  # the loop is closed
             loop.call_soon_threadsafe(performing.interrupted.set)
 
     def give_up() -> None:
         if interrupts and threading.get_ident() == ours:
-            raise asyncio.CancelledError  # nobody waits for what is being understood
+            raise asyncio.CancelledError  # nobody waits for the analysis
 
     on_checkpoint(give_up)
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
@@ -146,7 +146,7 @@ async def performance(
 
 
 class TerminalSession:
-    """What plays, shown in a terminal. If the terminal can't be written, that counts as an interrupt."""
+    """A performance shown in a terminal. A failed write to the terminal counts as an interrupt."""
 
     def __init__(
         self,
@@ -164,7 +164,7 @@ class TerminalSession:
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
         self.playback.begins_with = begins_with
         self.rehearses = False
-        """Whether what was played last doesn't begin at the starts of its program."""
+        """True if the latest performance doesn't begin at the starts of its program."""
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
         self._opening: set[asyncio.Task[None]] = set()
@@ -173,16 +173,16 @@ class TerminalSession:
         self._errors = Errors()
         self._misplaced: Mapping[str, MisplacedRobot] = {}
         self.measured: dict[str, tuple[MeasuredRobot, MeasuredRobot]] = {}
-        """The first and the latest pose of robots since beat 0, if they are measured."""
-        self._playing: set[str] = set()  # which stages play
-        self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
+        """First and latest pose of robots since beat 0, if they are measured."""
+        self._playing: set[str] = set()  # the stages that play
+        self._keeping: set[asyncio.Task[None]] = set()  # programs being saved in the history
         self._hears_keys = False
         self._watched = asyncio.Event()  # somebody has opened the page
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
         self.refused = asyncio.Event()  # robots are not in their places, and there is no page
-        # If nobody can see what the robots do, they stop; `main` says why.
+        # If nobody can read the messages about the robots, the robots stop; `main` prints the reason.
         self.screen = Screen(quiet, self.interrupted.set, rings=count_in.bell)
 
     @property
@@ -191,12 +191,12 @@ class TerminalSession:
 
     @property
     def has_ended(self) -> bool:
-        """Whether the latest program was played to its end."""
+        """True if the latest program was played to its end."""
         return self._latest is not None and self._latest["state"] == "ended"
 
     @property
     def was_stopped(self) -> bool:
-        """Whether the latest program was stopped before its end."""
+        """True if the latest program was stopped before its end."""
         return self._latest is not None and self._latest["state"] == "stopped"
 
     @property
@@ -204,7 +204,7 @@ class TerminalSession:
         return self.playback.state.page is not None
 
     def listen(self) -> StopSocket | None:
-        """Have `improv stop` reach this performance from now on."""
+        """Let `improv stop` reach this performance from now on."""
         reached = listening(self.playback.stop, self.stops, STARTED)
         if self.stops.unreachable:
             self.screen.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
@@ -220,22 +220,22 @@ class TerminalSession:
                 await asyncio.wait_for(self._watched.wait(), BROWSER_LIMIT)
 
     def show_hint(self, hears: bool) -> None:
-        """From now on, the last line of the terminal says how to open the page, if it `hears` keys."""
+        """Show in the last line how to open the page, if the terminal `hears` keys."""
         self._hears_keys = hears
         if hears and self.has_page:
             self.screen.hint(HINT)
 
     def begin(self) -> None:
-        """Begin what is armed."""
+        """Begin the armed program."""
         if self.playback.state.armed:
             self.playback.ask({"type": "resume"}, self.stops.count)
 
     def enter(self) -> None:
-        """Begin what is armed, or open the page if nothing is."""
+        """Begin the armed program, or open the page if none is."""
         (self.begin if self.playback.state.armed else self.open_again)()
 
     def open_again(self) -> None:
-        """Open the page with a new ticket: in a browser, or by an address that is printed."""
+        """Open the page with a new ticket, in a browser; if there is none, print the address."""
         if self.has_page:
             task = asyncio.create_task(self._open_again())
             self._opening.add(task)
@@ -246,7 +246,7 @@ class TerminalSession:
             self.screen.say(f"watch it at {self.playback.link()}")
 
     async def open_browser(self) -> bool:
-        """Show the page in a browser; whether there are both."""
+        """Show the page in a browser. Return whether there are both."""
         link = self.playback.link(own=True)
         return link is not None and has_browser() and await asyncio.to_thread(webbrowser.open, link)
 
@@ -261,10 +261,10 @@ class TerminalSession:
         arming: Arming | None = None,
     ) -> bool:
         """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`;
-        `senses` are of a recording. With `anyway`, it doesn't matter where robots stand; with `arming`,
-        it waits once everything is ready.
+        `senses` come from a recording. With `anyway`, robots may stand anywhere; with `arming`, it waits once
+        everything is ready.
 
-        Returns whether it begins. Raises UnplayableError if it lacks these scenes.
+        Return whether it begins. Raises UnplayableError if it lacks these scenes.
         """
         if self.interrupted.is_set():
             return False
@@ -288,7 +288,7 @@ class TerminalSession:
         return False
 
     async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When, anyway: bool = False) -> None:
-        """Play what was saved, as `play` does, or say why it can't be played."""
+        """Play a saved program, as `play` does, or print why it can't play."""
         for line in as_lines(path, analysis):
             self.screen.complain(line)
         if not analysis.ok:
@@ -301,7 +301,7 @@ class TerminalSession:
             self.refuse(path, [Mistake(path.name, 0, 0, "", str(error))])
 
     def refuse(self, path: Path, mistakes: Iterable[Mistake]) -> None:
-        """Say that what was saved can't be played, and have the page show why."""
+        """Print that a saved program can't play, and have the page show the reason."""
         self.playback.begins_with = ""
         self.present(path, mistakes)
         if self.is_playing:
@@ -310,18 +310,18 @@ class TerminalSession:
             self.screen.say("✗ nothing is playing: fix the program and save")
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
-        """Have the page show which program is to be played, and what keeps it from being played."""
+        """Have the page show the program that should play, and the errors that prevent it."""
         self.playback.present(path.name, str(absolute(path).parent), mistakes)
 
     async def settle(self) -> None:
-        """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
+        """If robots' poses are measured, wait until the robots rest, and print their errors."""
         if self._errors.robots:
             await asyncio.sleep(MEASURED_AT_REST)
             for line in self._errors.lines():
                 self.screen.say(line)
 
     async def close(self) -> None:
-        """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
+        """Stop the robots, then the stages. Raises OSError or ValueError if the recording failed."""
         self.screen.close()
         await self.playback.close()
         await asyncio.gather(*self._keeping, return_exceptions=True)
@@ -340,14 +340,14 @@ class TerminalSession:
             self.screen.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
-        """Where the robots of the latest program started and ended, how near they came to each other, and how far off
-        they were if that was measured; also those that are not in their places, so that it doesn't begin."""
+        """Report the start and end poses of the latest program's robots, how near they came to each other, and their
+        measured errors, if any; also the robots that aren't in their places, which keep it from beginning."""
         played = self.playback.state.played
         found = outcome(self._latest, self._poses, self._errors, played.score if played else None)
         return {**found, "misplaced": self._misplaced} if self._misplaced else found
 
     def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
-        """Where a robot was at beat 0 and is now, if the leading stage simulates it."""
+        """Return a robot's poses at beat 0 and now, if the leading stage simulates it."""
         if not self._latest or "poses" not in self._latest:
             return None
         start, now = (self._latest[which][robot] for which in ("start", "poses"))
@@ -374,7 +374,7 @@ class TerminalSession:
         elif message["type"] == "link":
             self._errors.take_link(message)
         elif message["type"] == "unreached":
-            if leads:  # also after an interrupt: somebody has to look
+            if leads:  # even after an interrupt: somebody has to look
                 self.screen.complain(f"improv: {message['message']}")
         elif message["type"] == "armed":
             if leads:
@@ -382,8 +382,8 @@ class TerminalSession:
         elif message["type"] == "misplaced":
             if leads:
                 self._misplaced = message["robots"]
-            if leads and message["robots"] and not self.has_page:  # where it could begin anyway
-                if len(message["robots"]) > NAMED:  # otherwise the line that follows names all
+            if leads and message["robots"] and not self.has_page:  # it could begin with `anyway`
+                if len(message["robots"]) > NAMED:  # otherwise the next line names all
                     for misplaced in message["robots"].values():
                         self.screen.complain(f"improv: {misplaced['line']}")
                 self.refused.set()
@@ -396,7 +396,7 @@ class TerminalSession:
                 self.finished.set()
 
     def _show_armed(self, message: Armed) -> None:
-        """Say that everything is ready, and how to begin."""
+        """Print that everything is ready, and how to begin."""
         if self._hears_keys:
             self.screen.hint(HINT_ARMED if message["armed"] else HINT if self.has_page else "")
         if not message["armed"]:
@@ -448,7 +448,7 @@ class TerminalSession:
                 self._recorder.record_poses(message)
             else:
                 self._recorder.note(message, message["wall"])
-        except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage
+        except (OSError, ValueError) as problem:  # raised later: from here, it would end the reading from the stage
             self._not_recorded = problem
             self.finished.set()
 

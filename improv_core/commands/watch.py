@@ -1,4 +1,4 @@
-"""`improv watch`: a program, played again every time it is saved."""
+"""`improv watch`: plays a program again every time it is saved."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ANSWERS = {
     Verdict.SAVE_AGAIN: "■ {} may have been saved before the stop: save again to play it",
     Verdict.ONLY_ROBOTS: "improv.toml has changed: save {} to play again",
 }
-"""Why a change does not play."""
+"""Reasons why a change does not play."""
 
 
 @click.command("watch")
@@ -68,10 +68,10 @@ async def watch(
     browser: bool,
     anyway: bool = False,
 ) -> int:
-    """Play a program, or the wanted scenes of it, and again at every save, until interrupted; the exit code. Raises
-    ReadError and StageError.
+    """Play a program, or the wanted scenes of it, and again at every save, until interrupted. Return the exit code.
+    Raises ReadError and StageError.
 
-    A save takes effect as `when` says. A program that does not exist yet is waited for, if its folder exists.
+    A save takes effect as `when` sets. If the program does not exist yet, but its folder does, wait for it.
     """
     saved = saved_or_awaited(path)
     begins_with = "" if saved.text is None else path.name
@@ -85,7 +85,7 @@ async def watch(
 async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: When, anyway: bool) -> None:
     stops = performing.stops
     witness, handled = StopWitness(stops, path), look(path)
-    played = told = 0  # the counts of stops when it was played last, and when somebody was told to save again
+    played = told = 0  # the counts of stops at the latest play, and when a line last asked to save again
     if saved.text is None:
         performing.present(path)
         performing.screen.say(f"waiting for {path.name}: save it to play it")
@@ -94,7 +94,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
     async for _ in changes(path.parent):
         if read_saved(path) == saved or (settled := await settle(path)) == saved:
             continue
-        # What came before these counts is known below; a stop that comes later keeps the save from playing.
+        # Stops before these counts are known below; a later stop keeps the save from playing.
         asked, heard, now = stops.count, stops.stopped, look(path)
         at_stop = await witness.since(played)
         verdict = decide(handled, at_stop, now, shared=is_shared(path), told=played < told == stops.stopped)
@@ -108,7 +108,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
 
 
 async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: int, when: When, anyway: bool) -> None:
-    """Play what was saved, or say why it can't be played."""
+    """Play a saved program, or print why it can't play."""
     try:
         if saved.text is None:
             raise ReadError(saved.problem)

@@ -1,4 +1,4 @@
-"""The command line: run in the test's own process, or as people run it where a process or a terminal matters."""
+"""The command line: run in the test's own process, or as people run it if a process or a terminal matters."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ SQUARE = next(path for path in EXAMPLES if path.name == "square.improv")
 
 
 SIMULATED = ("--backend", "sim", "--no-browser")
-"""The options with which a program plays in the simulator, live."""
+"""Options with which a program plays in the simulator, live."""
 
 
 def written(folder: Path, text: str, name: str = "dance.improv") -> Path:
-    """A program with this text, as a file."""
+    """Write a program with this text to a file."""
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
 
 
 def program(path: Path, script: str) -> Path:
-    """A program that runs a shell script."""
+    """Make a program that runs a shell script."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(f"#!/bin/sh\n{script}\n")
     path.chmod(0o755)
@@ -54,7 +54,7 @@ def program(path: Path, script: str) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """A command that has ended: its exit code, and what it printed."""
+    """A command that has ended: its exit code, and its output."""
 
     returncode: int
     stdout: str
@@ -74,7 +74,7 @@ def run(*arguments: str | Path, env: dict[str, str] | None = None, text: str = "
 
 @contextmanager
 def usual_signals() -> Iterator[None]:
-    """Whatever a command does with signals, Ctrl-C ends the tests after it."""
+    """Restore the signal handlers after a command, so that Ctrl-C ends the tests."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield
     for number, handler in before.items():
@@ -82,7 +82,7 @@ def usual_signals() -> Iterator[None]:
 
 
 class Running:
-    """A command that runs on a thread of this process, and the lines that it prints, errors too. One at a time."""
+    """A command that runs on a thread of this process, and its lines, errors too. One at a time."""
 
     def __init__(self, *arguments: str | Path, stage: type[StageOnThread] = StageOnThread) -> None:
         self._arguments = [*map(str, arguments)]
@@ -102,21 +102,21 @@ class Running:
         return self._thread.is_alive()
 
     def wait(self, part: str) -> str:
-        """The next line with `part` in it."""
+        """Wait for the next line with `part` in it."""
         while part not in (line := self.next()):
             pass
         return line
 
     def next(self) -> str:
-        """The next line."""
+        """Wait for the next line."""
         return self._lines.get(timeout=LIMIT)
 
     def interrupt(self) -> None:
-        """As Ctrl-C does."""
+        """Interrupt it as Ctrl-C does."""
         self._handlers[signal.SIGINT](signal.SIGINT, None)
 
     def end(self) -> tuple[object, list[str]]:
-        """The exit code once it has ended, and the lines that nobody has waited for."""
+        """Wait until it has ended. Return the exit code, and the lines that no test has waited for."""
         try:
             self._thread.join(LIMIT)
             assert not self._thread.is_alive(), "it does not end"
@@ -140,7 +140,7 @@ class Running:
             self._codes.append(ended.code)
 
     def _here(self, ours: Callable[..., Any], usual: Callable[..., Any]) -> Callable[..., Any]:
-        """A function that does something else on the thread of this command."""
+        """Return a function that behaves differently on the thread of this command."""
 
         def call(*arguments: Any, **named: Any) -> Any:
             mine = threading.current_thread() is self._thread
@@ -158,7 +158,7 @@ class Running:
 def run_process(
     *arguments: str | Path, env: dict[str, str] | None = None, text: str = "", folder: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command with this text as standard input, in a process of its own."""
+    """Run a command with this text as standard input, in its own process."""
     command, environment = [*IMPROV, *map(str, arguments)], {**os.environ, **(env or {})}
     return subprocess.run(
         command, input=text, capture_output=True, encoding="utf-8", timeout=LIMIT, env=environment, cwd=folder
@@ -167,7 +167,7 @@ def run_process(
 
 @contextmanager
 def playing(*arguments: str | Path) -> Iterator[subprocess.Popen[str]]:
-    """A command in a process of its own, once it has something play."""
+    """Run a command in its own process, and yield it once something plays."""
     command = [*IMPROV, *map(str, arguments), *SIMULATED]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
         assert process.stdout
@@ -180,7 +180,7 @@ def playing(*arguments: str | Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def stop_within(folder: str | Path) -> list[str]:
-    """The command `improv stop`, for what plays with this XDG_RUNTIME_DIR: others test beside us."""
+    """Return the command `improv stop` for performances with this XDG_RUNTIME_DIR: others test beside us."""
     code = f"""
 from pathlib import Path
 from improv_core.__main__ import main
@@ -191,7 +191,7 @@ main()"""
 
 
 def shown_in_terminal(*arguments: str | Path) -> str:
-    """What a terminal gets from a command, run in this process."""
+    """Return a terminal's output from a command, run in this process."""
     ours, theirs = pty.openpty()
     with ThreadPoolExecutor() as another, os.fdopen(ours, "rb", buffering=0) as shown:
         reading = another.submit(_all_of, shown)
@@ -206,9 +206,9 @@ def shown_in_terminal(*arguments: str | Path) -> str:
 
 
 def _all_of(shown: IO[bytes]) -> bytes:
-    """Everything that comes until the other side is closed."""
+    """Read everything until the other side is closed."""
     found = b""
-    with suppress(OSError):  # so Linux says that it is
+    with suppress(OSError):  # Linux reports the closed side this way
         while data := shown.read(65_536):
             found += data
     return found

@@ -1,4 +1,4 @@
-"""Programs that several commands are tested with."""
+"""Programs for the tests of several commands."""
 
 from __future__ import annotations
 

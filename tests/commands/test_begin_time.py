@@ -1,4 +1,4 @@
-"""When a program begins: what people write → the moment, and in words."""
+"""The time at which a program begins: a text → the time, and in words."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_absolute_times_are_the_same_wherever_the_machine_is(text: str) -> None:
 @pytest.mark.parametrize(
     "text", ["", "soon", "20", "2015", "24:01", "20:15+01:00", "2026-12-01", "nan", "1e300", "9" * 400]
 )
-def test_what_is_no_time(text: str) -> None:
+def test_other_texts_are_no_times(text: str) -> None:
     with pytest.raises(ValueError, match="is no time: write 20:15, or"):
         moment(text, NOW)
 
@@ -50,5 +50,5 @@ def test_an_absolute_time_that_has_passed() -> None:
     ("seconds", "words"),
     [(-1, "0:00"), (0.4, "0:00"), (59.6, "1:00"), (299, "4:59"), (3899, "1:04:59"), (1e9, "277777:46:40")],
 )
-def test_how_long_until_then(seconds: float, words: str) -> None:
+def test_the_countdown_is_in_hours_minutes_and_seconds(seconds: float, words: str) -> None:
     assert countdown(seconds) == words

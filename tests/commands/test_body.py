@@ -1,4 +1,4 @@
-"""`improv body`: what it prints of a URDF, and what it says where it can't."""
+"""`improv body`: the sections that it prints for a URDF, and its errors."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_parts_and_the_profile_can_be_named(tmp_path: Path) -> None:
         (["wrong.urdf"], "improv: wrong.urdf:2: a link has no name"),
     ],
 )
-def test_what_can_t_be_read_is_said_in_one_line(arguments: list[str], said: str, tmp_path: Path) -> None:
+def test_an_unreadable_urdf_is_one_line(arguments: list[str], said: str, tmp_path: Path) -> None:
     (tmp_path / "doll.urdf").write_text(DOLL)
     (tmp_path / "wrong.urdf").write_text("<robot>\n<link/></robot>")
     ended = run("body", *arguments, folder=tmp_path)

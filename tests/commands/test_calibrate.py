@@ -32,7 +32,7 @@ FAST = ("--tempo", "600")
 
 
 class Conversation(Running):
-    """The command, and what somebody types."""
+    """The command, and a person's answers."""
 
     def __init__(self, *options: str) -> None:
         source, self._typed = os.pipe()
@@ -114,7 +114,7 @@ def test_a_tape_measure_nonsense_and_ctrl_c_in_the_middle(folder: Path) -> None:
         ("[robots.anna]\n", "no answer: nothing was changed"),
     ],
 )
-def test_what_can_not_be_calibrated(
+def test_unsuitable_robots_are_not_calibrated(
     text: str | None, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -129,7 +129,7 @@ def test_what_can_not_be_calibrated(
 
 
 def offered(folder: Path, text: str, *, changed: str | None = None) -> list[str]:
-    """What is said when values are offered for this improv.toml, which may have been changed meanwhile."""
+    """Return the lines when values are offered for this improv.toml, which may have been changed meanwhile."""
     (folder / "improv.toml").write_text(text)
     robots = robots_near(folder)
     if changed:
@@ -156,7 +156,7 @@ def test_an_unusual_form_is_left_to_its_author(tmp_path: Path) -> None:
     assert (tmp_path / "improv.toml").read_text() == text
 
 
-def test_what_somebody_else_has_written_meanwhile_stays(tmp_path: Path) -> None:
+def test_edits_made_meanwhile_stay(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="has changed since the calibration began, so it was not written"):
         offered(tmp_path, "[robots.anna]\n", changed="[robots.anna]\n# mine\n")
     assert (tmp_path / "improv.toml").read_text() == "[robots.anna]\n# mine\n"

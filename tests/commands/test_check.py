@@ -10,7 +10,7 @@ import pytest
 from tests.commands.command_line import SQUARE, run, shown_in_terminal, written
 
 
-def test_check_shows_the_place_of_each_mistake(broken: Path) -> None:
+def test_check_shows_the_place_of_each_error(broken: Path) -> None:
     done = run("check", SQUARE, broken)
     assert done.returncode == 1
     assert done.stdout.splitlines() == [
@@ -42,7 +42,7 @@ def test_check_as_json_counts_from_0_in_code_points(broken: Path) -> None:
     }
 
 
-def test_files_that_can_not_be_read_are_named_and_the_others_still_told(broken: Path, tmp_path: Path) -> None:
+def test_unreadable_files_are_named_and_the_others_checked(broken: Path, tmp_path: Path) -> None:
     latin = tmp_path / "latin.improv"
     latin.write_bytes(b"# caf\xe9\n")
     done = run("check", tmp_path / "none.improv", latin, broken)
@@ -57,7 +57,7 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_told(broken: 
 MEETING = "ada at 0 0\nbo at 1 -1 facing 90\nada $ forward\nbo $ forward\n"
 
 
-def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> None:
+def test_check_shows_meetings_and_its_last_beat(tmp_path: Path) -> None:
     program = written(tmp_path, MEETING, "meeting.improv")
     done = run("check", program, SQUARE)
     assert done.returncode == 0
@@ -73,7 +73,7 @@ def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> N
     assert annotation.startswith("::warning title=meets,file=")
 
 
-def test_check_as_json_says_how_far_was_checked(tmp_path: Path) -> None:
+def test_check_as_json_has_its_last_beat(tmp_path: Path) -> None:
     program = written(tmp_path, "ada bo $ repeat forward\n", "drift.improv")
     line = json.loads(run("check", "--format", "json", program).stdout)
     assert line["checked"] == {"beat": 1000, "all": False, "assumes": False}

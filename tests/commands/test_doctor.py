@@ -1,4 +1,4 @@
-"""`improv doctor`: each thing it looks at, and the whole where there is no ROS 2."""
+"""`improv doctor`: each of its checks, and the whole command without ROS 2."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def ends(
         ),
     ],
 )
-def test_who_listens_to_a_robots_topic(robot: str, seen: Endpoints, expected: list[str]) -> None:
+def test_listeners_to_a_robots_topic_are_reported(robot: str, seen: Endpoints, expected: list[str]) -> None:
     topic = CAST[robot].topic
     assert told(*doctor_ros.listeners({robot: CAST[robot]}, {topic: seen})) == expected
 
@@ -131,7 +131,7 @@ def test_a_topic_that_nobody_asked_for_is_offered() -> None:
     ]
 
 
-def test_without_robots_all_who_listen_are_told() -> None:
+def test_without_robots_all_listeners_are_reported() -> None:
     none: Mapping[str, Robot] = {}
     seen = {"/cmd_vel": ends([("/base", TWIST)]), "/quiet": ends([])}
     assert told(*doctor_ros.listeners(none, seen)) == ["✓ /base listens for Twist on /cmd_vel"]
@@ -156,7 +156,7 @@ def test_without_robots_all_who_listen_are_told() -> None:
         ),
     ],
 )
-def test_whether_the_clock_that_stamps_poses_agrees_with_ours(age: float | None, expected: str) -> None:
+def test_clocks_that_stamp_poses_are_compared_with_ours(age: float | None, expected: str) -> None:
     measured = read_robots('[robots.r]\nodom = "/r/odom"\n').robots
     assert told(*doctor_ros.clocks(measured, {"/r/odom": ends([], age=age)})) == [expected]
     assert told(*doctor_ros.clocks(CAST, {})) == []
@@ -218,7 +218,7 @@ KNOWN = f"✓ ada: /broadcaster says on {STATES} where its joints are"
         ),
     ],
 )
-def test_who_moves_the_joints_of_a_robot(
+def test_nodes_that_move_joints_are_reported(
     interface: str, listeners: list[tuple[str, str]], publishers: list[tuple[str, str]], expected: list[str]
 ) -> None:
     """The puppet is for the simulator."""
@@ -231,7 +231,7 @@ def test_who_moves_the_joints_of_a_robot(
     )
 
 
-def test_where_joints_are_must_be_known() -> None:
+def test_a_missing_joint_state_topic_is_reported() -> None:
     robots = read_robots(NAO.format(interface="trajectory", states=""))
     (ada,) = doctor_controllers.jointed(["ada"], robots)
     (topic,) = ada.topics
@@ -261,21 +261,21 @@ THERE = ends([], pose=Pose(1.0))
         ),
     ],
 )
-def test_who_stands_elsewhere_and_whose_poses_are_lost(r: Endpoints, s: Endpoints, expected: list[str]) -> None:
-    """Poses that count from where a robot was switched on don't say where it stands."""
+def test_misplaced_robots_and_lost_poses_are_reported(r: Endpoints, s: Endpoints, expected: list[str]) -> None:
+    """Poses that count from the place where a robot was switched on don't show its place in the world."""
     places = {"r": Pose(1.0), "s": Pose(1.0)}
     assert told(*doctor_ros.poses(SEEN, Safety(), places, {"/r/odom": r, "/s/odom": s})) == expected
     if not expected or expected[0].startswith("–"):
         assert told(*doctor_ros.poses(SEEN, Safety(), {}, {"/r/odom": r, "/s/odom": s})) == []
 
 
-def test_whose_battery_is_nearly_empty() -> None:
+def test_nearly_empty_batteries_are_reported() -> None:
     seen = {"/r/battery_state": ends([], battery=0.12), "/s/battery_state": ends([], battery=0.5)}
     assert told(*doctor_ros.batteries(SEEN, seen)) == ["– r: its battery is at 12%: charge it"]
     assert told(*doctor_ros.batteries(CAST, {})) == []
 
 
-def test_what_can_stop_robots() -> None:
+def test_publishers_of_stops_are_reported() -> None:
     safety = Safety("/e_stop", Deadman("/joy", 4))
     seen = {"/e_stop": ends([], ("/button", "std_msgs/msg/Bool")), "/joy": ends([], ("/x", TWIST))}
     assert told(*doctor_ros.guards(safety, seen)) == [
@@ -322,11 +322,11 @@ RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
         ),
     ],
 )
-def test_how_far_it_reaches(env: dict[str, str], expected: str) -> None:
+def test_the_reach_of_ros_is_reported(env: dict[str, str], expected: str) -> None:
     assert str(doctor_ros.reach(env)) == expected
 
 
-def test_which_python_plays_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_python_for_ros_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = Interpreter("/usr/bin/python3", {"ROS_DISTRO": "jazzy"}, "/opt/ros/jazzy")
     assert str(doctor_ros.ros(found, tmp_path, {})) == "✓ ROS 2 jazzy from /opt/ros/jazzy: /usr/bin/python3"
     asked = InterpreterError("/x cannot import rclpy (it fails): correct IMPROV_ROS_PYTHON or clear it")
@@ -371,7 +371,7 @@ def test_the_server_that_editors_find(tmp_path: Path) -> None:
     )
 
 
-def test_what_can_not_be_started() -> None:
+def test_broken_parts_are_reported() -> None:
     def missing() -> None:
         raise ImportError("No module named 'pymunk'")
 
@@ -387,7 +387,7 @@ def test_what_can_not_be_started() -> None:
 
 @pytest.fixture
 def without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ended]:
-    """Runs `improv doctor` in an empty environment, where no ROS 2 is, whatever this machine has."""
+    """Return a function that runs `improv doctor` in an empty environment, without ROS 2 whatever this machine has."""
     for name in os.environ:
         monkeypatch.delenv(name)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
@@ -408,7 +408,7 @@ def test_a_machine_without_ros(without_ros: Callable[..., Ended]) -> None:
     assert lines[-1] == "– no VS Code, no Neovim, no Helix, no Emacs, no Vim: any editor works with `improv watch FILE`"
 
 
-def test_mistakes_are_told_and_count(tmp_path: Path, without_ros: Callable[..., Ended]) -> None:
+def test_errors_are_reported_and_counted(tmp_path: Path, without_ros: Callable[..., Ended]) -> None:
     toml, dance = tmp_path / "improv.toml", tmp_path / "dance.improv"
     toml.write_text("[robots.r]\nprofile = 'turtlesim'\n")
     dance.write_text("r $ left\n")

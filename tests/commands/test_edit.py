@@ -1,4 +1,4 @@
-"""`improv new`, and how `improv edit` begins (tests/stage/viewer/test_editor.py writes with it)."""
+"""`improv new`, and the start of `improv edit` (tests/stage/viewer/test_editor.py writes with it)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_new_makes_a_small_program() -> None:
     assert run("check", *names).returncode == 0
 
 
-def test_what_can_not_be_edited_is_told_in_one_line(tmp_path: Path) -> None:
+def test_an_unusable_file_is_refused_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "dance.improv"
     file.write_bytes(b"r $ left # \xff\n")
     for options, problem in (
@@ -45,7 +45,7 @@ def test_standard_input_can_not_be_edited(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_edit_opens_what_was_saved_last_until_new_makes_another(tmp_path: Path) -> None:
+def test_edit_opens_the_latest_save_until_new_makes_another(tmp_path: Path) -> None:
     assert latest() is None
     first, second = create(), create()
     os.utime(second, (1, 1))

@@ -1,4 +1,4 @@
-"""The carets of `improv check`: under the place, however the line is written."""
+"""The carets of `improv check`: under the place, in any line."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
-def test_format_rewrites_what_is_not_right_and_nothing_else(untidy: Path, tmp_path: Path) -> None:
+def test_format_rewrites_only_unformatted_files(untidy: Path, tmp_path: Path) -> None:
     tidy = written(tmp_path, TIDY, "tidy.improv")
     untouched = tidy.stat()
     done = run("format", untidy, tidy)
@@ -52,7 +52,7 @@ def test_bom_line_ends_and_mode_are_kept(untidy: Path) -> None:
     assert untidy.stat().st_mode & 0o777 == 0o640
 
 
-def test_check_names_what_would_change_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
+def test_check_names_unformatted_files_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
     before = contents(tmp_path)
     done = run("format", "--check", untidy)
     assert (done.returncode, done.stdout, done.stderr) == (1, f"would format {untidy}\n", "")
@@ -62,7 +62,7 @@ def test_check_names_what_would_change_and_writes_nothing(untidy: Path, tmp_path
     assert (done.returncode, done.stdout) == (0, "")
 
 
-def test_diff_shows_what_would_change_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
+def test_diff_shows_changes_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
     untidy.write_text("beat 60\nx=left")
     before = contents(tmp_path)
     done = run("format", "--diff", untidy)
@@ -102,7 +102,7 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_formatted(unt
         ("os.link", fails_with(errno.EPERM), "operation not permitted"),
     ],
 )
-def test_what_can_not_be_written_stays_as_it_was(
+def test_an_unwritable_file_stays_as_it_was(
     place: str,
     stand_in: Any,
     problem: str,
@@ -116,7 +116,7 @@ def test_what_can_not_be_written_stays_as_it_was(
     assert contents(untidy.parent) == {untidy.name: UNTIDY.encode()}
 
 
-def test_what_an_editor_saves_meanwhile_is_not_overwritten(
+def test_a_save_made_meanwhile_is_not_overwritten(
     untidy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def saved_meanwhile(text: str) -> str:

@@ -20,7 +20,7 @@ def history(*arguments: object) -> Result:
     return CliRunner().invoke(improv, ["history", *map(str, arguments)])
 
 
-def test_what_played_is_listed_printed_and_played_again(tmp_path: Path, state: Path) -> None:
+def test_programs_are_listed_printed_and_played_again(tmp_path: Path, state: Path) -> None:
     assert history().stdout == "nothing has played yet\n"
     folder, texts = tmp_path / "folder", ["beat 600\r\nr $ forward\r\n", "beat 600\nr q $ left\n"]
     folder.mkdir()
@@ -35,7 +35,7 @@ def test_what_played_is_listed_printed_and_played_again(tmp_path: Path, state: P
     (folder / "improv.toml").write_text('[robots.r]\nprofile = "turtlebot3_burger"\n')
     again = run("history", "play", "2", *SIMULATED)
     assert again.returncode == 0
-    assert "limit of 0.22 m/s" in again.stderr  # as improv.toml beside its file says now
+    assert "limit of 0.22 m/s" in again.stderr  # as the current improv.toml beside its file sets it
     assert "▶ r 1 beat, 0.10 s at beat 600, simulator" in again.stdout
     assert history(1).stdout_bytes.decode() == texts[0]
 
@@ -44,7 +44,7 @@ def test_what_played_is_listed_printed_and_played_again(tmp_path: Path, state: P
     assert (gone.exit_code, gone.stderr[: len(f"improv: {folder} is gone")]) == (2, f"improv: {folder} is gone")
 
 
-def test_what_is_not_there_is_said_in_one_line(tmp_path: Path, state: Path) -> None:
+def test_a_missing_program_is_one_line(tmp_path: Path, state: Path) -> None:
     state.mkdir(parents=True)
     (state / "1.improv").write_text("damaged")
     damaged = history()

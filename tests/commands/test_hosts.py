@@ -48,7 +48,7 @@ def test_a_host_is_allowed_listed_and_removed() -> None:
     assert run("hosts", "list").stdout == ""
 
 
-def test_what_is_no_host_can_not_be_allowed() -> None:
+def test_an_invalid_host_can_not_be_allowed() -> None:
     refused = run("hosts", "allow", "--", "-oProxyCommand=x")
     assert refused.returncode == 2
     assert refused.stderr.startswith("improv: `-oProxyCommand=x` is not a host")
@@ -63,7 +63,7 @@ def test_the_hosts_of_a_program_are_those_of_its_robots() -> None:
     assert hosts_of(None) == [HostOfRobots("bob")]
 
 
-def test_doctor_says_whom_it_can_not_see_from_here() -> None:
+def test_doctor_names_robots_on_other_machines() -> None:
     robots = read_robots(TOML)
     (line,) = elsewhere({name: robots.robot(name) for name in robots.robots}, Path("dance.improv"))
     assert str(line) == (
@@ -79,22 +79,22 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
         yield host
 
 
-def test_doctor_says_what_holds_on_a_host_and_how_well_its_clock_is_known(robot: Host) -> None:
+def test_doctor_describes_a_host_and_the_error_of_its_clock(robot: Host) -> None:
     python, ros, clock = map(str, examine_hosts([HostOfRobots("robot")], str(robot.config)))
     assert python.startswith("✓ robot: Python 3.")
     assert ros == (
         "✗ robot: no ROS 2: no Python there has rclpy: run `improv ros setup --host robot`, or install ROS 2 there"
     )
-    assert re.search(r"robot: its clock is 0\.0\d+ s .*known to \d+\.\d ms", clock)  # how well, the machine decides
+    assert re.search(r"robot: its clock is 0\.0\d+ s .*known to \d+\.\d ms", clock)  # the machine decides how well
 
 
-def test_doctor_says_what_keeps_it_from_a_host(robot: Host) -> None:
+def test_doctor_says_why_a_host_is_out_of_reach(robot: Host) -> None:
     robot.authorized.write_text("")
     (line,) = map(str, examine_hosts([HostOfRobots("robot")], str(robot.config)))
     assert line.startswith("✗ robot: it takes none of your ssh keys")
 
 
-def test_doctor_says_which_domain_and_middleware_hold_there() -> None:
+def test_doctor_names_the_domain_and_middleware_there() -> None:
     holds = {"python": "3.12.3", "machine": "aarch64", "ros": "jazzy", "ros_python": "/usr/bin/python3"}
     holds |= {"reach": "domain 7, this machine only", "rmw": "rmw_cyclonedds_cpp"}
     seen = SeenHost(holds, Estimated(at=0.0, offset=-12.5, drift=0.0, error=0.02, round_trip=0.004), lag=0.05)
@@ -107,7 +107,7 @@ def test_doctor_says_which_domain_and_middleware_hold_there() -> None:
 
 
 def set_up_with(pip: str, robot: Host) -> None:
-    """Set up ROS on a host where `pip` is what this shell script does."""
+    """Set up ROS on a host on which `pip` is this shell script."""
     maker = environment_maker(robot.bin, pip)
     robot.install_python({"PYTHONPATH": str(SITE), "IMPROV_TEST_CODE": f"import sys; sys.executable = {maker!r}"})
     set_up_there("robot", proof(), lambda line: None, str(robot.config))

@@ -26,7 +26,7 @@ PROGRAM = "beat 600\nr $ until cue (repeat forward) left\n"
 
 
 class Shown:
-    """What a terminal shows, and its keyboard."""
+    """Output of a terminal, and its keyboard."""
 
     def __init__(self) -> None:
         self.ours, self.theirs = pty.openpty()
@@ -36,7 +36,7 @@ class Shown:
         os.write(self.ours, keys.encode())
 
     def wait(self, pattern: str) -> re.Match[str]:
-        """What fits in that which is shown after what was waited for before."""
+        """Wait for a match in the output after the previous match."""
         while not (found := re.search(pattern, self._unread)):
             self._unread += self.more()
         self._unread = self._unread[found.end() :]
@@ -60,12 +60,12 @@ class Terminal(Shown):
         self._process: subprocess.Popen[bytes] | None = None
 
     def play(self) -> None:
-        """In a session of its own, whose terminal this is."""
+        """Play in a separate session, whose terminal this is."""
         command = ["setsid", "--ctty", "--wait", *self.command]
         self._process = subprocess.Popen(command, stdin=self.theirs, stdout=self.theirs, stderr=self.theirs)
 
     def end(self) -> int:
-        """The exit code."""
+        """Return the exit code."""
         assert self._process
         return self._process.wait(LIMIT)
 
@@ -84,14 +84,14 @@ def terminal(tmp_path: Path) -> Iterator[Terminal]:
 
 
 class Printing(Running):
-    """A command, and what it prints, line or not."""
+    """A command, and its output, in lines or not."""
 
     def _print(self, text: str, nl: bool = True, **_: Any) -> None:
         self._lines.put(text + "\n" * nl)
 
 
 class Keyboard(Shown):
-    """A terminal in which a program plays, on a thread. It is not told of Ctrl-C by its terminal."""
+    """A terminal in which a program plays, on a thread. The terminal sends it no Ctrl-C."""
 
     def __init__(self, folder: Path, *options: str) -> None:
         super().__init__()
@@ -105,7 +105,7 @@ class Keyboard(Shown):
         self.interrupt = self._command.interrupt
 
     def end(self) -> object:
-        """The exit code."""
+        """Return the exit code."""
         code, rest = self._command.end()
         self.rest = self._unread + "".join(rest)
         return code
@@ -123,7 +123,7 @@ Play = Callable[..., Keyboard]
 
 @pytest.fixture
 def play(tmp_path: Path) -> Iterator[Play]:
-    """Plays with these options."""
+    """Return a function that plays with these options."""
     playing: list[Keyboard] = []
 
     def begin(*options: str) -> Keyboard:
@@ -143,7 +143,7 @@ def test_a_key_in_the_terminal_gives_the_cue(play: Play) -> None:
 
 
 @pytest.mark.parametrize("key", [" ", "\n"])
-def test_a_key_in_the_terminal_begins_what_is_armed(key: str, play: Play) -> None:
+def test_a_key_in_the_terminal_begins_an_armed_dance(key: str, play: Play) -> None:
     keyboard = play("--armed")
     keyboard.wait("armed: all is ready, and begins with Space or Enter, or Play on the page")
     keyboard.wait(re.escape(HINT_ARMED) + " $")
@@ -181,7 +181,7 @@ def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:
     assert asyncio.run(asyncio.wait_for(play_again(live_behind(address)), LIMIT)) == "playing"
     assert token_behind(address) == ""  # it works only once
     for key in ("o", "\n"):
-        terminal.wait(re.escape(HINT) + " $")  # the last line says what to do
+        terminal.wait(re.escape(HINT) + " $")  # the last line shows what to do
         terminal.type(key)
         assert token_behind(terminal.wait(ADDRESS)[1])
     terminal.type("\x03")
@@ -189,7 +189,7 @@ def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:
 
 
 async def play_again(address: str) -> str:
-    """The state of the dance after Restart was pressed on the page."""
+    """Press Restart on the page and return the state of the dance."""
     async with connected(address) as page:
         await page.send_json({"type": "restart"})
         again = await heard(page, lambda told: told["type"] == "transport" and told["generation"] == 2)
@@ -197,7 +197,7 @@ async def play_again(address: str) -> str:
 
 
 def test_a_dance_plays_in_a_session_that_has_no_terminal_of_its_own(terminal: Terminal, tmp_path: Path) -> None:
-    """As after `setsid`: its input is a terminal, but no key in it is for us."""
+    """As after `setsid`: its input is a terminal, but that terminal's keys are not for us."""
     (tmp_path / "dance.improv").write_text("beat 600\nr $ left\n")
     done = subprocess.run(
         terminal.command,

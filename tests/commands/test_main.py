@@ -1,4 +1,4 @@
-"""What all commands have in common."""
+"""Features that all commands have in common."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_each_command_has_help_of_its_own() -> None:
 
 
 def help_in(columns: int, *group: str) -> str:
-    """The help in a terminal that is so wide."""
+    """Return the help in a terminal of this width."""
     shown = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(shown), suppress(SystemExit):
         patch.setenv("COLUMNS", str(columns))
@@ -91,7 +91,7 @@ def test_a_command_alone_shows_its_help(group: list[str]) -> None:
         (["\x1b"], r"No such command '\x1b'."),
     ],
 )
-def test_what_was_meant_is_suggested(typed: list[str], advice: str) -> None:
+def test_the_likely_command_is_suggested(typed: list[str], advice: str) -> None:
     done = CliRunner().invoke(improv, typed, prog_name="improv")
     assert (done.exit_code, done.output.splitlines()[-1]) == (2, f"Error: {advice}")
 
@@ -127,7 +127,7 @@ def test_bash_completes_with_the_line_that_the_documents_name() -> None:
         ("chek pl", ["plot", "play", "place"]),
     ],
 )
-def test_what_is_half_typed_is_completed(typed: str, completed: list[str]) -> None:
+def test_half_typed_words_are_completed(typed: str, completed: list[str]) -> None:
     *words, half = typed.split()
     found = ShellComplete(improv, {}, "improv", "_IMPROV_COMPLETE").get_completions(words, half)
     assert [each.value for each in found] == completed
@@ -144,7 +144,7 @@ def test_an_interrupt_is_no_traceback(tmp_path: Path) -> None:
     command = [*IMPROV, "check", "-"]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdin
-    process.stdin.write("r $ left\n" * 100_000)  # more than a pipe holds: once it is written, it is being read
+    process.stdin.write("r $ left\n" * 100_000)  # more than a pipe holds: once it is written, somebody reads it
     process.stdin.flush()
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=LIMIT)
@@ -156,7 +156,7 @@ needs_full = pytest.mark.skipif(not Path(FULL).exists(), reason=f"no {FULL}")
 
 
 def opened(output: str) -> int:
-    """This file, or a pipe that nobody reads."""
+    """Open this file, or a pipe that nobody reads."""
     if output != CLOSED:
         return os.open(output, os.O_WRONLY)
     reading, writing = os.pipe()
@@ -165,7 +165,7 @@ def opened(output: str) -> int:
 
 
 def write_to(output: str, *arguments: str | Path) -> tuple[object, str]:
-    """Run a command whose standard output is this: its exit code, and what it says."""
+    """Run a command whose standard output is this: return its exit code, and its error output."""
     said = io.StringIO()
     with os.fdopen(opened(output), "w") as stream, pytest.MonkeyPatch.context() as patch, usual_signals():
         patch.setattr(USED, StageOnThread)
@@ -178,7 +178,7 @@ def write_to(output: str, *arguments: str | Path) -> tuple[object, str]:
                 sys.stdout.flush()  # as Python does at its end
                 return ended.code, said.getvalue()
             finally:
-                with suppress(OSError):  # the stream is not to be written either
+                with suppress(OSError):  # nor can the stream be written
                     sys.stdout.close()
     raise AssertionError("it has not ended")
 
@@ -222,7 +222,7 @@ def test_a_closed_pipe_is_quiet(arguments: list[str | Path], dance: Path) -> Non
 @needs_full
 @pytest.mark.parametrize(("output", "said"), [(FULL, NO_SPACE), (CLOSED, "")])
 def test_the_end_of_the_process_adds_nothing(output: str, said: str) -> None:
-    """Python writes what is left when it ends, and complains if it can't."""
+    """Python writes the rest when it ends, and complains if it can't."""
     writing = opened(output)
     command = [sys.executable, "-m", "improv_core", "compile", str(SQUARE)]
     env = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}

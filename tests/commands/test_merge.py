@@ -37,7 +37,7 @@ def test_merged_programs_are_one_that_is_right_and_formatted(dances: Path) -> No
     assert run("format", "--check", together).returncode == 0
 
 
-def test_what_could_not_be_kept_is_said(dances: Path) -> None:
+def test_lost_lines_are_reported(dances: Path) -> None:
     (dances / "bo.improv").write_text("beat 30\nbar 3\nr $ left\n")
     done = run("merge", dances / "ada.improv", dances / "bo.improv")
     assert done.stderr == (

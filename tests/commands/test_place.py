@@ -1,6 +1,6 @@
-"""`improv place`: what it refuses, and how it has robots driven until they are in their places.
+"""`improv place`: its refusals, and the drives of robots until they are in their places.
 
-Here robots go where scores take them, or not quite; tests/ros/test_place.py drives a simulated base.
+Here robots end where scores take them, or nearly; tests/ros/test_place.py drives a simulated base.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ odom = "pose"
 start = {{ x = {1}, y = 0, heading = 0 }}
 """
 Move = Callable[[Part, Pose], Pose]
-"""Where a robot really gets with a part, from where it really was."""
+"""The real end pose of a robot after a part, from its real start pose."""
 
 
 def exactly(part: Part, pose: Pose) -> Pose:
@@ -49,7 +49,7 @@ def exactly(part: Part, pose: Pose) -> Pose:
 
 
 def nearly(part: Part, pose: Pose) -> Pose:
-    """It drives and turns a tenth too little."""
+    """Drive and turn a tenth too little."""
     ideal = exactly(part, pose)
     turned = math.remainder(ideal.heading - pose.heading, math.tau)
     x, y = (before + 0.9 * (after - before) for before, after in ((pose.x, ideal.x), (pose.y, ideal.y)))
@@ -61,14 +61,14 @@ def never(part: Part, pose: Pose) -> Pose:
 
 
 def score(*places: float) -> Score:
-    """Robots a, b, … with places along the x axis."""
+    """Make the score of robots a, b, … with places along the x axis."""
     names = "abcd"[: len(places)]
     toml = TOML + "".join(map(ROBOT.format, names, places))
     return score_of(analyze(f"{' '.join(names)} $ forward", read_robots(toml)))
 
 
 WAITS = {"unseen": [pose_of("a")], "near": ["a", "b"]}
-"""What robots wait for that stand in the middle."""
+"""Reasons for which robots wait that stand in the middle of a drive."""
 
 
 class Robots:
@@ -105,7 +105,7 @@ class Robots:
 
 
 def drive(robots: Robots, dance: Score, answer: str = "y", *, yes: bool = False) -> int:
-    """The exit code of the whole conversation."""
+    """Hold the whole conversation and return the exit code."""
 
     async def hold() -> int:
         return await place._Placing(robots, dance, "dance.improv").drive(yes=yes)  # type: ignore[arg-type]
@@ -152,7 +152,7 @@ def test_robots_that_get_nowhere_are_named_in_the_end() -> None:
     assert robots.said[-2:] == ["a is 1.00 m and 0° from its place", "not in place: a"]
 
 
-def test_who_stands_in_the_way_is_named() -> None:
+def test_a_robot_in_the_way_is_named() -> None:
     dance = score(0, 1.32)
     robots = Robots([Pose(-2), Pose(1.32, 0)])
     robots.poses["b"] = Pose(0.1, 0)
@@ -214,7 +214,7 @@ def test_poses_in_different_frames_are_no_use() -> None:
         ("", ["--from", "end"], "no scene"),
     ],
 )
-def test_what_can_not_be_driven_is_refused(toml: str, options: list[str], line: str, tmp_path: Path) -> None:
+def test_undrivable_robots_are_refused(toml: str, options: list[str], line: str, tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text(toml)
     (tmp_path / "dance.improv").write_text("a b $ forward\n")
     ended = run("place", "dance.improv", *options, folder=tmp_path)

@@ -55,7 +55,7 @@ def test_play_reports_that_a_square_leads_home(tmp_path: Path) -> None:
 def test_the_exit_code_tells_how_it_ended(
     told: list[State], pressed: list[str], code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A stage stops by itself, and nobody has asked for that."""
+    """A stage can stop by itself, without a person's stop."""
 
     class Robots(Fake):
         def send(self, message: ToStage) -> None:
@@ -78,7 +78,7 @@ def test_the_exit_code_tells_how_it_ended(
     assert asyncio.run(played) == code
 
 
-def test_play_says_what_plays(tmp_path: Path) -> None:
+def test_play_names_its_program(tmp_path: Path) -> None:
     program = written(tmp_path, "beat 600\nr $ forward\n")
     done = run("play", program, *SIMULATED)
     assert done.returncode == 0
@@ -114,7 +114,7 @@ def test_play_needs_no_standard_input(tmp_path: Path) -> None:
         (["--at", "2020-01-01T20:15"], "2020-01-01T20:15 has passed: it is 2"),
     ],
 )
-def test_what_can_not_be_armed(tmp_path: Path, options: list[str], says: str) -> None:
+def test_impossible_starts_are_refused(tmp_path: Path, options: list[str], says: str) -> None:
     done = run("play", written(tmp_path, "r $ forward\n"), *options)
     assert done.returncode == 2
     assert says in done.stderr
@@ -152,7 +152,7 @@ def test_interrupt_stops_the_robots_and_ends(tmp_path: Path) -> None:
 def check(
     folder: Path, program: str, robots: Mapping[str, tuple[float, float]], *options: str, toml: str = ""
 ) -> Ended:
-    """Play a program; where its robots end, x and y in meters."""
+    """Play a program and compare the end poses of its robots, x and y in meters."""
     (folder / "dance.improv").write_text(program)
     (folder / "improv.toml").write_text(dedent(toml))
     done = run("play", "--fast", folder / "dance.improv", "--report", "json", *options)
@@ -170,7 +170,7 @@ def test_ten_minutes_take_seconds(tmp_path: Path) -> None:
     assert done.stderr == ""
 
 
-def test_what_never_ends_is_played_for_so_long(tmp_path: Path) -> None:
+def test_an_endless_dance_plays_for_the_given_seconds(tmp_path: Path) -> None:
     done = check(tmp_path, "r $ repeat forward\n", {"r": (7, 0)}, "--for", "3.5")
     assert json.loads(done.stdout)["seconds"] == 3.5
 
@@ -186,14 +186,14 @@ def test_the_world_is_that_of_the_robots_file(tmp_path: Path) -> None:
     assert done.stderr == "improv: a bumped into an obstacle: change its start or its path\n"
 
 
-def test_a_bump_at_the_very_end_is_told(tmp_path: Path) -> None:
+def test_a_bump_at_the_very_end_is_reported(tmp_path: Path) -> None:
     toml = "[world]\nwalls = [[2.2, -1, 2.2, 1]]\n"
     assert "a bumped" in check(tmp_path, "a $ forward\n", {"a": (1.9, 0)}, toml=toml).stderr
 
 
 def test_motors_are_told_of_once_they_stand(tmp_path: Path) -> None:
     toml = '[profiles.base]\nstep = 1\ndynamics = "motors"\n[robots.a]\nprofile = "base"\n'
-    # At 1 m/s² the way of speeding up is missing at the end of the beat; braking makes up for it.
+    # At 1 m/s² the distance lost while speeding up is missing at the end of the beat; braking makes up for it.
     check(tmp_path, "a $ forward\n", {"a": (1, 0)}, toml=toml)
 
 
@@ -204,7 +204,7 @@ def test_motors_are_told_of_once_they_stand(tmp_path: Path) -> None:
         ("a $ forward\n", ["--backend", "ros"], "--fast works only in the simulator: real robots can't be sped up"),
     ],
 )
-def test_what_can_not_be_done_is_said(tmp_path: Path, program: str, options: list[str], problem: str) -> None:
+def test_impossible_options_are_refused(tmp_path: Path, program: str, options: list[str], problem: str) -> None:
     path = written(tmp_path, program)
     done = run("play", "--fast", path, *options)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"improv: {problem}\n")
@@ -224,7 +224,7 @@ def test_ctrl_c_ends_it(tmp_path: Path) -> None:
         assert process.stderr
         assert process.stderr.readline().startswith("improv: a bumped")
         process.send_signal(signal.SIGINT)
-        assert process.wait(LIMIT) == -signal.SIGINT  # for a shell 130
+        assert process.wait(LIMIT) == -signal.SIGINT  # 130 for a shell
 
 
 def test_the_report_says_how_near_robots_came(tmp_path: Path) -> None:

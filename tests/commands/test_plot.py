@@ -41,7 +41,7 @@ def test_a_program_from_standard_input(tmp_path: Path) -> None:
         ("r $ left\n", "no/dance.svg", 2, "improv: …/no/dance.svg: no such file or directory"),
     ],
 )
-def test_what_can_not_be_drawn(tmp_path: Path, program: str, output: str, code: int, line: str) -> None:
+def test_undrawable_programs_are_refused(tmp_path: Path, program: str, output: str, code: int, line: str) -> None:
     got, told = run(tmp_path, program, output)
     assert (got, told.strip()) == (code, line)
     assert not (tmp_path / output).exists()

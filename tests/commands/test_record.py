@@ -56,7 +56,7 @@ def test_a_program_is_recorded_at_once(program: Path, tmp_path: Path) -> None:
     assert {each.name for each in tmp_path.iterdir()} == {"dance.improv", "dance.mcap"}
 
 
-def test_what_never_ends_needs_an_end(endless: Path, tmp_path: Path) -> None:
+def test_an_endless_program_needs_an_end(endless: Path, tmp_path: Path) -> None:
     path = tmp_path / "endless.mcap"
     done = run("record", endless, "-o", path)
     problem = "this program never ends: limit it, for example with `--for 60` (seconds)"
@@ -66,7 +66,7 @@ def test_what_never_ends_needs_an_end(endless: Path, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout.partition(" (")[0]) == (0, f"{path}: 1 robot, 12003 messages, 600.1 s")
 
 
-def test_wrong_programs_are_told_as_play_tells_them(tmp_path: Path) -> None:
+def test_errors_are_printed_as_by_play(tmp_path: Path) -> None:
     program, path = tmp_path / "dance.improv", tmp_path / "dance.mcap"
     program.write_text("r $ lft\n")
     path.write_bytes(b"old")
@@ -77,7 +77,7 @@ def test_wrong_programs_are_told_as_play_tells_them(tmp_path: Path) -> None:
     assert path.read_bytes() == b"old"
 
 
-def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -> None:
+def test_a_failure_is_one_line(program: Path, tmp_path: Path) -> None:
     empty = written(tmp_path, "x = left\n", "empty.improv")
     path = tmp_path / "dance.mcap"
     for arguments, problem in [
@@ -106,7 +106,7 @@ def test_terminated_while_it_computes_nothing_is_left(endless: Path, tmp_path: P
     assert list(tmp_path.iterdir()) == [endless]
 
 
-def test_what_is_played_is_recorded_as_it_is_sent(program: Path, tmp_path: Path) -> None:
+def test_live_commands_are_recorded_as_sent(program: Path, tmp_path: Path) -> None:
     path = tmp_path / "dance.mcap"
     before = time.time_ns()
     done = run("record", program, "-o", path, *SIMULATED)
@@ -144,7 +144,7 @@ def test_interrupted_while_it_plays_it_is_complete(endless: Path, tmp_path: Path
 
 
 async def moved(live: str) -> None:
-    """Wait until the page shows that the first robot has moved: it has been told to, then."""
+    """Wait until the page shows that the first robot has moved: by then, it has got a command."""
     async with connected(live) as page:
         await heard(page, lambda told: told["type"] == "poses" and any(x > 0.1 for x, *_ in told["poses"]))
 
@@ -162,7 +162,7 @@ def test_interrupted_before_anything_is_sent_it_is_not_written(
     assert not path.exists()
 
 
-def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_ends_the_dance(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -1,4 +1,4 @@
-"""What is ROS's on a command line, and what of it names a node."""
+"""ROS's arguments on a command line, and those that name a node."""
 
 from __future__ import annotations
 

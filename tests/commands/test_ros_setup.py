@@ -1,4 +1,5 @@
-"""`improv ros setup` where it can't be done: one line that says why, and nothing left that counts as good."""
+"""`improv ros setup` on machines on which it fails: one line gives the reason, and nothing is left that counts as
+good."""
 
 from __future__ import annotations
 
@@ -28,14 +29,14 @@ NOWHERE = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "1", "PIP_CONF
 
 @pytest.fixture(autouse=True)
 def place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """Where the environment is made, on a machine that ROS 2's wheels are for."""
+    """The folder of the environment, on a machine that ROS 2's wheels support."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     monkeypatch.setattr(setup, "unsuited", lambda: None)
     return tmp_path / "improv" / "ros"
 
 
 def problem() -> str:
-    """Why it can't be set up."""
+    """Return the reason why it can't be set up."""
     with pytest.raises(SetupError) as raised:
         set_up(lambda line: None)
     assert "\n" not in str(raised.value)
@@ -43,12 +44,12 @@ def problem() -> str:
 
 
 def python(path: Path, script: str) -> str:
-    """A Python that runs a shell script."""
+    """Make a Python that runs a shell script."""
     return str(program(path, f"PATH=/usr/bin:/bin\n{script}"))
 
 
 def environment_maker(folder: Path, pip: str) -> str:
-    """A Python whose environments have a `pip` that is this shell script. It does everything else as ours does."""
+    """Make a Python whose environments have this shell script as `pip`. It does everything else as ours does."""
     installed = python(folder / "pip", pip)
     make = f'[ "$3" = venv ] || exec {sys.executable} "$@"; mkdir -p "$4/bin"; cp {installed} "$4/bin/python"'
     return python(folder / "python", make)
@@ -88,7 +89,7 @@ def test_an_installer_that_hangs_is_given_up_on(monkeypatch: pytest.MonkeyPatch,
         ),
     ],
 )
-def test_what_pip_can_not_do(
+def test_failures_of_pip_are_one_line(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path, said: str, expected: str
 ) -> None:
     monkeypatch.setattr(sys, "executable", environment_maker(tmp_path, f"echo '{said}'; exit 1"))
@@ -96,7 +97,7 @@ def test_what_pip_can_not_do(
     assert not place.exists()
 
 
-def test_too_little_space_is_said_before_anything_is_fetched(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
+def test_too_little_space_is_reported_before_a_download(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10**9, 10**9, 0))
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a process was started"))

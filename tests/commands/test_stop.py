@@ -1,4 +1,4 @@
-"""`improv stop`: whatever plays, in any terminal or editor of this user, stops."""
+"""`improv stop`: every performance of this user stops, in any terminal or editor."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder with a short name: that of a socket has at most 107 bytes."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
-        for name in ("RUNTIME", "SHARED"):  # here, but not in other processes: others test beside us
+        for name in ("RUNTIME", "SHARED"):  # in this process, but not in others: other tests run beside this one
             monkeypatch.setattr(stop_socket, name, Path(folder))
         monkeypatch.setattr(stop_socket, "LIMIT", LIMIT)
         yield Path(folder, "improv")
@@ -56,7 +56,7 @@ def watch(program: Path) -> Iterator[Running]:
 
 
 def check(*lines: str, code: int = 0) -> None:
-    """What `improv stop` prints, in whatever order."""
+    """Compare the output of `improv stop`, in any order."""
     done = run("stop")
     assert (sorted((done.stdout + done.stderr).splitlines()), done.returncode) == (sorted(lines), code)
 
@@ -95,7 +95,7 @@ def test_a_save_that_is_older_than_the_stop(program: Path, watch: Running, monke
         assert watch.next().startswith("▶ s")
 
 
-def test_a_change_of_the_robots_never_starts_what_was_stopped(program: Path, watch: Running) -> None:
+def test_a_change_of_the_robots_starts_no_stopped_dance(program: Path, watch: Running) -> None:
     assert list(stop_all()) == ["stopped dance.improv on simulator"]
     watch.wait(LINE)
     program.with_name("improv.toml").write_text("[robots.r]\n")
@@ -143,7 +143,7 @@ def test_a_page_on_which_nothing_is_to_play_yet(program: Path) -> None:
 def test_a_command_that_has_only_just_been_started(
     command: str, code: int | None, program: Path, runtime: Path
 ) -> None:
-    """Before it listens, `improv stop` can't know of it."""
+    """Before it listens, `improv stop` can't find it."""
     slow = f"""
 import improv_core
 print("starts", flush=True)
@@ -214,7 +214,7 @@ def test_names_do_not_steer_the_terminal() -> None:
     made.close()
 
 
-def test_doctor_tells_where_it_works(runtime: Path) -> None:
+def test_doctor_names_its_folder(runtime: Path) -> None:
     assert str(stopping()) == f"✓ `improv stop` works through {runtime.parent / f'improv-{os.getuid()}'}"
     assert list(runtime.iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""What stages say of real robots → what a terminal shows, and what the report says at the end."""
+"""Messages of stages about real robots → the lines in a terminal, and the report at the end."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def session() -> TerminalSession:
 def test_each_line_about_faults_is_printed_once(session: TerminalSession, capsys: pytest.CaptureFixture[str]) -> None:
     for message in (fault("a", 1, "no poses of a and b"), fault("b", 1, ""), fault("c", 2, "no pose of c")):
         session._hear(message, True)
-        session._hear(message, False)  # the simulator beside them says it again
+        session._hear(message, False)  # the simulator beside them repeats it
     assert capsys.readouterr().err == "improv: no poses of a and b\nimprov: no pose of c\n"
 
 
@@ -64,7 +64,7 @@ def test_after_an_interrupt_robots_that_may_still_move_are_named(
 def test_all_robots_that_are_not_in_their_places_are_named(
     count: int, session: TerminalSession, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A few are in the line that says that it doesn't begin."""
+    """The line that it doesn't begin names a few."""
     found = {f"r{number}": preflight.Standing(Pose(), Pose(1)) for number in range(count)}
     session._hear(preflight.message(found, 1), True)
     expected = [f"improv: move r{number} 1.00 m toward 180°" for number in range(count)] if count > 3 else []
@@ -73,7 +73,7 @@ def test_all_robots_that_are_not_in_their_places_are_named(
 
 
 def test_the_report_has_an_entry_for_each_fault_of_each_robot(session: TerminalSession) -> None:
-    """How bad it was is known at its end. What is not over has no end, and the same fault may come again."""
+    """The size of a fault is known at its end. A fault that lasts has no end, and the same fault may come again."""
     for message in (
         fault("a", 1.5, "no poses of a and b", worst={"seconds": 1.0}),
         fault("b", 1.5, "", worst={"seconds": 1.1}),
@@ -90,7 +90,7 @@ def test_the_report_has_an_entry_for_each_fault_of_each_robot(session: TerminalS
 
 def test_the_report_names_robots_that_are_not_in_their_places(session: TerminalSession) -> None:
     session._hear(preflight.message({"a": preflight.Standing(Pose(), Pose(1))}, 1), True)
-    session._hear(preflight.message({"b": preflight.Standing(Pose(), None)}, 1), False)  # the twin says nothing new
+    session._hear(preflight.message({"b": preflight.Standing(Pose(), None)}, 1), False)  # the twin reports nothing new
     misplaced = session.report()["misplaced"]
     assert [*misplaced] == ["a"]
     assert misplaced["a"]["line"] == "move a 1.00 m toward 180°"

@@ -1,4 +1,4 @@
-"""Nothing in a file, its name or an argument steers the terminal in which `improv` runs."""
+"""No text in a file, its name or an argument steers the terminal in which `improv` runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMMANDS = [
 
 
 def quoted(text: str) -> str:
-    """A string of TOML."""
+    """Quote a string for TOML."""
     plain = "".join(char if " " <= char not in '"\\\x7f' else f"\\U{ord(char):08x}" for char in text)
     return f'"{plain}"'
 
@@ -54,7 +54,7 @@ def test_no_input_reaches_the_terminal_as_it_is(
 
 
 @pytest.mark.parametrize("exploit", EXPLOITS)
-def test_what_is_shown_in_a_terminal_does_not_steer_it(tmp_path: Path, exploit: str) -> None:
+def test_output_does_not_steer_the_terminal(tmp_path: Path, exploit: str) -> None:
     text = EXPLOITS[exploit]
     path = tmp_path / file_name(text)
     path.write_text(PROGRAM.format(text), encoding="utf-8", newline="")
@@ -67,7 +67,7 @@ def test_what_is_shown_in_a_terminal_does_not_steer_it(tmp_path: Path, exploit: 
 
 
 def without_colors(shown: str) -> str:
-    """What is shown, without the colors of carets, which are our own."""
+    """Return terminal output without the colors of carets, which are our own."""
     return re.sub(r"\x1b\[3[1-6]m( +\^+)\x1b\[0m", r"\1", shown)
 
 

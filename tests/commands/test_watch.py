@@ -1,4 +1,5 @@
-"""`improv watch`: plays at every save, however an editor saves (when a save is complete: tests/services/test_saves)."""
+"""`improv watch`: plays at every save, in every way that editors save (tests/services/test_saves has the end of a
+save)."""
 
 from __future__ import annotations
 
@@ -77,7 +78,7 @@ def test_written_in_place_and_replaced_by_rename(watch: Running, program: Path) 
 def test_its_folder_is_renamed_and_another_takes_its_place(watch: Running, program: Path) -> None:
     folder = program.parent
     folder.rename(folder.with_name("old"))
-    (folder.with_name("old") / program.name).write_text("r $ left left left\n")  # no longer the file that is watched
+    (folder.with_name("old") / program.name).write_text("r $ left left left\n")  # no longer the watched file
     folder.mkdir()
     for beats in (1, 2):
         program.write_text(f"r $ repeat {beats} left\n")
@@ -92,13 +93,13 @@ def test_its_folder_is_deleted_and_made_again(watch: Running, program: Path) -> 
     assert "▶ r 1 beat" in watch.next()
 
 
-def test_a_save_that_changes_nothing_plays_anew(watch: Running, program: Path) -> None:
+def test_a_save_that_changes_nothing_plays_again(watch: Running, program: Path) -> None:
     for _ in range(2):
         program.write_text(program.read_text())
         assert watch.next().startswith("▶ r ")
 
 
-def test_a_wrong_save_is_told_as_check_tells_it(watch: Running, program: Path) -> None:
+def test_errors_of_a_save_are_printed_as_by_check(watch: Running, program: Path) -> None:
     program.write_text("r $ lft\n")
     assert watch.next().endswith(":1:5: error[unknown-name] `lft` is not defined: did you mean `left`?\n")
     assert watch.next() == KEEPS
@@ -106,7 +107,7 @@ def test_a_wrong_save_is_told_as_check_tells_it(watch: Running, program: Path) -
     assert watch.next().startswith("▶ r 2 beats")
 
 
-def test_what_can_not_be_read_for_long_is_told(watch: Running, program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_unreadable_for_long_is_reported(watch: Running, program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("improv_core.storage.saves.EMPTY_SETTLING", 0.5)
     program.write_bytes(b"r $ left # \xc3\n")
     assert [watch.next(), watch.next()] == [f"improv: {program}: it is not UTF-8 text\n", KEEPS]
@@ -116,7 +117,7 @@ def test_what_can_not_be_read_for_long_is_told(watch: Running, program: Path, mo
     assert watch.next() == "▶ no robot plays, simulator\n"
 
 
-def test_a_save_of_the_robots_plays_anew(watch: Running, program: Path) -> None:
+def test_a_save_of_the_robots_plays_again(watch: Running, program: Path) -> None:
     robots = program.with_name("improv.toml")
     robots.write_text("[robots.s]\n")
     watch.wait("`r` is not in improv.toml")
@@ -149,7 +150,7 @@ def test_robots_in_an_unreadable_file_do_not_move(watch: Running, program: Path)
 
 
 @pytest.mark.parametrize(("options", "begins"), [([], None), (["--continue"], {"s"}), (["--continue-at-bar"], {"s"})])
-def test_a_save_edits_what_plays_if_it_is_to(program: Path, options: list[str], begins: set[str] | None) -> None:
+def test_a_save_edits_the_dance_on_request(program: Path, options: list[str], begins: set[str] | None) -> None:
     program.write_text("beat 240\nr $ repeat (forward left)\ns $ repeat forward\n")
     with watching(program, *options) as watch:
         address = live_behind(watch.wait("watch it at").split()[-1])
@@ -162,7 +163,7 @@ def test_a_save_edits_what_plays_if_it_is_to(program: Path, options: list[str], 
 
 
 async def transport(address: str, generation: int) -> Any:
-    """The message that tells the page that a score of this generation plays."""
+    """Build the message that a score of this generation plays."""
     async with connected(address) as page:
         return await heard(page, lambda told: told["type"] == "transport" and told["generation"] == generation)
 

@@ -16,7 +16,7 @@ The language server of Improv. It speaks LSP over standard input and output: edi
 
 
 def main() -> None:
-    """Start at once, and keep what is made while starting out of every later garbage collection."""
+    """Start at once, and exempt objects made while starting from all later garbage collections."""
     for argument in sys.argv[1:]:
         if argument != "--stdio":
             sys.exit(_answer(argument))

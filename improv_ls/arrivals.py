@@ -1,7 +1,7 @@
-"""Messages as they arrive from the editor: stops are obeyed and counted at once, no matter what waits before them.
+"""Messages as they arrive from the editor: stops are obeyed and counted at once, before all messages that wait.
 
-LSP's base protocol puts a header with its length before each message. If a header is wrong, nobody can tell where the
-next message begins, so the server ends: one that no longer listens could not be told to stop the robots.
+LSP's base protocol puts a header with its length before each message. If a header is wrong, the start of the next
+message can't be found, so the server ends: a server that no longer listens could not obey a stop.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _STOPS: Mapping[str, Stop | Pause] = {"improv.hush": {"type": "stop"}, "improv.p
 
 
 class FramingError(Exception):
-    """A header that does not say how long its message is."""
+    """A header that doesn't give the length of its message."""
 
 
 class Frames:
@@ -44,7 +44,7 @@ class Frames:
         self._length: int | None = None
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """The bodies that these bytes complete. Raises FramingError after the last of them."""
+        """Yield the bodies that these bytes complete. Raises FramingError after the last of them."""
         self._buffer += data
         while True:
             if self._length is None:
@@ -67,7 +67,7 @@ class Frames:
 
 
 class Arrival(NamedTuple):
-    """A message, and how many stops had come when it arrived. If it is a stop itself, it has been obeyed."""
+    """A message, and the number of stops that had come when it arrived. If it is a stop itself, it has been obeyed."""
 
     body: bytes
     stops: int
@@ -75,7 +75,7 @@ class Arrival(NamedTuple):
 
 
 class Arrivals:
-    """What arrives on the file descriptor that is the server's input.
+    """Messages from the file descriptor that is the server's input.
 
     Usually the event loop reads it, because handing each message from a thread to the loop costs 44 µs. Only while the
     loop is busy, a thread reads instead (`read_while_busy`), so that a stop doesn't wait for the end of an analysis.
@@ -87,33 +87,33 @@ class Arrivals:
         self._frames = Frames()
         self._reading = threading.Lock()
         self._visits = 0  # of the event loop
-        self._thread_has_read = False  # what the loop may have been told to read
+        self._thread_has_read = False  # read something about which the loop may have got a call
         self._waiting: deque[Arrival | None] = deque()
         self.ended = False
         self.failure: FramingError | None = None
-        """Why nothing after what has arrived can be read."""
+        """The error in the input, after which nothing can be read."""
 
     def read(self) -> None:
-        """Read what is there, or else wait for it."""
+        """Read the bytes that are there, or else wait for some."""
         self._visits += 1
         with self._reading:
-            if self._thread_has_read:  # then there may be nothing left; if there is, the loop comes back at once
+            if self._thread_has_read:  # then there may be nothing left; if there is, the loop calls this again at once
                 self._thread_has_read = False
             elif not self.ended:
                 self._read()
 
     def take(self) -> Iterator[Arrival | None]:
-        """All messages that have arrived and have not been taken; after the very last one, None."""
+        """Yield all messages that have arrived and have not been taken; after the very last one, None."""
         while self._waiting:
             yield self._waiting.popleft()
 
     def read_while_busy(self, tell: Callable[[], object]) -> None:
-        """Read, on the calling thread, whenever the event loop is too busy to do it, and tell it each time."""
+        """Read, on the calling thread, whenever the event loop is too busy to do it, and call `tell` each time."""
         neglected = -1  # the latest visit of the loop, if there was something to read after it
         while not self.ended:
             if neglected < 0:
                 select.select([self._source], [], [])
-                time.sleep(LOOK_PERIOD)  # the event loop is awake too and usually reads first
+                time.sleep(LOOK_PERIOD)  # the event loop wakes up too and usually reads first
             else:
                 time.sleep(BUSY)
             if not self._readable():
@@ -126,7 +126,7 @@ class Arrivals:
                         self._read()
                         self._thread_has_read = True
                 neglected = -1
-                with suppress(RuntimeError):  # the loop has been closed
+                with suppress(RuntimeError):  # the loop is closed
                     tell()
 
     def _read(self) -> None:
@@ -149,9 +149,9 @@ class Arrivals:
 
 
 def _stop_in(body: bytes) -> Stop | Pause | None:
-    """The stop or the pause that a message asks for."""
+    """Return the stop or the pause that a message asks for."""
     if any(name.encode() in body for name in _STOPS):
-        with suppress(ValueError, LookupError, TypeError, RecursionError):  # reported where it is handled
+        with suppress(ValueError, LookupError, TypeError, RecursionError):  # the message's handler reports it
             message = json.loads(body)
             if message["method"] == types.WORKSPACE_EXECUTE_COMMAND:
                 return _STOPS.get(message["params"]["command"])

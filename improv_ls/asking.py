@@ -1,4 +1,4 @@
-"""A process of our own that answers one question at a time. Questions and answers are values that pickle can copy."""
+"""A process of ours that answers one question at a time. Questions and answers are values that pickle can copy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ POLICY = Policy(1.0)
 
 
 class Answerer:
-    """The process that a module is when it runs by itself. It starts with the first question."""
+    """The process of a module that runs by itself. It starts with the first question."""
 
     def __init__(self, module: str, limit: float = ANSWER_LIMIT) -> None:
         self.limit = limit
@@ -25,7 +25,8 @@ class Answerer:
         self._child: Child | None = None
 
     def ask(self, question: object) -> Any:
-        """Its answer. Blocks; raises EOFError or OSError if it has ended, or has hung and was killed."""
+        """Return the answer of the process. Blocks; raises EOFError or OSError if the process has ended, or has hung
+        and was killed."""
         child = self._child = self._child or Child([sys.executable, "-m", self._module], POLICY)
         patience = threading.Timer(self.limit, child.kill)
         patience.daemon = True
@@ -37,7 +38,7 @@ class Answerer:
             patience.cancel()
 
     def close(self) -> None:
-        """End it. The next question starts another one."""
+        """End the process. The next question starts another one."""
         child, self._child = self._child, None
         if child:
             child.kill()

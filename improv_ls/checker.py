@@ -1,4 +1,4 @@
-"""Finds what is wrong with programs on disk, in a process of its own.
+"""Finds the errors of programs on disk, in a separate process.
 
 A thread would hold Python's lock while a busy machine lets it wait, and typing would wait with it.
 """
@@ -21,7 +21,7 @@ from improv_ls.asking import ANSWER_LIMIT, Answerer, packed, unpacked
 
 
 class ProgramFile(NamedTuple):
-    """A file, and the robots that its program is for."""
+    """A file, and the robots of its program."""
 
     uri: str
     path: Path
@@ -29,7 +29,7 @@ class ProgramFile(NamedTuple):
 
 
 class Findings(NamedTuple):
-    """What is wrong with a program, and the lines of its text."""
+    """Errors of a program, and the lines of its text."""
 
     lines: LineIndex
     diagnostics: Sequence[Diagnostic]
@@ -42,8 +42,8 @@ class Checker:
         self.answerer = Answerer("improv_ls.checker", limit)
 
     def check(self, programs: Sequence[ProgramFile]) -> list[Findings | None]:
-        """What is wrong with each program; None if nothing is, or it can't be read. Blocks; raises EOFError or OSError
-        if the process has ended, or has hung and was killed."""
+        """Return the findings for each program; None if there are none, or it can't be read. Blocks; raises EOFError or
+        OSError if the process has ended, or has hung and was killed."""
         return [each and Findings(*each) for each in self.answerer.ask(programs)]
 
     def close(self) -> None:
@@ -51,7 +51,7 @@ class Checker:
 
 
 def _serve() -> None:
-    """Answer what is asked on standard input, until it is closed."""
+    """Answer the questions from standard input, until it is closed."""
     say: Callable[[str], None] = own_output()
     for line in sys.stdin.buffer:
         # As tuples: the classes of this module are those of `__main__` here.
@@ -59,7 +59,7 @@ def _serve() -> None:
 
 
 def found_in(program: ProgramFile) -> Findings | None:
-    """What is wrong with a program on disk; None if nothing is, or it can't be read."""
+    """Return the findings for a program on disk; None if there are none, or it can't be read."""
     try:
         analysis = analyze(read_program(program.path), program.robots)
     except ReadError:

@@ -1,4 +1,4 @@
-"""Where a person can read about the code of a diagnostic."""
+"""Links to the page that explains the code of a diagnostic."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _HEADING = "## "
 
 
 def href(code: str) -> str | None:
-    """The URL of the section about a code in the page that came with this version; None if there is none.
+    """Return the URL of the section about a code in the page that came with this version; None if there is none.
 
-    It is a file: an editor opens it at the line, also without a network, and over SSH on the machine of the server.
+    It is a file: an editor opens it at the line, also without a network, and over SSH on the server's machine.
     """
     return _sections().get(code)
 

@@ -14,7 +14,7 @@ from improv_core.text import LineIndex
 from improv_ls.positions import Encoding, units
 
 Chunk: TypeAlias = tuple[int, int, tuple[int, ...]]
-"""The integers of a statement or comment. Only the first two depend on where it stands: the rest is shared."""
+"""The integers of a statement or comment. Only the first two depend on its place: the rest is shared."""
 
 
 class TokenEdit(NamedTuple):
@@ -26,7 +26,7 @@ class TokenEdit(NamedTuple):
 
 
 def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | None = None) -> list[Chunk]:
-    """All statements and comments that touch the text between two offsets."""
+    """Return all statements and comments that touch the text between two offsets."""
     found = []
     starts = analysis.lines.starts
     line = line_before = 0
@@ -45,12 +45,12 @@ def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | N
 
 
 def encoded(found: Sequence[Chunk]) -> list[int]:
-    """All integers in one list, as LSP wants them."""
+    """Return all integers in one list, as LSP wants them."""
     return list(chain.from_iterable((line, column, *rest) for line, column, rest in found))
 
 
 def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[TokenEdit]:
-    """The edits that turn the old integers into the new ones."""
+    """Return the edits that turn the old integers into the new ones."""
     begin, end = _common(old, new)
     old_end, new_end = len(old) - end, len(new) - end
     found = []
@@ -64,7 +64,7 @@ def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[TokenEdit]:
 
 
 def _runs(old: Sequence[Chunk], new: Sequence[Chunk]) -> Iterator[tuple[Sequence[Chunk], Sequence[Chunk]]]:
-    """Pair by pair where there are as many, so that what lies between two changes is not sent again."""
+    """Pair the chunks one by one if there are as many, so that the part between two changes is not sent again."""
     if len(old) != len(new):
         yield old, new
         return
@@ -78,7 +78,7 @@ def _trimmed(start: int, old: Sequence[int], new: Sequence[int]) -> TokenEdit:
 
 
 def _common(old: Sequence[object], new: Sequence[object]) -> tuple[int, int]:
-    """How many items two sequences share at their beginnings, and at their ends."""
+    """Return the number of items that two sequences share at their beginnings, and at their ends."""
     shorter = min(len(old), len(new))
     begin = next((index for index in range(shorter) if old[index] != new[index]), shorter)
     end = next((index for index in range(shorter - begin) if old[-1 - index] != new[-1 - index]), shorter - begin)
@@ -86,7 +86,7 @@ def _common(old: Sequence[object], new: Sequence[object]) -> tuple[int, int]:
 
 
 class _Shape(NamedTuple):
-    """The integers of a statement or comment wherever it stands; lines and columns count from its start."""
+    """The integers of a statement or comment in any place; lines and columns count from its start."""
 
     first_line: int
     column: int
@@ -102,7 +102,7 @@ def _shape(
     found: list[int] = []
     line = before = 0
     words = colored(text, unknown, strange, body_words)
-    if plain and not last_line:  # as most are: a document that was just opened has thousands of words
+    if plain and not last_line:  # the usual case: a document that was just opened has thousands of words
         for start, end, kind, modifiers in words:
             found += (0, start - before, end - start, kind, modifiers)
             before = start

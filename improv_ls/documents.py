@@ -40,7 +40,8 @@ class RobotsFile:
 
 
 def is_program(uri: str, language_id: str) -> bool:
-    """Whether an editor has opened a program: by its language, or by its name if the editor knows no `improv`."""
+    """Return whether an editor has opened a program: by its language, or by its name if the editor knows no
+    `improv`."""
     name = name_of(uri)
     return name != FILE_NAME and (language_id == "improv" or name.endswith(".improv"))
 
@@ -50,25 +51,25 @@ def is_robots_file(uri: str) -> bool:
 
 
 def path_of(uri: str) -> Path | None:
-    """The file that a document is kept in; none if it was never saved, or is elsewhere."""
+    """Return the file of a document; None if it was never saved, or is on another machine."""
     path = to_fs_path(uri) if uri.startswith("file:") else None
     return Path(path) if path else None
 
 
 def opened(uri: str, version: int | None, text: str) -> Document:
-    """A new document, all of which waits to be brought up to date."""
+    """Open a new document, all of which waits to be brought up to date."""
     return Document(uri, version, unread(text, robots_of(uri)))
 
 
 def robots_of(uri: str) -> Robots:
-    """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none."""
+    """Read the `improv.toml` near a document; no robots if the document is not a file, or there is none."""
     path = path_of(uri)
     return robots_or_problem(path.parent) if path else Robots()
 
 
 def robots_file_now(uri: str, opened: Mapping[str, RobotsFile]) -> RobotsFile | None:
-    """The `improv.toml` that an edit is for: as the editor has it or, if it isn't open there, as it is on disk now,
-    since another program may just have written it. Empty if there is none, and None if it can't be read."""
+    """Return the `improv.toml` for an edit: the editor's or, if it isn't open there, the one on disk now, since another
+    program may just have written it. Empty if there is none, and None if it can't be read."""
     path = path_of(uri)
     try:
         return opened.get(uri) or RobotsFile(
@@ -79,7 +80,7 @@ def robots_file_now(uri: str, opened: Mapping[str, RobotsFile]) -> RobotsFile | 
 
 
 def moved(uri: str, old: str, new: str) -> str:
-    """The URI of a document once its file, or a folder around it, has been renamed."""
+    """Return the URI of a document after its file, or a folder around it, has been renamed."""
     rest = uri.removeprefix(old)
     return new + rest if rest != uri and rest[:1] in ("", "/") else uri
 
@@ -90,7 +91,7 @@ def changed(
     changes: Sequence[types.TextDocumentContentChangeEvent],
     encoding: Encoding,
 ) -> Document:
-    """The document after the editor's changes, each of which applies to the result of the one before.
+    """Apply the editor's changes to the document, each to the result of the one before.
 
     The statements that they touch wait to be brought up to date.
     """
@@ -100,19 +101,19 @@ def changed(
             start, end = to_span(analysis.lines, change.range, encoding)
             analysis = analysis.touched(start, end, change.text)
         else:
-            analysis = analysis.touched(*difference(analysis.text, change.text))  # the rest keeps its meaning
+            analysis = analysis.touched(*difference(analysis.text, change.text))  # the rest keeps its analysis
     return Document(document.uri, version, analysis)
 
 
 def settled_further(document: Document, enough: Callable[[], bool]) -> Document:
-    """The document in which more of what waits is up to date, until it is `enough`."""
+    """Return the document with more of its statements up to date, until it is `enough`."""
     return replace(document, analysis=document.analysis.settled(enough))
 
 
 def changed_file(
     file: RobotsFile, version: int | None, changes: Iterable[types.TextDocumentContentChangeEvent], encoding: Encoding
 ) -> RobotsFile:
-    """The `improv.toml` after the editor's changes, each of which applies to the result of the one before."""
+    """Apply the editor's changes to the `improv.toml`, each to the result of the one before."""
     lines = file.lines
     for change in changes:
         text = change.text
@@ -124,5 +125,5 @@ def changed_file(
 
 
 def name_of(uri: str) -> str:
-    """The name of a document's file."""
+    """Return the name of a document's file."""
     return PurePosixPath(unquote(urlsplit(uri).path)).name

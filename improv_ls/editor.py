@@ -1,4 +1,4 @@
-"""The editor at the other end: what it can do, its settings, and messages to the person who uses it."""
+"""The editor at the other end: its capabilities, its settings, and messages to the person who uses it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _REFRESHES = {
     "semantic_tokens": types.WORKSPACE_SEMANTIC_TOKENS_REFRESH,
 }
 Shown = Literal["code_lens", "diagnostics", "inlay_hint", "semantic_tokens"]
-"""What an editor shows beside the text, and can be told to ask for again."""
+"""Things that an editor shows beside the text, and can ask for again."""
 
 
 class Editor:
@@ -43,48 +43,49 @@ class Editor:
         self.server = server
         self.settings = Settings()
         self.wrong_settings: list[str] = []
-        """What is wrong with the latest settings."""
+        """Errors in the latest settings."""
         self.pulls = self.pulled = 0
-        """How often we have asked the client for its settings, and the latest question that it has answered."""
-        self._read = -math.inf  # when a person has read the last warning, on the clock of `time.monotonic`
-        self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
+        """Times that we have asked the client for its settings, and the latest question that it has answered."""
+        self._read = -math.inf  # the time at which a person has read the last warning, on the clock of `time.monotonic`
+        self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps no reference to them
 
     @property
     def capabilities(self) -> types.ClientCapabilities:
         return self.server.client_capabilities
 
     def can(self, capability: str) -> Any:
-        """What the client has said about a capability, such as `workspace.configuration`; None if nothing."""
+        """Return the client's value of a capability, such as `workspace.configuration`; None if it sent none."""
         return get_capability(self.capabilities, capability)
 
     @property
     def encoding(self) -> Encoding:
-        """The unit of the columns, as agreed with the client."""
+        """Unit of the columns, as agreed with the client."""
         return self.server.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
 
     @property
     def folders(self) -> list[Path]:
-        """The folders that the editor works in, as far as they are on this machine."""
+        """Folders that the editor works in, as far as they are on this machine."""
         workspace = self.server.workspace
         uris = [folder.uri for folder in workspace.folders.values()] or [workspace.root_uri or ""]
         return [Path(path) for uri in uris if uri.startswith("file:") and (path := to_fs_path(uri))]
 
     @property
     def takes_own_messages(self) -> bool:
-        """Whether the client has asked for messages of our own, by `experimental: {"improv": true}`."""
+        """True if the client has asked for our own messages, by `experimental: {"improv": true}`."""
         asked = self.capabilities.experimental
         return bool(asked.get("improv") if isinstance(asked, dict) else getattr(asked, "improv", None))
 
     @cached_property
     def pulls_diagnostics(self) -> bool:
-        """Whether the client asks for diagnostics, and can be told to ask again when `improv.toml` has changed."""
+        """True if the client asks for diagnostics, and does so again on request when `improv.toml` has changed."""
         return self.can("text_document.diagnostic") is not None and bool(
             self.can("workspace.diagnostics.refresh_support")
         )
 
     @cached_property
     def diagnostic_support(self) -> DiagnosticSupport:
-        """Which parts of a diagnostic the client supports. Clients that pull may say so in the same place as others."""
+        """The parts of a diagnostic that the client supports. Clients that pull may list them in the same place as
+        others."""
         from improv_ls.to_lsp import DiagnosticSupport
 
         def said(what: str) -> bool:
@@ -95,35 +96,35 @@ class Editor:
 
     @property
     def takes_document_changes(self) -> bool:
-        """Whether edits may name the version they are for."""
+        """True if edits may name the version they are for."""
         return bool(self.can("workspace.workspace_edit.document_changes"))
 
     @property
     def watches_files(self) -> bool:
-        """Whether the client tells of files that change on disk."""
+        """True if the client reports files that change on disk."""
         return bool(self.can("workspace.did_change_watched_files.dynamic_registration"))
 
     @property
     def creates_files(self) -> bool:
-        """Whether edits may create files."""
+        """True if edits may create files."""
         operations = self.can("workspace.workspace_edit.resource_operations") or ()
         return types.ResourceOperationKind.Create in operations
 
     def refresh(self, feature: Shown) -> None:
-        """Have the client ask again for what it shows, if it supports that."""
+        """Have the client ask again for a feature's data, if it supports that."""
         if self.can(f"workspace.{feature}.refresh_support"):
             self.server.protocol.send_request(_REFRESHES[feature])
 
     def soon(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do something that takes a while, after the current message. pygls starts asynchronous handlers later, too,
-        but then messages that come in the meantime would overtake what a handler does first."""
+        """Run a coroutine after the current message. pygls starts asynchronous handlers later, too, but then messages
+        that come in the meantime would overtake the first steps of a handler."""
         task = asyncio.ensure_future(work)
         self._tasks.add(task)
         task.add_done_callback(self._done)
 
     @property
     def is_read(self) -> bool:
-        """Whether a person has had time to read the last warning or error."""
+        """True once a person has had time to read the last warning or error."""
         return time.monotonic() >= self._read
 
     def say(self, message: str) -> None:
@@ -137,7 +138,8 @@ class Editor:
         self._show(error, types.MessageType.Error)
 
     async def offer(self, message: str, button: str) -> bool:
-        """Whether the person presses a button in a message. An editor without such buttons shows only the message."""
+        """Show a message with a button, and return whether the person presses it. An editor without such buttons shows
+        only the message."""
         self._read = time.monotonic() + READING
         action = types.MessageActionItem(button)
         shown = types.ShowMessageRequestParams(types.MessageType.Warning, message_without_links(message), [action])

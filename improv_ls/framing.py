@@ -1,4 +1,4 @@
-"""LSP's base protocol, and everything that reaches into pygls's private parts."""
+"""LSP's base protocol, and all uses of pygls's private parts."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from improv_core.slices import checkpoint
 from improv_ls.arrivals import Arrival, Arrivals, FramingError
 
 _HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
-"""Not by pygls: it keeps a copy of every text, and edits it wrongly after a form feed, after U+2028 and at the end of a
-file."""
+"""Methods that pygls doesn't handle: it keeps a copy of every text, and edits it wrongly after a form feed, after
+U+2028 and at the end of a file."""
 
 
 class StdioServer(LanguageServer):
     """A language server that reads a file descriptor, usually standard input.
 
-    pygls's own reads each line on a thread of a pool, at a cost that every key would pay.
+    The server of pygls reads each line on a thread of a pool, which every key would pay for.
     """
 
     protocol: Protocol
@@ -54,7 +54,7 @@ class StdioServer(LanguageServer):
         """The message that is being handled."""
         self._loop_reads = False
         self.sliced: set[str] = set()
-        """The requests that may take long and change nothing."""
+        """Requests that may take long and change nothing."""
 
     def serve(self, source: int, sink: BinaryIO) -> int:
         """Serve until the editor ends. Returns exit code 0 only if the editor has asked for that, as LSP wants."""
@@ -72,22 +72,22 @@ class StdioServer(LanguageServer):
         return 0 if self.protocol.closing else 1
 
     def end(self) -> None:
-        """Note that there is nobody left to serve."""
+        """End the server, because it has no client anymore."""
         self._ended.set()
 
     def withdraw(self, method: str) -> None:
-        """Do not offer a method to this client. Only before `initialize` is answered."""
+        """Withhold a method from this client. Only before `initialize` is answered."""
         self.protocol.fm.features.pop(method)
 
     def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
-        """Answer a request among the `sliced` ones, now or later, with what a function returns."""
+        """Answer one of the `sliced` requests, now or later, with the result of a function."""
         raise NotImplementedError
 
     async def close(self) -> None:
-        """What to do before `shutdown` is answered, or before the end if nobody asks for a shutdown."""
+        """Close everything before `shutdown` is answered, or before the end if the client requests no shutdown."""
 
     def obey_while_busy(self) -> None:
-        """From now on, obey stops even while the event loop is busy."""
+        """Obey stops from now on even while the event loop is busy."""
         if self._loop_reads:  # otherwise, a thread already does
             tell = partial(asyncio.get_running_loop().call_soon_threadsafe, self._handle)
             threading.Thread(target=self._arrivals.read_while_busy, args=(tell,), daemon=True).start()
@@ -121,7 +121,7 @@ class StdioServer(LanguageServer):
             raise self._arrivals.failure
 
     def _handle(self) -> None:
-        """Handle what has arrived."""
+        """Handle the messages that have arrived."""
         arrivals = list(self._arrivals.take())
         cancelled = frozenset(_cancelled(arrivals)) if len(arrivals) > 1 else ()
         try:
@@ -130,12 +130,12 @@ class StdioServer(LanguageServer):
                     self.end()
                 elif not self._ended.is_set():
                     self.protocol.receive(each, cancelled)
-        except BrokenPipeError:  # nobody reads what we say
+        except BrokenPipeError:  # nobody reads our messages
             self.end()
 
 
 class Protocol(LanguageServerProtocol):
-    """What pygls lacks of the base protocol: errors for messages that are too early, too late, or malformed."""
+    """Base protocol with the errors that pygls lacks: for messages that are too early, too late, or malformed."""
 
     _server: StdioServer
     _initialized = False
@@ -143,7 +143,7 @@ class Protocol(LanguageServerProtocol):
     """Set once the client has asked for a shutdown."""
 
     def receive(self, arrival: Arrival, cancelled: Collection[int | str] = ()) -> None:
-        """Handle one message; a request whose ID is among the canceled ones is not started."""
+        """Handle one message; a request whose ID is among the canceled ones does not start."""
         self._server.arrival = arrival
         try:
             data = json.loads(arrival.body)
@@ -209,7 +209,7 @@ class Protocol(LanguageServerProtocol):
         self._server.answer(method_name, partial(self._result, self._get_handler(method_name), params), params, future)
 
     def _result(self, handler: Callable[[Any], Any], params: Any) -> Any:
-        """What a handler returns, ready to be written as JSON. A long list can be interrupted between its items."""
+        """Return the result of a handler, ready for JSON. A long list can be interrupted between its items."""
         result = handler(params)
         if not isinstance(result, list):
             return self._converter.unstructure(result)
@@ -230,7 +230,7 @@ class Protocol(LanguageServerProtocol):
     def _take_answer(self, data: dict[str, Any], number: int | str) -> None:
         try:
             message = self.structure_message(data)
-        except JsonRpcException as error:  # the answer can't be used by what waits for it
+        except JsonRpcException as error:  # the code that waits for the answer can't use it
             self._handle_response(number, error=error.to_response_error())
         else:
             self.handle_message(message)
@@ -245,10 +245,10 @@ class Protocol(LanguageServerProtocol):
 
 
 def _cancelled(arrivals: Iterable[Arrival | None]) -> Iterator[int | str]:
-    """The IDs of requests that these messages cancel: typing on cancels them before they start."""
+    """Yield the IDs of requests that these messages cancel: further typing cancels them before they start."""
     for each in arrivals:
         if each and b"cancelRequest" in each.body:
-            with suppress(ValueError, LookupError, TypeError, RecursionError):  # answered where it is handled
+            with suppress(ValueError, LookupError, TypeError, RecursionError):  # the message's handler answers it
                 note = json.loads(each.body)
                 if note["method"] == types.CANCEL_REQUEST:
                     yield note["params"]["id"]

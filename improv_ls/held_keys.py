@@ -1,4 +1,4 @@
-"""The keys of senses that a command holds, as if somebody pressed them on the page."""
+"""Keys of senses that a command holds, as if somebody pressed them on the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from improv_ls.editor import Editor
 from improv_ls.playing import Playing
 
 PERIOD = DEADMAN_LIMIT / 3
-"""Seconds between two messages that a key is held: if they stop, it counts as let go."""
+"""Seconds between two messages that a key is held: without them, the key counts as released."""
 
 
 class HeldKeys:
@@ -41,7 +41,7 @@ class HeldKeys:
             self._editor.say(f"{key} is held; the same command releases it")
 
     def release(self) -> None:
-        """Release all keys. The stages need not be told, because what plays has ended."""
+        """Release all keys. The stages need no message, because the dance has ended."""
         while self._held:
             self._held.popitem()[1].cancel()
 

@@ -1,4 +1,4 @@
-"""While a dance plays, has the client ask again for inlay hints, which show the beat of each line."""
+"""Has the client ask again for inlay hints while a dance plays, because they show the beat of each line."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from improv_ls.editor import Editor
 SHORTEST = 0.5
 """Seconds between two requests to ask again, at least."""
 AFTER = 0.005
-"""Seconds to wait after the time at which a beat begins, so that it surely has begun."""
+"""Seconds to wait after a beat begins, so that it surely has begun."""
 
 
 class Hinting:
-    """Follows what plays. `hints` computes what is shown at a beat."""
+    """Follows the dance that plays. `hints` computes the hints at a beat."""
 
     def __init__(self, editor: Editor, hints: Callable[[float], Awaitable[Sequence[Hint]]]) -> None:
         self._editor = editor
@@ -26,7 +26,7 @@ class Hinting:
         self._task: asyncio.Task[None] | None = None
 
     def follow(self, transport: TransportMessage) -> None:
-        """Note that what plays has changed."""
+        """Note that the playback has changed."""
         self.stop()
         if self._editor.can("workspace.inlay_hint.refresh_support"):
             self._task = asyncio.create_task(self._refresh(transport))
@@ -37,14 +37,14 @@ class Hinting:
             self._task = None
 
     def clear(self) -> None:
-        """Note that nothing plays anymore, which no message will say."""
+        """Note that nothing plays anymore, which no message reports."""
         self.stop()
         if self._shown:
             self._shown = ()
             self._editor.refresh("inlay_hint")
 
     async def _refresh(self, transport: TransportMessage) -> None:
-        """Refresh with each beat, or each part of a beat that is long enough, if something else is to be shown."""
+        """Refresh the hints with each beat, or each long enough part of a beat, if they change."""
         period = 60 / transport["tempo"]
         step = period / max(period // SHORTEST, 1) if period >= SHORTEST else SHORTEST
         while True:

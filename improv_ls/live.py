@@ -1,7 +1,6 @@
-"""Messages of our own, for editors that light what is playing (docs/protocol.md); sent only on request.
+"""Messages for editors that light up the words that play (docs/protocol.md); sent only on request.
 
-The server keeps the time, so that no editor needs a clock: it says what is lit and which beat it is whenever that
-changes.
+The server keeps the time, so that no editor needs a clock: it sends the lit words and the beat whenever they change.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from improv_ls.positions import to_position
 LIT = "improv/lit"
 TRANSPORT = "improv/transport"
 SHORTEST = 0.03
-"""Seconds between two changes of what is lit, at least: nobody sees shorter ones."""
+"""Seconds between two changes of the lit words, at least: nobody sees shorter ones."""
 SHORTEST_BEAT = 0.25
 """Seconds between two messages about the beat, at least: nobody reads faster."""
 AFTER = 0.002
@@ -41,41 +40,41 @@ class Live:
         self._editor = editor
         self._playing = playing
         self._state = state
-        self._framed = 0  # how many pages are in a frame, which ends with the editor's window
-        self._timer: asyncio.TimerHandle | None = None  # what is lit, or the beat, is about to change
-        self._lit: Mapping[str, Any] = {"ranges": []}  # as told last
-        self._counted = ""  # as told last,
+        self._framed = 0  # the number of pages in a frame, which ends with the editor's window
+        self._timer: asyncio.TimerHandle | None = None  # runs until the lit words, or the beat, change
+        self._lit: Mapping[str, Any] = {"ranges": []}  # as sent last
+        self._counted = ""  # as sent last,
         self._counted_at = 0.0  # at this time
-        self._played: Document | None = None  # of what plays and of how its document is now, this is known:
-        self._known: Document | None = None
+        self._played: Document | None = None  # the values below are for this document as it plays,
+        self._known: Document | None = None  # and as it is now
         self._places: Places | None = None  # of the words that play
         self._ranges: dict[Span, Range] = {}
 
     def follow(self, message: TransportMessage) -> None:
-        """Tell what the stage says, and from now on what changes as time passes."""
+        """Send the new state of the stage, and from now on its changes as time passes."""
         if self._editor.takes_own_messages:
             self._tell(message, time.monotonic(), changed=True)
 
     def framed(self, pages: int) -> None:
-        """Tell at once how many pages are in a frame now."""
+        """Send the number of pages in a frame at once."""
         self._framed = pages
         if message := self._playing.transport:
             self.follow(message)
 
     def sensed(self) -> None:
-        """What robots sense may have changed what plays."""
+        """Check soon for other words to light, because a sense has changed."""
         if self._timer:
             self._tell_in(SHORTEST)
 
     def stop(self) -> None:
-        """Tell that nothing is lit any more, and nothing further."""
+        """Send that no words are lit anymore, and nothing further."""
         if self._timer:
             self._timer.cancel()
             self._timer = None
         self._light([])
 
     def _tell_in(self, seconds: float) -> None:
-        """Tell what has changed by then, or earlier if that was about to be told."""
+        """Send the changes after this time, or earlier if a timer is about to do so."""
         loop = asyncio.get_running_loop()
         at = loop.time() + seconds
         if self._timer:
@@ -89,7 +88,8 @@ class Live:
             self._tell(message, time.monotonic())
 
     def _tell(self, message: TransportMessage, now: float, changed: bool = False) -> None:
-        """Tell what is lit now, and the position if that `changed` or another beat has begun; wait for what is next."""
+        """Send the lit words, and the position if that `changed` or another beat has begun; then wait for the next
+        change."""
         beat = beat_at(message, now)
         until = self._light_at(message, beat)
         if changed or (now >= self._counted_at + SHORTEST_BEAT and counted(message, beat) != self._counted):
@@ -105,7 +105,7 @@ class Live:
             self._tell_in(min(counts, changes) + AFTER)
 
     def _light_at(self, message: TransportMessage, beat: float) -> Duration | None:
-        """Tell what is lit at a beat. Returns the beat until which that is so; None if nothing changes."""
+        """Send the words that are lit at a beat. Return the beat until which they stay lit; None if nothing changes."""
         played, replay = self._playing.document, self._playing.replay
         if not played or not replay or message["state"] not in ("playing", "paused"):
             self._light([])
@@ -120,7 +120,7 @@ class Live:
         return until
 
     def _light(self, spans: list[Span]) -> None:
-        """Tell which words are lit, if the editor doesn't know that."""
+        """Send the lit words, if the editor doesn't know them."""
         document = self._known
         if not document or document.version is None:
             return

@@ -16,10 +16,10 @@ from improv_ls.editor import ANSWER_LIMIT, Editor
 async def show_page(editor: Editor, playback: Playback) -> None:
     """Have the editor show the page, or else a browser; print its URL if neither does."""
     url = playback.link(own=True)
-    if url is None:  # closed meanwhile
+    if url is None:  # the performance was closed meanwhile
         return
-    # Without a screen, a browser would be one for the terminal, on top of the editor. Helix says that it has shown the
-    # page before it looks for a browser, and if it finds none, says so where our URL was.
+    # Without a screen, a browser would be one for the terminal, on top of the editor. Helix reports that it has shown
+    # the page before it looks for a browser, and if it finds none, prints that in the place of our URL.
     shows = editor.can("window.show_document.support") and (editor.takes_own_messages or has_screen())
     if shows:
         answer = editor.server.window_show_document_async(types.ShowDocumentParams(uri=url, external=True))

@@ -1,4 +1,4 @@
-"""The one dance that plays in a session, and how people start it, control it, and hear about it."""
+"""The one dance that plays in a session: people start it and control it, and get its messages."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ HINT = "this save started the dance over; set improv.onSave to continue, and rob
 
 
 class _Ready(NamedTuple):
-    """What a program plays, and a line that sums it up."""
+    """A score, and a line that sums it up."""
 
     score: Score
     summary: str
@@ -67,7 +67,7 @@ class Performance:
         settling: Settling,
     ) -> None:
         self._settling = settling
-        self._preparing = asyncio.Lock()  # what is to play is prepared in the order in which people asked for it
+        self._preparing = asyncio.Lock()  # programs are prepared in the order in which people asked for them
         self._editor = editor
         self._records = records
         self._documents = documents
@@ -76,25 +76,25 @@ class Performance:
         self.live = Live(editor, self.playing, lambda: self._playback.state if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
-        self._only: Selection | None = None  # what plays of it, if not all
-        self._node: str | None = None  # as the improv.toml of the latest dance names it
+        self._only: Selection | None = None  # the part of it that plays, if not all
+        self._node: str | None = None  # the name in the improv.toml of the latest dance
         self._hinting = Hinting(editor, lambda beat: settling.run(partial(self.playing.hints_at, beat)))
         self._progress = Progress(editor)
         self._hinted = False
         self._wanted: object = None  # the latest program that somebody asked to play
-        self._refused = 0  # the count of stops when the editor was last told that something did not begin
+        self._refused = 0  # the count of stops at the latest message that a dance did not begin
         self._page_shown = False
-        self._offered = False  # whether the person has been offered to begin, wherever robots stand
+        self._offered = False  # true while a button offers to begin, wherever robots stand
         self._placing = Placing(editor, documents, robots_files)
         self._closing: set[asyncio.Task[None]] = set()
 
     async def warm_up(self) -> None:
-        """Start the stages before the first save needs them. A problem is reported once something is to play."""
+        """Start the stages before the first save needs them. An error is reported once a program should play."""
         with suppress(StageError):
             await self._stages().open()
 
     async def play(self, document: Document, asked: int, text: str | None = None, *, keep: bool = True) -> None:
-        """Play a program and say so in one line, or say why not; with another `text`, if it was saved with that.
+        """Play a program and print one line about it, or print why not; with another `text`, if it was saved with that.
 
         `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin. With
         `keep`, the history gets it.
@@ -103,13 +103,14 @@ class Performance:
         await self._play_whole(document, asked, text, keep=keep)
 
     async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
-        """Play only what a span touches, or a name, and say so in one line, or say why not. `asked` as for `play`."""
+        """Play only the statements that a span touches, or a name, and print one line, or print why not. `asked` as for
+        `play`."""
         await self._play_some(document, lambda analysis: select(analysis, wanted), asked)
 
     async def play_scenes(
         self, document: Document, ends: tuple[str | int | None, str | int | None], asked: int
     ) -> None:
-        """Play only the scenes from one to another, as `play_only` does, with robots where they are then."""
+        """Play only the scenes from one to another, as `play_only` does, with robots at their places at that time."""
         await self._play_some(document, lambda analysis: rehearse(analysis, scenes_named(analysis, *ends)), asked)
 
     async def _play_some(self, document: Document, choose: Callable[[Analysis], Selection], asked: int) -> None:
@@ -144,7 +145,7 @@ class Performance:
 
     @property
     def _when(self) -> When:
-        """When what is asked for takes over from what plays."""
+        """The time at which a new program takes over from the one that plays."""
         settings = self._editor.settings
         return settings.switch_at if settings.on_save == "continue" else "restart"
 
@@ -178,7 +179,7 @@ class Performance:
                     await self._play(document, ready, when, asked, only, keep)
                 return
             stops = playback.stops
-            # One line, however many saves one stop was newer than; that an emergency stop is on has been said.
+            # One line, however many saves came before one stop. An emergency stop that is on already has its line.
             if not stops.pressed["topics"] and self._refused != stops.count:
                 self._refused = stops.count
                 self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
@@ -194,9 +195,9 @@ class Performance:
             self._show(playback)
 
     async def play_before(self, document: Document, asked: int) -> None:
-        """Play the version of a program that played before the one that plays now. `asked` as for `play`.
+        """Play the version of a program that played before the current one. `asked` as for `play`.
 
-        Each time again, it plays the one before that, until a save or another command plays something.
+        Each repetition plays the version before that, until a save or another command plays something.
         """
         file = file_of(document)
         programs = (await self._records.history()).of(file)
@@ -222,7 +223,7 @@ class Performance:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
     async def show_page(self) -> str | None:
-        """Show the simulator's page, or print its URL if nothing can show it. Returns another URL, if there is a page.
+        """Show the simulator's page, or print its URL if nothing can show it. Return another URL, if there is a page.
 
         Each URL opens the page once.
         """
@@ -236,14 +237,15 @@ class Performance:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
         if not self.playing.latest and self._documents:
-            latest = await self._settling.settled([*self._documents.values()][-1])  # the last one that was opened
+            latest = await self._settling.settled([*self._documents.values()][-1])  # the one that was opened last
             await self._settling.run(lambda: latest.analysis.diagnostics)
             self._present(latest)
         self._show(playback)
         return playback.link()
 
     def _present(self, document: Document, only: bool = False) -> None:
-        """Have pages show which program is to be played, and what keeps it from being played, if not `only` some is."""
+        """Have pages show the program that should play, and the errors that prevent it, unless `only` some of it
+        plays."""
         path, analysis = path_of(document.uri) or Path(name_of(document.uri)), document.analysis
         found = [] if only else mistakes(path, analysis)
         if not found and not analysis.cast.ok:  # its text could not be read
@@ -252,7 +254,7 @@ class Performance:
         self._stages().present(path.name, folder, found)
 
     def ask(self, wish: Wish, asked: int = 0) -> None:
-        """Have the stages do something, such as seek. To resume, `asked` is as for `play`."""
+        """Have the stages obey a command, such as seek. For a resume, `asked` is as for `play`."""
         if self._playback:
             self._playback.ask(wish, asked)
 
@@ -267,17 +269,17 @@ class Performance:
 
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
-        """The muted robots, and the soloed ones."""
+        """Return the muted robots, and the soloed ones."""
         return self._playback.state.silenced if self._playback else (frozenset(), frozenset())
 
     @property
     def robots(self) -> set[str]:
-        """The robots of the last dance, and those that are muted or soloed."""
+        """Robots of the last dance, and those that are muted or soloed."""
         latest = self.playing.latest
         return {*(latest.analysis.robots if latest else ()), *self.silenced[0], *self.silenced[1]}
 
     def stop(self) -> str | None:
-        """Stop, on any thread, for `improv stop`. Returns the line that answers it, unless there are no stages yet."""
+        """Stop, on any thread, for `improv stop`. Return the line that answers it, unless there are no stages yet."""
         playback = self._playback
         return playback.stop() if playback else None
 
@@ -341,11 +343,11 @@ class Performance:
                 self.playing.gone()
                 self._hinting.clear()
             if message["type"] == "gone":
-                self.live.framed(0)  # its pages come back to the next one
+                self.live.framed(0)  # its pages reconnect to the next stage
             self._editor.report(message["message"])
 
     def _tell_fault(self, message: FaultMessage) -> None:
-        """Show a person what is wrong with robots, or that it no longer is."""
+        """Show a person the faults of robots, and their end."""
         if not (line := message["line"]):
             return
         if message["over"]:
@@ -356,7 +358,7 @@ class Performance:
             self._editor.warn(line)
 
     async def _offer_to_begin(self, message: Misplaced) -> None:
-        """Once robots are not in their places, offer a button to begin anyway. After a stop it does nothing."""
+        """Offer a button to begin anyway, once robots are not in their places. After a stop it does nothing."""
         offered, self._offered = self._offered, message["waits"]
         if offered or not message["robots"]:
             return
@@ -366,7 +368,7 @@ class Performance:
             self.ask({"type": "anyway"}, stops)
 
     def _follow(self, message: TransportMessage) -> None:
-        """Tell everything that follows what plays."""
+        """Pass a message on to all objects that follow the performance."""
         self.playing.follow(message)
         self.live.follow(message)
         self._progress.follow(message)
@@ -375,7 +377,7 @@ class Performance:
             self.keys.release()
 
     def _rest(self) -> None:
-        """Stop everything that follows what plays."""
+        """Stop all objects that follow the performance."""
         self._progress.stop()
         self._hinting.stop()
         self.live.stop()
@@ -390,7 +392,7 @@ class Performance:
 
 
 def _in_program(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
-    """The part of a request that can be written: a ghost is in no program."""
+    """Return the part of a request that can be written: a ghost is in no program."""
     if asked["type"] == "form" or not only or not only.ghost:
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}

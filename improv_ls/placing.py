@@ -1,5 +1,5 @@
-"""What people change on the page, starts, tempos, and where songs begin, becomes lines of the program and of its
-`improv.toml`, through the editor, where that can be undone."""
+"""Turns changes on the page, such as starts, tempos, and the first beats of songs, into lines of the program and of its
+`improv.toml`, through the editor, which can undo them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
 UNSUNG = "its section [music] is missing, or written in an unusual form"
-"""What to say if `first_beat` could not be written."""
+"""The reason in a message if `first_beat` could not be written."""
 
 
 class Placing:
-    """Asks the editor to make edits, one at a time: each is of the text that the one before has left."""
+    """Asks the editor to make edits, one at a time: each is for the text after the previous one."""
 
     def __init__(
         self, editor: Editor, documents: Mapping[str, Document], robots_files: Mapping[str, RobotsFile]
@@ -37,7 +37,7 @@ class Placing:
         self._one_at_a_time = asyncio.Lock()
 
     async def offer(self, uri: str, asked: PlaceRobots | Form | Tune) -> None:
-        """Ask the editor to make the edit; if it does not, say so in one line."""
+        """Ask the editor to make the edit; if it does not, print so in one line."""
         async with self._one_at_a_time:
             document, name = self._documents.get(uri), name_of(uri)
             if not document:
@@ -56,7 +56,7 @@ class Placing:
                 await self._ask(uri, changed, asked)
 
     def _changed(self, document: Document, asked: PlaceRobots | Form | Tune) -> tuple[str, ChangedText | None]:
-        """What is to be changed, and how; None if something has to be fixed first."""
+        """Return the URI to change, and the change; None if the person has to fix something first."""
         if asked["type"] != "tune" or asked["key"] == "beat":
             edits = edits_of(document.analysis, asked)
             lines = document.analysis.lines
@@ -94,7 +94,7 @@ def _called(asked: PlaceRobots | Form | Tune) -> str:
 
 
 def edits_of(analysis: Analysis, asked: PlaceRobots | Form | Tune) -> Sequence[Edit] | None:
-    """The edits of a program that do what was asked for; None if a line of it has to be fixed first."""
+    """Return the edits of a program for a request; None if the person has to fix a line of it first."""
     analysis = analysis.settled()
     if asked["type"] == "tune":
         return in_tempo(analysis, max(asked["value"], 1))

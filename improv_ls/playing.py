@@ -1,4 +1,4 @@
-"""What plays now, according to the stage that leads, and the documents that it was made from."""
+"""The state of the performance, according to the stage that leads, and the documents of its scores."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ class _Sent(NamedTuple):
 
 
 class Playing:
-    """What plays. `documents` are the open ones, as they are now."""
+    """The state of the performance. `documents` are the open ones, in their current versions."""
 
     def __init__(self, documents: Mapping[str, Document]) -> None:
         self._documents = documents
         self._sent: dict[int, _Sent] = {}  # by generation: the one that plays, and those that are to take over
         self._latest: _Sent | None = None
-        self._began: object = None  # the generation, and when its parts began
+        self._began: object = None  # the generation, and the times at which its parts began
         self.replay: Replay | None = None
-        """What robots play; None before anything has played."""
+        """The replay of the robots; None before anything has played."""
         self.generation = 0
         self.state: State = "stopped"
         self.transport: TransportMessage | None = None
-        """The latest one; None if no stage is there."""
+        """The latest transport message; None if there is no stage."""
 
     @property
     def latest(self) -> Document | None:
-        """What was sent to the stages last."""
+        """The document that was sent to the stages last."""
         return self._latest and self._latest.document
 
     @property
@@ -49,20 +49,20 @@ class Playing:
         return sent and sent.document
 
     def now(self, played: Document) -> Document:
-        """A document that was sent, as it is in the editor now."""
+        """Return the editor's current version of a document that was sent."""
         return self._documents.get(played.uri, played)
 
     def sent(self, generation: int, document: Document, score: Score) -> None:
-        """A document was sent to the stages as this score, and will play once they say so."""
+        """Note that a document was sent to the stages as this score; a message of the stages reports when it plays."""
         self._sent[generation] = self._latest = _Sent(document, score)
 
     def is_old(self, message: TransportMessage) -> bool:
-        """Whether a message is from a stage that has been replaced. It can be slow to stop, and what the new one plays
-        has a higher generation."""
+        """Return whether a message is from a stage that has been replaced. It can be slow to stop, and the score of the
+        new one has a higher generation."""
         return message["generation"] < self.generation
 
     def follow(self, message: TransportMessage) -> None:
-        """Note what the stage says."""
+        """Note a message of the stage."""
         generation, before = message["generation"], self.transport
         self.state, self.generation, self.transport = message["state"], generation, message
         if not self._latest:
@@ -84,20 +84,20 @@ class Playing:
         self.state, self.transport = "stopped", None
 
     def hints(self, uri: str) -> Sequence[Hint]:
-        """The inlay hints of a document about what plays now."""
+        """Return the inlay hints of a document at the current position."""
         if not self.transport or not self.document or self.document.uri != uri:
             return ()
         return self.hints_at(beat_at(self.transport, time.monotonic()))
 
     def hints_at(self, beat: float) -> Sequence[Hint]:
-        """The inlay hints of the document that plays, at a beat."""
+        """Return the inlay hints of the document that plays, at a beat."""
         played = self.document
         if not played or not self.replay or self.state not in ("playing", "paused"):
             return ()
         return playing_hints(self.replay, self.now(played).analysis, beat)
 
     def renamed(self, old: str, new: str) -> None:
-        """Note that the file that was played, or a folder around it, has another name now."""
+        """Note that the file that was played, or a folder around it, has a new name."""
 
         def renamed(sent: _Sent) -> _Sent:
             return sent._replace(document=replace(sent.document, uri=moved(sent.document.uri, old, new)))

@@ -14,7 +14,7 @@ Encoding: TypeAlias = types.PositionEncodingKind | str
 
 
 def to_position(lines: LineIndex, offset: int, encoding: Encoding) -> types.Position:
-    """The editor's position of an offset."""
+    """Convert an offset to the editor's position."""
     line, column = lines.position(offset)
     start = lines.starts[line]
     return types.Position(line, units(lines.text[start : start + column].removesuffix("\r"), encoding))
@@ -25,7 +25,7 @@ def to_range(lines: LineIndex, span: Span, encoding: Encoding) -> types.Range:
 
 
 def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) -> int:
-    """The offset of an editor's position. Beyond a line's end it is that end, inside a character its start."""
+    """Convert an editor's position to an offset. Beyond a line's end it is that end, inside a character its start."""
     if position.line >= len(lines.starts):
         return len(lines.text)
     text = lines.line(position.line)
@@ -33,7 +33,7 @@ def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) ->
 
 
 def range_of(value: Any) -> types.Range | None:
-    """The range in a command's argument; None if it is not a range."""
+    """Return the range in a command's argument; None if it is not a range."""
     try:
         places = [(place["line"], place["character"]) for place in (value["start"], value["end"])]
     except (KeyError, TypeError):
@@ -49,7 +49,7 @@ def to_span(lines: LineIndex, range_: types.Range, encoding: Encoding) -> Span:
 
 
 def units(text: str, encoding: Encoding) -> int:
-    """How many columns a text takes up."""
+    """Return the number of columns that a text takes up."""
     if text.isascii() or encoding == types.PositionEncodingKind.Utf32:
         return len(text)
     # JSON can contain a lone surrogate, which must not raise.
@@ -69,12 +69,12 @@ def _column(text: str, character: int, encoding: Encoding) -> int:
 
 
 def to_scenes(scenes: Scenes) -> Mapping[str, int]:
-    """Scenes as an argument of `improv.play`, counted from 1."""
+    """Convert scenes to an argument of `improv.play`, counted from 1."""
     return {"from": scenes.first + 1, "to": scenes.last + 1}
 
 
 def scenes_of(value: object) -> tuple[str | int | None, str | int | None] | None:
-    """The first and the last scene of such an argument, by name or number; None if it is none."""
+    """Return the first and the last scene of such an argument, by name or number; None if it is none."""
     if not isinstance(value, dict) or not value or not value.keys() <= {"from", "to"}:
         return None
     first, last = value.get("from"), value.get("to")

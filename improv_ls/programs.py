@@ -1,4 +1,4 @@
-"""The programs in folders, open or not: as many as can be read without making people wait."""
+"""The programs in folders, open or not: as many as can be read without a delay."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class FoundPrograms:
 
 
 def programs_in(folders: Iterable[Path]) -> FoundPrograms:
-    """The programs in folders and their subfolders, except hidden ones and links to folders."""
+    """Find the programs in folders and their subfolders, except hidden ones and links to folders."""
     paths: dict[Path, None] = {}
     for seen, entry in enumerate(_entries(folders)):
         if seen == MOST_ENTRIES or len(paths) == MOST_FILES:
@@ -41,7 +41,8 @@ def programs_in(folders: Iterable[Path]) -> FoundPrograms:
 
 
 def names_in_file(path: Path) -> tuple[LineIndex, tuple[OutlineEntry, ...]]:
-    """The names and robots in a file, read again if it has changed; none if it cannot be read or is too large."""
+    """Return the names and robots in a file, read again if it has changed; none if it cannot be read or is too
+    large."""
     try:
         state = path.stat()
     except OSError:
@@ -59,7 +60,7 @@ def _names(path: Path, changed: int, size: int) -> tuple[LineIndex, tuple[Outlin
 
 
 def _entries(folders: Iterable[Path]) -> Iterator[os.DirEntry[str]]:
-    """Everything in folders, breadth first."""
+    """Yield all entries of folders, breadth first."""
     waiting = deque(str(folder) for folder in folders)
     while waiting:
         try:

@@ -13,14 +13,14 @@ from improv_ls.editor import ANSWER_LIMIT, Editor
 
 
 class Progress:
-    """Follows what plays."""
+    """Follows the performance."""
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
         self._task: asyncio.Task[None] | None = None
 
     def follow(self, transport: TransportMessage) -> None:
-        """Note that what plays has changed."""
+        """Note that the playback has changed."""
         self.stop()
         if transport["state"] == "playing" and self._editor.can("window.work_done_progress"):
             self._task = asyncio.create_task(self._show(transport))

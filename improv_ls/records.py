@@ -25,7 +25,7 @@ class Records:
         self._told: set[str] = set()
 
     async def history(self) -> history.History:
-        """What has been kept, including what happened just now."""
+        """Return the programs that have been kept, including those that played just now."""
         return await asyncio.get_running_loop().run_in_executor(self._thread, history.read)
 
     def played(self, document: Document) -> None:
@@ -41,18 +41,18 @@ class Records:
 
         def done(writing: Future[None]) -> None:
             if problem := writing.exception():
-                with suppress(RuntimeError):  # the loop was closed
+                with suppress(RuntimeError):  # the loop is closed
                     loop.call_soon_threadsafe(self._tell, str(problem))
 
         self._thread.submit(write, *what).add_done_callback(done)
 
     def _tell(self, problem: str) -> None:
-        """Warn about a problem, once: it may come with every save."""
+        """Warn of a problem, once: it may come with every save."""
         if problem not in self._told:
             self._told.add(problem)
             self._editor.warn(problem)
 
 
 def file_of(document: Document) -> str:
-    """The name of a program in the history."""
+    """Return the name of a program in the history."""
     return str(path_of(document.uri) or document.uri)

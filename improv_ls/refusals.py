@@ -1,4 +1,4 @@
-"""Why a program can't be played, in one line."""
+"""Reasons why a program can't play, in one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from improv_ls.documents import Document
 
 
 def refusal(document: Document) -> str | None:
-    """Why a whole program can't be played; None if it can."""
+    """Return why a whole program can't play; None if it can."""
     if why := wrong_robots(document):
         return why
     errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
@@ -19,7 +19,7 @@ def refusal(document: Document) -> str | None:
 
 
 def wrong_robots(document: Document) -> str | None:
-    """Why no robot may move; None if improv.toml has no error."""
+    """Return why no robot may move; None if improv.toml has no error."""
     cast = document.analysis.cast
     if cast.ok:
         return None

@@ -1,4 +1,4 @@
-"""Finds whom robots meet in open programs, in a process of its own: that may take a second.
+"""Finds the robots that meet in open programs, in a separate process: that may take a second.
 
 It knows the latest version of each program, so after an edit only pairs with a robot that changed are checked again.
 """
@@ -30,8 +30,8 @@ class RoomChecker:
         self._answerer = Answerer("improv_ls.room_checker")
 
     def check(self, uri: str, text: str, robots: Robots) -> tuple[Diagnostic, ...]:
-        """What the robots of a program meet or hit, and what their joints can't do. Blocks; raises EOFError or
-        OSError if the process has ended, or has hung and was killed."""
+        """Return the robots that meet or hit something in a program, and the motions that joints can't make. Blocks;
+        raises EOFError or OSError if the process has ended, or has hung and was killed."""
         found: tuple[Diagnostic, ...] = self._answerer.ask((uri, text, robots))
         return found
 
@@ -45,13 +45,13 @@ class _Version(NamedTuple):
 
 
 class Rooms:
-    """The latest versions of some programs, and what is known about who meets whom in them."""
+    """The latest versions of some programs, and the meetings found in them."""
 
     def __init__(self) -> None:
         self._versions: dict[str, _Version] = {}
 
     def check(self, uri: str, text: str, robots: Robots) -> tuple[Diagnostic, ...]:
-        """What the robots of a program meet or hit, and what their joints can't do."""
+        """Return the robots that meet or hit something in a program, and the motions that joints can't make."""
         before = self._versions.pop(uri, None)
         if before and before.analysis.cast == robots:
             analysis = before.analysis.edited(*difference(before.analysis.text, text))
@@ -65,7 +65,7 @@ class Rooms:
 
 
 def _serve() -> None:
-    """Answer what is asked on standard input, until it is closed."""
+    """Answer the questions from standard input, until it is closed."""
     say: Callable[[str], None] = own_output()
     rooms = Rooms()
     for line in sys.stdin.buffer:

@@ -18,7 +18,7 @@ QUIET = 0.2
 
 
 class _Checked(NamedTuple):
-    """A version of a program, and what was found about it; None while that isn't known yet."""
+    """A version of a program, and its findings; None while they aren't known yet."""
 
     lines: LineIndex
     robots: Robots
@@ -29,7 +29,7 @@ class _Checked(NamedTuple):
 
 
 class RoomWatch:
-    """What is known about who meets whom in open programs. `show` is called with a program about which that changed."""
+    """Findings about robots that meet in open programs. `show` is called with a program whose findings have changed."""
 
     def __init__(self, documents: Mapping[str, Document], show: Callable[[Document], None]) -> None:
         self._documents = documents
@@ -40,12 +40,12 @@ class RoomWatch:
         self._task: asyncio.Task[None] | None = None
 
     def found(self, document: Document) -> Sequence[Diagnostic]:
-        """What is known about this version of a program."""
+        """Return the known findings about this version of a program."""
         checked = self._checked.get(document.uri)
         return (checked.found or ()) if checked and checked.is_of(document) else ()
 
     def look(self, document: Document) -> None:
-        """Have this version of a program checked, which is up to date, unless that was done or is about to be."""
+        """Have this version of a program, which is up to date, checked, unless that was done or is about to be."""
         checked = self._checked.get(document.uri)
         if checked and checked.is_of(document):
             return
@@ -66,7 +66,7 @@ class RoomWatch:
             self._task = asyncio.ensure_future(self._check())
 
     async def _check(self) -> None:
-        """Check all programs that wait for it. What was found about a version is dropped if there is a newer one."""
+        """Check all programs that wait for it. Findings about a version are dropped if there is a newer one."""
         while document := self._next():
             checked = self._checked[document.uri]
             found: Sequence[Diagnostic] = ()
@@ -84,7 +84,7 @@ class RoomWatch:
                     self._show(now)
 
     def _next(self) -> Document | None:
-        """A program that is still to be checked."""
+        """Return a program that is still to be checked."""
         for uri in [uri for uri, checked in self._checked.items() if checked.found is None]:
             document = self._documents.get(uri)
             if document and self._checked[uri].is_of(document):

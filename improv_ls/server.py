@@ -102,7 +102,7 @@ _REQUESTS = {method for method in FEATURES if types.METHOD_TO_TYPES.get(method, 
 
 
 def create_server() -> Session:
-    """A server with every feature; it waits for a client."""
+    """Create a server with every feature; it waits for a client."""
     server = Session()
     server.publish = partial(_loaded_later("publish_diagnostics.publish"), server)
     server.urdfs_changed = partial(_loaded_later("workspace_files.urdfs_changed"), server)
@@ -116,7 +116,7 @@ def create_server() -> Session:
 
 
 def serve() -> int:
-    """Serve one editor over standard input and output. Returns the exit code."""
+    """Serve one editor over standard input and output. Return the exit code."""
     # Editors show standard error as errors, and every message that matters reaches the person through LSP.
     logging.basicConfig(level=logging.CRITICAL)
     # Under `PYTHONUNBUFFERED`, `sys.stdout` has no buffer: if the process is halted while it writes to a full pipe, the
@@ -126,7 +126,7 @@ def serve() -> int:
 
 
 def _loaded_later(handler: str) -> Callable[..., Any]:
-    """A handler whose module is imported when it is first needed: an editor waits for nothing but `initialize`."""
+    """Wrap a handler whose module is imported when it is first needed: an editor waits for nothing but `initialize`."""
     module, name = handler.split(".")
 
     def handle(ls: Session, *arguments: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What the server knows while it runs: the editor, the open documents, and what plays."""
+"""State of the server while it runs: the editor, the open documents, and the performance."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ _numbers = count(1)
 
 @dataclass(frozen=True, slots=True)
 class LastSent(Generic[T]):
-    """What an editor was last sent for a document, and the ID with which it asks for what has changed since."""
+    """The items that an editor got last for a document, and the ID with which it asks for later changes."""
 
     result_id: str
     items: Sequence[T]
 
 
 def sent(items: Sequence[T]) -> LastSent[T]:
-    """What is being sent, with an ID that no other result has, for any document."""
+    """Give items an ID that no other result has, for any document."""
     return LastSent(str(next(_numbers)), items)
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What was wrong with a program on disk when its file had this state, for these robots."""
+    """The diagnostics of a program on disk when its file had this state, for these robots."""
 
     stamp: tuple[int, int]
     robots: Robots
@@ -63,11 +63,11 @@ class Session(StdioServer):
         self.publish: Callable[[Document], None] = lambda document: None
         """Sends the diagnostics of a program."""
         self.urdfs_changed: Callable[[], None] = lambda: None
-        """Checks what depends on URDFs again."""
+        """Checks again everything that depends on URDFs."""
         self.documents: dict[str, Document] = {}
         """The open programs."""
         self.robots_files: dict[str, RobotsFile] = {}
-        """The `improv.toml` files that are open in the editor: few editors tell us about theirs."""
+        """The `improv.toml` files that are open in the editor: few editors report theirs."""
         self.sent_tokens: dict[str, LastSent[Chunk]] = {}
         self.sent_diagnostics: dict[str, LastSent[types.Diagnostic]] = {}
         self.checked: dict[str, Checked] = {}
@@ -80,12 +80,12 @@ class Session(StdioServer):
         Without an entry, it will be those that it has once it has been read."""
         self._reached: StopSocket | None = None
         self.saving: dict[str, int | None] = {}
-        """The documents that are being saved, each with how many stops there had been when a person asked for the save,
-        or None if the editor saves on its own."""
+        """The documents that are being saved, each with the number of stops before a person asked for the save, or None
+        if the editor saves on its own."""
 
     @cached_property
     def performance(self) -> Performance:
-        """What plays. Made when something is about to play, because it imports much."""
+        """The performance. Made when a program is about to play, because it imports much."""
         from improv_ls.performance import Performance
 
         self.obey_while_busy()
@@ -93,14 +93,14 @@ class Session(StdioServer):
 
     @cached_property
     def records(self) -> Records:
-        """What is kept on disk. Made when somebody saves."""
+        """Records on disk. Made when somebody saves."""
         from improv_ls.records import Records
 
         return Records(self.editor)
 
     @cached_property
     def rooms(self) -> RoomWatch:
-        """Who meets whom in the open programs. Made when the first one is up to date."""
+        """Meetings of robots in the open programs. Made when the first program is up to date."""
         from improv_ls.room_watch import RoomWatch
 
         return RoomWatch(self.documents, self._show_room)
@@ -119,7 +119,7 @@ class Session(StdioServer):
 
     @cached_property
     def settling(self) -> Settling:
-        """What brings the open programs up to date. Made on the event loop."""
+        """Brings the open programs up to date. Made on the event loop."""
         from improv_core.program.files import read_urdfs_by
         from improv_ls.settling import Settling
         from improv_ls.slices import Slices
@@ -131,7 +131,7 @@ class Session(StdioServer):
         return Settling(slices, urdfs, self.documents, self.publish, self._look, self._refresh, self._fail)
 
     def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
-        """Answer a request, in slices, as soon as what it is about is known."""
+        """Answer a request, in slices, as soon as the document is far enough up to date."""
         place = getattr(params, "position", None) or getattr(getattr(params, "range", None), "end", None)
         document = getattr(params, "text_document", None) or getattr(params, "item", None)
         line = -1 if method == types.TEXT_DOCUMENT_DIAGNOSTIC else place.line if place else None
@@ -139,7 +139,7 @@ class Session(StdioServer):
         self.settling.answer(function, future, document.uri if document else None, line, whole)
 
     def _refresh(self) -> None:
-        """Have the editor ask again for what it shows, now that a document is up to date."""
+        """Have the editor ask again for its decorations, because a document is up to date now."""
         for feature in _SHOWN:
             self.editor.refresh(feature)
 
@@ -150,12 +150,12 @@ class Session(StdioServer):
             self.editor.report(f"Improv: internal error: {error}")
 
     def report_server_error(self, error: Exception, source: type[Exception]) -> None:
-        """Show an internal error, unless it happened in a request: that is answered with the error."""
+        """Show an internal error, unless it happened in a request: then the answer is the error."""
         if not issubclass(source, FeatureRequestError):
             self.editor.report(f"Improv: internal error: {error}")
 
     def listen(self) -> None:
-        """Have `improv stop` reach this session from now on, so that it finds what is about to play too."""
+        """Let `improv stop` reach this session from now on, so that it also finds a program that is about to play."""
         self._reached = listening(self._stop, self.stops, STARTED)
         if self.stops.unreachable:
             self.editor.warn(f"`improv stop` won't work: {self.stops.unreachable}")

@@ -31,7 +31,8 @@ class Settings:
 
 
 def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
-    """The settings updated with a client's values, and one line for each wrong value, which changes nothing.
+    """Update the settings with a client's values. Return them, and one line for each wrong value, which changes
+    nothing.
 
     Takes the whole section or its contents, nested or with dotted names.
     """

@@ -1,4 +1,4 @@
-"""Brings open programs up to date in slices, and answers requests about them as soon as what they need is known."""
+"""Brings open programs up to date in slices, and answers requests about them as soon as their data is known."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from improv_ls.slices import Slices
 from improv_ls.urdfs import Urdfs
 
 PATIENCE = 0.02
-"""Seconds that a request waits for statements to be up to date. Then it is answered from what is known."""
+"""Seconds that a request waits for statements to be up to date. Then the known data answers it."""
 T = TypeVar("T")
 
 
@@ -42,9 +42,9 @@ class _Asked:
 
 
 class Settling:
-    """The open programs as they become up to date. `publish` shows the diagnostics of one as far as they are known,
-    `look` is called with each version that is up to date, `finished` for one that took more than a slice, and `failed`
-    with what went wrong on the way."""
+    """Brings the open programs up to date. `publish` shows the diagnostics of one as far as they are known, `look` is
+    called with each version that is up to date, `finished` for one that took more than a slice, and `failed` with the
+    error that stopped one."""
 
     def __init__(
         self,
@@ -66,11 +66,11 @@ class Settling:
         self._works: dict[str, list[Future[None]]] = {}
         self._asked: list[_Asked] = []
         self._answering: dict[Future[object], str] = {}
-        self._shown: dict[str, Sequence[Diagnostic]] = {}  # what is known so far of a text that isn't up to date
-        self._failures: dict[str, BaseException] = {}  # what keeps a text from being understood
+        self._shown: dict[str, Sequence[Diagnostic]] = {}  # the known diagnostics of a text that isn't up to date
+        self._failures: dict[str, BaseException] = {}  # the error that stopped the analysis of a text
 
     def keep(self, document: Document) -> None:
-        """Keep a version of a document and bring it up to date. Work on the one before is dropped."""
+        """Keep a version of a document and bring it up to date. Work on the previous version is dropped."""
         before = self._documents.get(document.uri)
         self.drop(document.uri, before is not None and before.lines is document.lines)
         self._documents[document.uri] = document
@@ -102,7 +102,7 @@ class Settling:
         line: int | None = None,
         whole: bool = False,
     ) -> None:
-        """Answer a request with what a function returns, once the document is up to date as far as the end of a line
+        """Answer a request with the result of a function, once the document is up to date as far as the end of a line
         (by default: all of it) or after `PATIENCE`. If it needs the `whole`, it waits until all documents are."""
         document = self._documents.get(uri or "")
         if failure := self._failures.get(uri or ""):
@@ -118,14 +118,15 @@ class Settling:
             asyncio.get_running_loop().call_later(PATIENCE, self._begin_waiting, asked)
 
     async def run(self, function: Callable[[], T]) -> T:
-        """What a slow function returns."""
+        """Return the result of a slow function."""
         return await asyncio.wrap_future(self._slices.begin(function))
 
     async def settled(self, document: Document, text: str | None = None) -> Document:
-        """This version of a document with everything up to date, also its robots, no matter what is typed meanwhile.
+        """Return this version of a document with everything up to date, also its robots, no matter what is typed
+        meanwhile.
 
-        With a `text`, it is the document as it was saved with that: an editor sends it along if it had saved before we
-        could hear of it. Words that are the same keep their places in the open document.
+        With a `text`, it is the document as it was saved with that: an editor sends the text if it had saved before its
+        message could reach us. Words that are the same keep their places in the open document.
         """
         await self._urdfs.all_read()
         document = await self._settled(document)
@@ -148,7 +149,7 @@ class Settling:
         return replace(document, analysis=await self.run(document.analysis.settled))
 
     def _settle(self, uri: str) -> None:
-        """The work for one version of a document: replacing that version drops the work."""
+        """Bring one version of a document up to date: replacing that version drops the work."""
         while not (document := self._documents[uri]).analysis.is_settled:
             self._documents[uri] = settled_further(document, self._slices.is_over)
             if document.analysis.earlier:
@@ -163,7 +164,7 @@ class Settling:
         self._look_at(document)
 
     def _preview(self, uri: str) -> None:
-        """Show what is known about a document that has been read but isn't up to date."""
+        """Show the known diagnostics of a document that has been read but isn't up to date."""
         works = self._works.get(uri, [])
         if len(works) == 1 and not works[0].done() and not self._documents[uri].analysis.earlier:
             works.append(preview := self._slices.begin(partial(self._show, uri)))
@@ -181,7 +182,7 @@ class Settling:
             self._finished()
 
     def _done_with(self, work: Future[None], uri: str) -> None:
-        """If it failed, every request about this text is answered with the error."""
+        """Answer every request about this text with the error if the work failed."""
         if error := work.exception():
             self._failures[uri] = error
             for asked in [each for each in self._asked if each.uri == uri]:
@@ -195,7 +196,7 @@ class Settling:
             self._failed(error)
 
     def _is_settled(self) -> bool:
-        """Whether all documents are up to date, as far as they can be."""
+        """Return whether all documents are up to date, as far as they can be."""
         return all(each.analysis.is_settled or uri in self._failures for uri, each in self._documents.items())
 
     def _is_ready(self, uri: str, line: int | None) -> bool:

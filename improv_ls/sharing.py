@@ -16,7 +16,8 @@ from improv_ls.programs import programs_in
 
 
 def programs_for(documents: Mapping[str, Document], robots: Path | None, word: str) -> Iterator[Document]:
-    """The programs for the robots of a file that contain a word: open ones as in the editor, others as in their files.
+    """Yield the programs for the robots of a file that contain a word: open ones as in the editor, others as in their
+    files.
 
     Raises RefusalError if there are too many files to find all of them.
     """

@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class _Work(Generic[T]):
-    """A function that is being run, in a greenlet, because it can stop in the middle of anything it has called."""
+    """A function that runs in a greenlet, because it can stop in the middle of any call."""
 
     def __init__(self, function: Callable[[], T], future: Future[T]) -> None:
         self.function = function
@@ -42,12 +42,12 @@ class Slices:
         self._works: list[_Work[Any]] = []
         self._running: _Work[Any] | None = None
         self._idle: greenlet | None = None  # kept for the next job: making one takes as long as a short job
-        self._is_used = False  # whether a slice has been used up since messages were last read
+        self._is_used = False  # true once a slice has been used up since messages were last read
         on_checkpoint(self._look)
 
     def begin(self, function: Callable[[], T], future: Future[T] | None = None) -> Future[T]:
-        """Run a function. Its future is done already if that takes no longer than a slice; who cancels it, or sets it,
-        drops the work."""
+        """Run a function. If that takes no longer than a slice, the returned future is already done; canceling or
+        setting the future drops the work."""
         work = _Work(function, future or Future())
         if not self._is_used:
             self._run(work)
@@ -59,16 +59,16 @@ class Slices:
 
     @property
     def is_working(self) -> bool:
-        """Whether it is work in slices that asks."""
+        """True if the caller is work in slices."""
         return self._running is not None and getcurrent() is self._running.worker
 
     def is_over(self) -> bool:
-        """Whether the work that asks should keep what it has and `rest`: soon it will have to stop at a checkpoint."""
+        """Return whether the caller should keep its results and `rest`: soon it will have to stop at a checkpoint."""
         work = self._running
         return work is not None and self._clock() >= work.until - SLICE / 5
 
     def rest(self) -> None:
-        """Let messages be read, if the slice of the work that asks is nearly over."""
+        """Let messages be read, if the caller's slice is nearly over."""
         if self.is_over():
             self._stop()
 
@@ -78,7 +78,7 @@ class Slices:
             self._stop()
 
     def _stop(self) -> None:
-        """Stop here until the next slice, unless this is another thread, or no work."""
+        """Stop here until the next slice, unless the caller is another thread, or no work."""
         worker = getcurrent()
         if self._running and worker is self._running.worker and worker.parent:
             worker.parent.switch()
@@ -123,7 +123,7 @@ class Slices:
             work.future.set_result(work.result)
 
     def _serve(self) -> None:
-        """What a greenlet does: one job after another."""
+        """Run one job after another, in a greenlet."""
         while work := self._running:
             try:
                 work.result = work.function()

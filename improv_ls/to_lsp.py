@@ -42,7 +42,7 @@ _KINDS = {
 
 
 class DiagnosticSupport(NamedTuple):
-    """Which parts of a diagnostic a client supports, besides its range and message."""
+    """The parts of a diagnostic that a client supports, besides its range and message."""
 
     related_information: bool
     tags: bool
@@ -72,7 +72,7 @@ def diagnostic(
 
 
 def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
-    """Markdown for clients that say they show it, plain text for others."""
+    """Convert to Markdown for clients that show it, to plain text for others."""
     if types.MarkupKind.Markdown in (formats or ()):
         return types.MarkupContent(types.MarkupKind.Markdown, found.markdown)
     return types.MarkupContent(types.MarkupKind.PlainText, found.plain)
@@ -81,7 +81,7 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
 def completion(
     uri: str, lines: LineIndex, found: Completion, snippets: bool, encoding: Encoding
 ) -> types.CompletionList:
-    """The completions in our order; as snippets for clients that support them."""
+    """Convert the completions in our order; as snippets for clients that support them."""
     replaced = to_range(lines, found.span, encoding)
     items = []
     for number, item in enumerate(found.items):

@@ -50,8 +50,8 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
 def workspace_edit(
     changed: Mapping[str, ChangedText], versions: bool, encoding: Encoding, new: Sequence[str] = ()
 ) -> types.WorkspaceEdit:
-    """Edits of several documents, with their versions if the client takes versions, and of `new` files, which it must
-    be able to create."""
+    """Return the edits of several documents, with their versions if the client takes versions, and of `new` files,
+    which it must be able to create."""
     edits = {
         uri: [types.TextEdit(to_range(each.lines, edit.span, encoding), edit.text) for edit in each.edits]
         for uri, each in changed.items()
@@ -104,7 +104,7 @@ def folding_range(fold: Fold) -> types.FoldingRange:
 
 
 def selection_range(lines: LineIndex, spans: Sequence[Span], encoding: Encoding) -> types.SelectionRange:
-    """Spans from the innermost out, each inside the next."""
+    """Convert spans from the innermost out, each inside the next."""
     parent: types.SelectionRange | None = None
     for span in reversed(spans):
         parent = types.SelectionRange(to_range(lines, span, encoding), parent)

@@ -21,7 +21,7 @@ BEING_READ = " is being read"
 
 
 class Urdfs:
-    """What URDFs say, by their contents. `read` is called on the event loop once another one has been read."""
+    """The skeletons in URDFs, by their contents. `read` is called on the event loop once another one has been read."""
 
     def __init__(self, slices: Slices, read: Callable[[], object]) -> None:
         self._slices = slices
@@ -31,7 +31,8 @@ class Urdfs:
         self._works: dict[bytes, Future[Skeleton | str]] = {}
 
     def skeleton_in(self, source: bytes) -> Skeleton | str:
-        """What a URDF says, or that it is being read. Other threads, and requests that run in slices, wait for it."""
+        """Return the skeleton in a URDF, or that it is being read. Other threads, and requests that run in slices, wait
+        for it."""
         from improv_core.robots.skeletons import skeleton_in
 
         if source in self._found:

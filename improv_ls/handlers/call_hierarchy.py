@@ -38,7 +38,7 @@ def outgoing(ls: Session, params: types.CallHierarchyOutgoingCallsParams) -> lis
 
 
 def _place(ls: Session, document: Document, item: types.CallHierarchyItem) -> int:
-    """Where an item is in the text as it is now."""
+    """Return the offset of an item in the current text."""
     return to_offset(document.lines, item.selection_range.start, ls.editor.encoding)
 
 

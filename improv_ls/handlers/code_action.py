@@ -1,4 +1,4 @@
-"""textDocument/codeAction and codeAction/resolve: fixes, refactorings, and what can be played or stopped."""
+"""textDocument/codeAction and codeAction/resolve: fixes, refactorings, and actions that play or stop."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeA
 
 
 def resolve(ls: Session, action: types.CodeAction) -> types.CodeAction:
-    """The action with its edits, for the text as it is now; without any if that no longer has it."""
+    """Add the edits to an action, for the current text; none if the action no longer exists there."""
     uri, start, end = action.data if isinstance(action.data, list) and len(action.data) == 3 else ("", 0, 0)
     if document := ls.documents.get(uri) or ls.robots_files.get(uri):
         for found, changed in _actions(ls, document, Span(start, end), action.kind == FIX_ALL):
@@ -65,12 +65,12 @@ def resolve(ls: Session, action: types.CodeAction) -> types.CodeAction:
 def _actions(
     ls: Session, document: Document | RobotsFile, span: Span, fixes_all: bool
 ) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
-    """Actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
+    """Yield actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
     if isinstance(document, RobotsFile):
         found = robots_file.actions(document, span)
     else:
         found = fixes(diagnostics_of(ls, document), span)
-        if document.analysis.is_settled:  # a refactored program must be sure to mean the same
+        if document.analysis.is_settled:  # a refactored program must keep its meaning
             found += refactorings(document.analysis, span)
         found += fix_all(document.analysis) if fixes_all else ()
     for action in found:
@@ -81,7 +81,7 @@ def _actions(
 
 
 def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
-    """Fixes that add a robot to `improv.toml`."""
+    """Yield fixes that add a robot to `improv.toml`."""
     robots, text = document.analysis.cast, document.analysis.text
     uri = from_fs_path(str(robots.path)) if robots.path else None
     if not uri:
@@ -97,7 +97,8 @@ def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Ac
 
 
 def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
-    """On a robot, if `improv.toml` lists none: write all robots of the program into it, or into a new one."""
+    """Yield, for a robot, the action that lists all robots of the program in `improv.toml`, or in a new one, if it
+    lists none."""
     cast, program, symbol = document.analysis.cast, path_of(document.uri), symbol_at(document.analysis, span.start)
     if not (program and symbol and symbol.is_robot) or cast.robots or not (cast.path or ls.editor.creates_files):
         return
@@ -113,7 +114,7 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
 
 
 def _deeds(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[Deed]:
-    """What can be played, silenced, or stopped there."""
+    """Yield actions that play, silence, or stop something there."""
     if isinstance(document, RobotsFile):
         return trials(document.lines.text, span)
     return deeds(document.analysis, span.start, *ls.performance.silenced)
@@ -133,14 +134,15 @@ def _command(ls: Session, document: Document | RobotsFile, deed: Deed) -> types.
 
 
 def _is_one_of(kind: str, wanted: list[str]) -> bool:
-    """Dots separate kinds: refactor.inline is a kind of refactor."""
+    """Return whether one of the wanted kinds includes this one: dots separate kinds, so refactor.inline is a kind of
+    refactor."""
     return any(f"{kind}.".startswith(f"{each}.") for each in wanted if each) or "" in wanted
 
 
 def _converted(
     ls: Session, document: Document | RobotsFile, action: Action, changed: dict[str, ChangedText], later: Span | None
 ) -> types.CodeAction:
-    """An action with its edits, or with the cursor's span if the editor is to ask for them later."""
+    """Convert an action with its edits, or with the cursor's span if the editor asks for the edits later."""
     prefers = ls.editor.can("text_document.code_action.is_preferred_support")
     return types.CodeAction(
         title=action.title,
@@ -158,6 +160,6 @@ def _edit(ls: Session, document: Document | RobotsFile, changed: dict[str, Chang
 
 
 def _new(document: Document | RobotsFile, changed: dict[str, ChangedText]) -> list[str]:
-    """The files among those that change that do not exist yet: an `improv.toml`."""
+    """Return the changed files that do not exist yet: an `improv.toml`."""
     exists = isinstance(document, RobotsFile) or document.analysis.cast.path
     return [] if exists else [uri for uri in changed if uri != document.uri]

@@ -16,7 +16,7 @@ def code_lens(ls: Session, params: types.CodeLensParams) -> list[types.CodeLens]
     document = ls.documents.get(uri)
     if not document or not ls.editor.settings.code_lens:
         return []
-    if document.analysis.earlier:  # not read yet: nothing is known of it
+    if document.analysis.earlier:  # not read yet, so it has no analysis
         return []
     scenes = ls.scenes_with_lenses.setdefault(uri, scene_ids(document.analysis))
     found = []

@@ -23,7 +23,7 @@ def completion(ls: Session, params: types.CompletionParams) -> types.CompletionL
     found = complete(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
     if not found:
         return None
-    # A trigger asks only where there is little to choose from, so that lists do not pop up between all words.
+    # A trigger asks only in places with few choices, so that lists do not pop up between all words.
     is_short = found.items and found.items[0].kind in ("plane", "sense")
     if params.context and params.context.trigger_character and not is_short:
         return None
@@ -32,7 +32,7 @@ def completion(ls: Session, params: types.CompletionParams) -> types.CompletionL
 
 
 def resolve(ls: Session, item: types.CompletionItem) -> types.CompletionItem:
-    """The item with its documentation, which is made only for an item that the person looks at."""
+    """Add the documentation to an item, which is made only for an item that the person looks at."""
     uri, statement, kind = item.data if isinstance(item.data, list) and len(item.data) == 3 else ("", 0, "")
     document = ls.documents.get(uri)
     offered = Item(item.label, kind)

@@ -1,4 +1,4 @@
-"""textDocument/declaration: what a definition is, except that a robot in `improv.toml` is declared by its section."""
+"""textDocument/declaration: the definition, except that a robot in `improv.toml` is declared by its section."""
 
 from __future__ import annotations
 

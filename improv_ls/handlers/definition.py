@@ -33,7 +33,7 @@ def definition(ls: Session, params: types.DefinitionParams) -> list[types.Locati
 
 
 def _declared(ls: Session, document: Document, params: types.DefinitionParams) -> list[types.Location]:
-    """Where `improv.toml`, as it is now, declares the body part or the pose under the cursor."""
+    """Return the place where the current `improv.toml` declares the body part or the pose under the cursor."""
     robots = robots_of(document.uri)
     if not robots.path:
         return []

@@ -12,7 +12,7 @@ from improv_ls.session import LastSent, Session, sent
 def diagnostic(
     ls: Session, params: types.DocumentDiagnosticParams
 ) -> types.RelatedFullDocumentDiagnosticReport | types.RelatedUnchangedDocumentDiagnosticReport:
-    """All diagnostics of a document, or that they are those that were sent last."""
+    """Return all diagnostics of a document, or that they have not changed since they were sent last."""
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return types.RelatedFullDocumentDiagnosticReport([])
@@ -23,7 +23,7 @@ def diagnostic(
 
 
 def diagnosed(ls: Session, document: Document) -> LastSent[types.Diagnostic]:
-    """The diagnostics of an open document; with the id of those that were sent last, if they are the same."""
+    """Return the diagnostics of an open document, with the ID of those that were sent last if they are the same."""
     items = as_sent(ls, document, diagnostics_of(ls, document))
     before = ls.sent_diagnostics.get(document.uri)
     now = ls.sent_diagnostics[document.uri] = before if before and before.items == items else sent(items)

@@ -18,8 +18,8 @@ def did_change_configuration(ls: Session, params: types.DidChangeConfigurationPa
 
 
 async def pull(ls: Session) -> None:
-    """Ask the client for the settings, if it can be asked. Its answer counts however late it comes, unless it has
-    answered a later question by then."""
+    """Ask the client for the settings, if it takes questions. A late answer counts, unless the client has answered a
+    later question by then."""
     editor = ls.editor
     if not editor.can("workspace.configuration"):
         return

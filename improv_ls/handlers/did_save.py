@@ -10,8 +10,8 @@ from improv_ls.session import Session
 
 
 def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
-    """Note whether a person asked for this save, and after how many stops: an autosave must not move robots, and
-    neither must a save if somebody pressed stop before the editor had finished it."""
+    """Note whether a person asked for this save, and the number of stops before it: an autosave must not move robots,
+    and neither must a save if somebody pressed stop before the editor had finished it."""
     by_person = params.reason == types.TextDocumentSaveReason.Manual
     ls.saving[params.text_document.uri] = ls.arrival.stops if by_person else None
 
@@ -23,14 +23,14 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     if asked is None:
         return
     refresh_robots(ls)
-    # The saved text is what plays, no matter what is typed from here on.
+    # The saved text plays, no matter what the person types from here on.
     document = ls.documents.get(uri)
     if document and ls.editor.settings.on_save != "off":
         ls.editor.soon(ls.performance.play(document, asked, params.text))
 
 
 def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:
-    """Lenses of scenes come with a save, because no line should move while a person types."""
+    """Show the lenses of scenes only with a save, because no line should move while a person types."""
     if document := ls.documents.get(uri):
         before = ls.scenes_with_lenses.pop(uri, None)
         now = None if document.analysis.earlier else scene_ids(document.analysis)

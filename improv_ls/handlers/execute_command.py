@@ -23,9 +23,9 @@ from improv_ls.session import Session
 def play(ls: Session, *arguments: Any) -> None:
     """Play an open program, or only some of it.
 
-    The arguments are its URI or the end of its path, which the only open one does not need, and then nothing, a range,
-    a name, a line or two, counted from 1, or the scenes `from` one `to` another, by name or counted from 1. Of an
-    `improv.toml`, they are its URI and a robot, which takes a step.
+    The first argument is its URI or the end of its path, which is optional if only one program is open. Then come
+    nothing, a range, a name, a line or two, counted from 1, or the scenes `from` one `to` another, by name or counted
+    from 1. For an `improv.toml`, the arguments are its URI and a robot, which takes a step.
     """
     refresh_robots(ls)
     if file := ls.robots_files.get(_path(arguments)):
@@ -45,7 +45,7 @@ def play(ls: Session, *arguments: Any) -> None:
 
 
 def before(ls: Session, *arguments: Any) -> None:
-    """Play the version of a document that played before; which document, as for `play`."""
+    """Play the version of a document that played before; arguments name the document, as for `play`."""
     refresh_robots(ls)
     document, rest = _program(ls, arguments)
     if document and not rest:
@@ -55,7 +55,7 @@ def before(ls: Session, *arguments: Any) -> None:
 
 
 async def history(ls: Session, *arguments: Any) -> list[Mapping[str, str]] | str | None:
-    """What played, the latest first; with an id from there, the text of that program."""
+    """Return the programs that played, the latest first; with an ID of one, its text."""
     kept = await ls.records.history()
     if not arguments:
         if kept.complaint:
@@ -81,7 +81,7 @@ def restart(ls: Session, *arguments: Any) -> None:
 
 
 def hush(ls: Session, *arguments: Any) -> None:
-    if not ls.arrival.is_stop:  # otherwise it has been obeyed as it arrived
+    if not ls.arrival.is_stop:  # otherwise the reader has obeyed it
         ls.stops.stop()
 
 
@@ -105,7 +105,7 @@ def cue(ls: Session, *arguments: Any) -> None:
 
 
 def calibrate(ls: Session, *arguments: Any) -> None:
-    """Say how to calibrate a robot: that takes a conversation, so it needs a terminal."""
+    """Show how to calibrate a robot: that takes a conversation, so it needs a terminal."""
     refresh_robots(ls)
     casts = [document.analysis.cast for document in ls.documents.values()]
     listed = next((cast for cast in casts if cast.path and cast.robots), None)
@@ -150,12 +150,12 @@ def solo(ls: Session, *arguments: Any) -> None:
 
 
 def _path(arguments: Sequence[Any]) -> str:
-    """The first argument, if it is text: the URI of a file, or the end of its path."""
+    """Return the first argument, if it is text: the URI of a file, or the end of its path."""
     return arguments[0] if arguments and isinstance(arguments[0], str) else ""
 
 
 def _program(ls: Session, arguments: Sequence[Any]) -> tuple[Document | None, Sequence[Any]]:
-    """The program that is to play, and the arguments that say how much of it."""
+    """Return the program to play, and the arguments that select a part of it."""
     path = _path(arguments)
     folders = (part for part in PurePosixPath(path).parts if part not in ("~", "..", "/"))  # as Helix shortens it
     end = "/".join(folders)
@@ -167,7 +167,7 @@ def _program(ls: Session, arguments: Sequence[Any]) -> tuple[Document | None, Se
 
 
 def _wanted(ls: Session, document: Document, rest: Sequence[Any]) -> Span | str | None:
-    """How much of a program is to play; None if nothing says that."""
+    """Return the part of a program to play; None if no argument selects one."""
     lines, last = document.lines, rest[-1]
     if all(type(each) is int and each > 0 for each in rest) and len(rest) <= 2:
         first = lines.start(min(rest) - 1)
@@ -182,7 +182,7 @@ def _try(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:
     """Have a robot of an `improv.toml` take a step."""
     if len(rest) == 1 and isinstance(rest[0], str) and rest[0] in read_robots(file.lines.text).robots:
         analysis = trial(file.lines.text, path_of(file.uri), rest[0])
-        # A URI of its own, and no place in the history: what plays is not in the text of the file.
+        # A URI of its own, and no place in the history: the text of the file doesn't contain what plays.
         ls.editor.soon(
             ls.performance.play(Document(f"{file.uri}#{rest[0]}", None, analysis), ls.arrival.stops, keep=False)
         )

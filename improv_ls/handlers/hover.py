@@ -28,5 +28,5 @@ def hover(ls: Session, params: types.HoverParams) -> types.Hover | None:
 
 
 def shows_pictures(ls: Session, formats: Sequence[str] | None) -> bool:
-    """Whether to draw: plain text has no place for it."""
+    """Return whether hovers have pictures: plain text can't show any."""
     return ls.editor.settings.hover_pictures and types.MarkupKind.Markdown in (formats or ())

@@ -1,4 +1,4 @@
-"""initialize and initialized: what is offered to this client, and what it is asked for."""
+"""initialize and initialized: the features for this client, and the requests to it."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ PARENT_PERIOD = 1.0
 """Seconds between two checks that the editor's process is still alive."""
 
 UNTIL_SHOWN = 1.0
-"""Seconds in which the first document is shown. What it doesn't need is loaded after that."""
+"""Seconds in which the editor shows the first document. Code for later features is loaded after that."""
 
 
 def initialize(ls: Session, params: types.InitializeParams) -> None:
-    # Wrong settings are reported once the client may be told anything: in `initialized`.
+    # Wrong settings are reported in `initialized`, because the client gets no messages before it.
     editor = ls.editor
     editor.settings, editor.wrong_settings = read_settings(params.initialization_options, editor.settings)
     if not editor.can("text_document.code_action.code_action_literal_support"):
@@ -35,16 +35,16 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
 
 
 def _asks_only_about_files(client: types.ClientInfo | None) -> bool:
-    """Whether a client that is offered the diagnostics of all files asks for nothing else when it is told to ask again.
+    """Return whether a client asks only for the diagnostics of all files when it should ask again, if it can get them.
 
-    Neovim 0.12 does, and ignores what the answer says of open programs: what is found late would never be shown there.
+    Neovim 0.12 does, and ignores the part of the answer about open programs: late findings would never be shown there.
     """
     return client is not None and client.name == "Neovim" and (client.version or "").startswith("0.12.")
 
 
 def initialized(ls: Session, params: types.InitializedParams) -> None:
     ls.listen()
-    # Load what the first document will need now, while the person is still opening it.
+    # Load code for the first document now, while the person is still opening it.
     for handler in ("text_document_sync", "semantic_tokens"):
         asyncio.get_running_loop().call_soon(import_module, f"improv_ls.handlers.{handler}")
     ls.editor.soon(_prepare())
@@ -65,7 +65,7 @@ def _register(ls: Session, method: str, capability: str, options: object) -> Non
 
 
 async def _prepare() -> None:
-    """Load what the first hover and the first mistake need, on a thread, once the first document has been shown."""
+    """Load code for the first hover and the first error on a thread, once the first document has been shown."""
     await asyncio.sleep(UNTIL_SHOWN)
     for module in ("hover", "code_action", "completion"):
         await asyncio.to_thread(import_module, f"improv_ls.handlers.{module}")
@@ -74,7 +74,7 @@ async def _prepare() -> None:
 
 
 async def _watch_parent(ls: Session, process: int) -> None:
-    """End when the editor has ended: something that it started may still hold our standard input open."""
+    """End when the editor has ended: a process that it started may still hold our standard input open."""
     while True:
         await asyncio.sleep(PARENT_PERIOD)
         try:
@@ -83,4 +83,4 @@ async def _watch_parent(ls: Session, process: int) -> None:
             ls.end()
             return
         except PermissionError:
-            pass  # it is alive, and belongs to somebody else
+            pass  # the process is alive, and belongs to another user

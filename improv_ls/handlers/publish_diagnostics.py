@@ -24,7 +24,7 @@ def publish(ls: Session, document: Document) -> None:
 
 
 def diagnostics_of(ls: Session, document: Document) -> list[Diagnostic]:
-    """All that is known to be wrong with a version of a program, in the order of the text."""
+    """Return all known diagnostics of a version of a program, in the order of the text."""
     found = [*document.analysis.diagnostics, *ls.rooms.found(document)]
     return sorted(found, key=lambda each: each.span)
 
@@ -51,14 +51,14 @@ def withdraw(ls: Session, document: Document) -> None:
 
 
 def withdraw_robots(ls: Session, uri: str) -> None:
-    """Once an `improv.toml` is closed, show the errors on disk again if a program uses it, otherwise none."""
+    """Show the errors of a closed `improv.toml` on disk if a program uses it, otherwise none."""
     path = path_of(uri)
     user = next((each for each in ls.documents.values() if each.analysis.cast.path == path), None)
     publish_robots(ls, user.analysis.cast if user else Robots(path=path))
 
 
 def as_sent(ls: Session, document: Document | RobotsFile, found: Iterable[Diagnostic]) -> list[types.Diagnostic]:
-    """Diagnostics of a document, with what the editor supports of them."""
+    """Convert diagnostics of a document, with the parts that the editor supports."""
     encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
     return [to_lsp.diagnostic(document.uri, document.lines, each, encoding, support) for each in found]
 

@@ -36,7 +36,7 @@ _Asked = types.DefinitionParams | types.ReferenceParams | types.DocumentHighligh
 
 
 def symbol_under(ls: Session, params: _Asked) -> tuple[Document | None, Symbol | None]:
-    """The document, and the name or robot under the cursor."""
+    """Return the document, and the name or robot under the cursor."""
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return None, None
@@ -44,7 +44,7 @@ def symbol_under(ls: Session, params: _Asked) -> tuple[Document | None, Symbol |
 
 
 def sections(ls: Session, document: Document, symbol: Symbol) -> list[types.Location]:
-    """The sections about a robot in `improv.toml` as it is now."""
+    """Return the sections about a robot in the current `improv.toml`."""
     if not symbol.is_robot:
         return []
     robots = robots_of(document.uri)

@@ -59,7 +59,7 @@ def _failed(refusal: renaming.RefusalError) -> JsonRpcException:
 
 
 def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, ChangedText]:
-    """The edits of `improv.toml` and of all other programs that share one of its robots. Raises RefusalError.
+    """Return the edits of `improv.toml` and of all other programs that share one of its robots. Raises RefusalError.
 
     A robot that is not in that file belongs to its program alone.
     """

@@ -1,4 +1,4 @@
-"""The requests about an open `improv.toml`. The handler of each method passes them on."""
+"""Requests about an open `improv.toml`. The handler of each method passes them on."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def completion(ls: Session, file: RobotsFile, params: types.CompletionParams) ->
     asked_by = params.context.trigger_character if params.context else None
     found = completing.complete(text, offset, _cast(ls, file))
     if not found or (asked_by and {item.kind for item in found.items} != {"value"}):
-        return None  # a list that pops up between all words is in the way
+        return None  # a list that pops up between all words is a nuisance
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
     return to_lsp.completion(file.uri, file.lines, found, bool(snippets), ls.editor.encoding)
 
@@ -48,7 +48,7 @@ def actions(file: RobotsFile, span: Span) -> list[Action]:
 
 
 def definition(ls: Session, file: RobotsFile, params: types.DefinitionParams) -> list[types.Location]:
-    """The section of a profile; for a robot, the lines that play it."""
+    """Return the section of a profile; for a robot, the lines that play it."""
     symbol = _symbol(ls, file, params)
     if not symbol:
         return []
@@ -58,13 +58,13 @@ def definition(ls: Session, file: RobotsFile, params: types.DefinitionParams) ->
 
 
 def declaration(ls: Session, file: RobotsFile, params: types.DeclarationParams) -> list[types.Location]:
-    """The section of a robot or a profile, or the table of a body part or a pose."""
+    """Return the section of a robot or a profile, or the table of a body part or a pose."""
     symbol = _symbol(ls, file, params)
     return _here(ls, file, finding.declarations(file.lines.text, symbol)[:1]) if symbol else []
 
 
 def highlights(ls: Session, file: RobotsFile, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
-    """All names of the same in the file."""
+    """Return all occurrences of the name under the cursor in the file."""
     symbol, text = _symbol(ls, file, params), file.lines.text
     if not symbol:
         return []
@@ -82,7 +82,7 @@ def references(ls: Session, file: RobotsFile, params: types.ReferenceParams) -> 
 
 
 def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams | types.RenameParams) -> FileSymbol:
-    """What is named at the cursor. Raises RefusalError if that is nothing that can be renamed."""
+    """Return the symbol at the cursor. Raises RefusalError if there is none that can be renamed."""
     symbol = _symbol(ls, file, params)
     if symbol and finding.declarations(file.lines.text, symbol):
         return symbol
@@ -91,7 +91,8 @@ def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams |
 
 
 def rename(ls: Session, file: RobotsFile, params: types.RenameParams) -> dict[str, ChangedText]:
-    """The edits of the file, and of all programs that have a robot, a body part, or a pose. Raises RefusalError."""
+    """Return the edits of the file, and of all programs that have a robot, a body part, or a pose. Raises
+    RefusalError."""
     symbol, text = renamable(ls, file, params), file.lines.text
     if symbol.section == "profiles":
         edits = finding.rename_profile(text, symbol, params.new_name)
@@ -130,7 +131,7 @@ def _here(ls: Session, file: RobotsFile, spans: list[Span]) -> list[types.Locati
 
 
 def _plays(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[types.Location]:
-    """Where programs play a robot, or use a body part or a pose."""
+    """Yield the places where programs play a robot, or use a body part or a pose."""
     if symbol.section in ("body", "poses"):
         for program, analysis in _with_word(ls, file, symbol):
             for _, span in body_names.used_in(analysis, symbol):
@@ -142,14 +143,14 @@ def _plays(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[types.
 
 
 def _with_word(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[tuple[Document, Analysis]]:
-    """The programs that contain the word for a body part or a pose, as the file is now."""
+    """Yield the programs that contain the word for a body part or a pose in the current file."""
     robots = _robots(file)
     for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
         yield program, analyze(program.analysis.text, robots)
 
 
 def _cast(ls: Session, file: RobotsFile) -> list[str]:
-    """The robots of the open programs that use the file."""
+    """Return the robots of the open programs that use the file."""
     path = path_of(file.uri)
     programs = (document for document in ls.documents.values() if document.analysis.cast.path == path)
     return [robot for document in programs for robot in document.analysis.robots]

@@ -43,6 +43,6 @@ def semantic_tokens_range(ls: Session, params: types.SemanticTokensRangeParams) 
 
 
 def _keep(ls: Session, uri: str, found: Sequence[Chunk]) -> str:
-    """Keep what the editor is sent, so that next time only the difference is."""
+    """Keep the tokens that the editor gets, so that the next answer has only the difference."""
     now = ls.sent_tokens[uri] = sent(found)
     return now.result_id

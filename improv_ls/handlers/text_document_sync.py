@@ -24,7 +24,7 @@ from improv_ls.session import Session
 
 
 def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
-    given, _ = params.text_document, ls.settling  # from now on, that reads URDFs, in slices
+    given, _ = params.text_document, ls.settling  # that reads URDFs in slices from now on
     if is_robots_file(given.uri):
         _keep_robots(ls, RobotsFile(given.uri, given.version, LineIndex(given.text)))
     elif is_program(given.uri, given.language_id):
@@ -54,11 +54,11 @@ def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
         ls.scenes_with_lenses.pop(uri, None)
         ls.saving.pop(uri, None)
         withdraw(ls, document)
-        ls.files_changed()  # from now on, its diagnostics are those of its file
+        ls.files_changed()  # its diagnostics come from its file from now on
 
 
 def add(ls: Session, document: Document) -> None:
-    """Keep a document that is new, or whose robots are."""
+    """Keep a new document, or one whose robots are new."""
     ls.settling.keep(document)
     publish_robots(ls, document.analysis.cast)
 

@@ -25,10 +25,10 @@ _Report = types.WorkspaceFullDocumentDiagnosticReport | types.WorkspaceUnchanged
 
 
 async def workspace_diagnostic(ls: Session, params: types.WorkspaceDiagnosticParams) -> types.WorkspaceDiagnosticReport:
-    """The diagnostics of each program, or that they are those that the client has.
+    """Return the diagnostics of each program, or that the client has them already.
 
-    A client that takes partial results gets each portion at once. If it also tells of files that change, the request
-    stays open, as LSP allows, and what has changed follows: otherwise it would ask every few seconds.
+    A client that takes partial results gets each portion at once. If it also reports files that change, the request
+    stays open, as LSP allows, and later changes follow: otherwise the client would ask every few seconds.
     """
     known = {each.uri: each.value for each in params.previous_result_ids}
     token = params.partial_result_token
@@ -54,8 +54,8 @@ async def workspace_diagnostic(ls: Session, params: types.WorkspaceDiagnosticPar
 
 
 async def _reports(ls: Session, known: dict[str, str]) -> AsyncIterator[tuple[Sequence[_Report], float]]:
-    """The reports in portions, and how many of all files are done. `known` has the ids that the client has, and is
-    updated."""
+    """Yield the reports in portions, and the fraction of files that are done. `known` has the IDs that the client has,
+    and is updated."""
     listed = await asyncio.to_thread(_listed, ls.editor.folders)
     ls.checked = {uri: each for uri, each in ls.checked.items() if uri in listed}
     robots: dict[Path, Robots] = {}
@@ -93,8 +93,8 @@ def _check(
     checker: Checker,
     told: Callable[[str, Findings], list[types.Diagnostic]],
 ) -> dict[str, Checked]:
-    """What is wrong with these files now, on a thread. One that has not changed is not read. `robots` keeps what each
-    folder's `improv.toml` says; `told` makes of what is found what the client gets."""
+    """Check these files on a thread. A file that has not changed is not read. `robots` keeps the robots of each
+    folder's `improv.toml`; `told` converts findings to the client's diagnostics."""
     stamps, changed = [], []
     for uri in uris:
         path = listed[uri]
@@ -134,7 +134,7 @@ def _reports_now(
 
 
 def _report(ls: Session, uri: str, document: Document | None, known: Mapping[str, str]) -> _Report:
-    """The report about a program: as in the editor if it is open, otherwise as in its file."""
+    """Return the report about a program: the editor's version if it is open, otherwise the file's."""
     now = diagnosed(ls, document) if document else ls.checked[uri].sent if uri in ls.checked else _UNREADABLE
     uri, version = (document.uri, document.version) if document else (uri, None)
     if known.get(uri) == now.result_id:

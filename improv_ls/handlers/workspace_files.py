@@ -13,7 +13,7 @@ from improv_ls.session import Session
 
 
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
-    """An `improv.toml`, a URDF that one may name, or a program was created, changed or deleted."""
+    """Handle an `improv.toml`, a URDF that one may name, or a program that was created, changed or deleted."""
     ls.files_changed()
     if any(each.uri.endswith(".urdf") for each in params.changes):
         urdfs_changed(ls)
@@ -22,7 +22,7 @@ def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesPar
 
 
 def urdfs_changed(ls: Session) -> None:
-    """Check all programs and open `improv.toml` files against what URDFs say now."""
+    """Check all programs and open `improv.toml` files against the current URDFs."""
     ls.files_changed()
     refresh_robots(ls)
     for file in ls.robots_files.values():
@@ -30,12 +30,12 @@ def urdfs_changed(ls: Session) -> None:
 
 
 def did_change_workspace_folders(ls: Session, params: types.DidChangeWorkspaceFoldersParams) -> None:
-    """Folders came or went; pygls keeps them."""
+    """Handle folders that came or went; pygls keeps the list."""
     ls.files_changed()
 
 
 def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
-    """Files or folders have other names. Most editors close their documents and open them again, some do neither."""
+    """Handle renamed files or folders. Most editors close their documents and open them again, some do neither."""
     ls.files_changed()
     for renamed in params.files:
         for document in list(ls.documents.values()):
@@ -52,7 +52,7 @@ def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
 
 
 def did_delete_files(ls: Session, params: types.DeleteFilesParams) -> None:
-    """An `improv.toml` may be gone. Documents stay open until the editor closes them."""
+    """Handle an `improv.toml` that may be gone. Documents stay open until the editor closes them."""
     ls.files_changed()
     refresh_robots(ls)
 

@@ -22,7 +22,7 @@ MOST_SYMBOLS = 1_000
 
 
 async def workspace_symbol(ls: Session, params: types.WorkspaceSymbolParams) -> list[types.SymbolInformation]:
-    """Files are read on a thread, so that typing continues."""
+    """Search for symbols on a thread, so that typing continues while it reads files."""
     documents, editor = list(ls.documents.values()), ls.editor
     cancelled = threading.Event()
     try:
@@ -40,9 +40,9 @@ def search(
     encoding: Encoding,
     is_cancelled: Callable[[], bool] = lambda: False,
 ) -> list[types.SymbolInformation]:
-    """The names and robots that contain the letters of the query in this order, those of open documents first.
+    """Find the names and robots that contain the letters of the query in this order, those of open documents first.
 
-    Ends early once the request is cancelled.
+    Ends early once the request is canceled.
     """
     found: list[types.SymbolInformation] = []
     for uri, lines, entries in _programs(documents, folders):
@@ -59,7 +59,7 @@ def search(
 def _programs(
     documents: Sequence[Document], folders: Iterable[Path]
 ) -> Iterator[tuple[str, LineIndex, Iterable[OutlineEntry]]]:
-    """Open programs as in the editor, others as in their files."""
+    """Yield open programs as in the editor, others as in their files."""
     for document in documents:
         yield document.uri, document.lines, names_in(document.analysis.text)
     opened = {path_of(document.uri) for document in documents}

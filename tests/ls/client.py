@@ -1,8 +1,7 @@
-"""A language client for tests: it writes what an editor would, and fails on what an editor would not expect.
+"""A language client for tests: it writes as an editor does, and fails on messages that an editor would not expect.
 
 The server runs on a thread of the test's own process, where starting it costs nothing, and so does the simulator's
-stage. Only what a process alone can show (signals, exit codes, standard error, an environment of its own) needs a
-`ProcessClient`.
+stage. Only tests of a process (signals, exit codes, standard error, its own environment) need a `ProcessClient`.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ Message = dict[str, Any]
 LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
 TURNS = 20
-"""Requests after which all that was asked for before has had its effect, which can take a few turns."""
+"""Requests after which all earlier requests have had their effect, which can take a few turns."""
 
 CONVERTER = default_converter()  # type: ignore[no-untyped-call]
-"""Of all servers on threads: learning LSP's types takes longer than the rest of a server's start."""
+"""Converter of all servers on threads: learning LSP's types takes longer than the rest of a server's start."""
 CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
     "textDocument": {"codeAction": {"codeActionLiteralSupport": {"codeActionKind": {"valueSet": []}}}},
@@ -42,18 +41,18 @@ CAPABILITIES: Mapping[str, Any] = {
     "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
 }
 TOLD: Mapping[str, Any] = {**CAPABILITIES, "experimental": {"improv": True}}
-"""Of a client that is told what plays."""
+"""Capabilities of a client that gets messages about the playback."""
 QUIET: Mapping[str, Any] = {"backend": "sim", "page": {"open": False}}
 """The settings of a session in which no page opens."""
 
 
 def place(uri: str, line: int, character: int, **more: Any) -> dict[str, Any]:
-    """A place in a document, as most requests name it, and what else they ask."""
+    """Return the parameters of a place in a document, as most requests name it, and further ones."""
     return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}, **more}
 
 
 class Spoken(NamedTuple):
-    """A message, and who wrote it."""
+    """A message, and its sender."""
 
     by_server: bool
     message: Message
@@ -74,9 +73,9 @@ class Client:
         screen: bool | None = None,
         hurries: bool = False,
     ) -> None:
-        """`about` is what else the client says when it initializes the server.
+        """`about` has the client's other values for the initialization of the server.
 
-        By default there is a screen if the client can show a page: otherwise the server says the page's URL. A server
+        By default there is a screen if the client can show a page: otherwise the server prints the page's URL. A server
         that `hurries` reads messages while it works, answers from what it knows, and checks folders in a process, as it
         does for people: how much it knows depends on how busy the machine is. Others do one thing after the other.
         """
@@ -85,12 +84,12 @@ class Client:
         shows = capabilities.get("window", {}).get("showDocument", {}).get("support")
         self._input, self._output = self._start(bool(shows if screen is None else screen))
         self.code = 0
-        """The exit code with which the server is to end."""
+        """Exit code with which the server should end."""
         self.log: list[Spoken] = []
         self.notifications: list[Message] = []
         self.shown: list[str] = []
         self.presses: str | None = None
-        """The button that is pressed in each message that has one with this title."""
+        """Button that the client presses in each message that has one with this title."""
         self.configuration = configuration
         self._unanswered: list[Message] = []
         self._writing = threading.Lock()
@@ -122,7 +121,7 @@ class Client:
             self._end(failure[0] is not None)
 
     def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
-        """Start a server; what it reads, and what it writes."""
+        """Start a server; return its input and its output."""
         from improv_ls.server import create_server
 
         source, ours = os.pipe()
@@ -145,7 +144,7 @@ class Client:
         self._codes: list[int] = []
 
         def serve() -> None:
-            # The source stays open: a thread that reads while the event loop is busy may look at it once more.
+            # The source stays open: a thread that reads while the event loop is busy may look at it again.
             with os.fdopen(sink, "wb") as stream:
                 self._codes.append(create_server().serve(source, stream))
 
@@ -168,13 +167,13 @@ class Client:
         return ""
 
     def send_bytes(self, sent: bytes) -> None:
-        """Write what may be no message."""
+        """Write bytes that may be no message."""
         with self._writing:
             self._input.write(sent)
             self._input.flush()
 
     def wait_for_end(self) -> None:
-        """Until the server has ended."""
+        """Wait until the server has ended."""
         self._thread.join(LIMIT)
         assert not self._runs
 
@@ -191,24 +190,24 @@ class Client:
         self.notify("textDocument/didSave", {"textDocument": {"uri": uri}, **({} if text is None else {"text": text})})
 
     def play(self, uri: str, text: str) -> str:
-        """Open a program and save it; the line that says what plays."""
+        """Open a program and save it; return the line about the dance."""
         self.open(uri, text)
         self.save(uri)
         return self.wait_for_line("▶")
 
     def command(self, name: str, *arguments: object) -> Any:
-        """Have the server obey a command of ours."""
+        """Have the server obey one of our commands."""
         return self.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
 
     def actions(self, uri: str, line: int, character: int, **context: Any) -> list[Message]:
-        """The code actions at a place."""
+        """Return the code actions at a place."""
         position = {"line": line, "character": character}
         asked = {"range": {"start": position, "end": position}, "context": {"diagnostics": [], **context}}
         found: list[Message] = self.request("textDocument/codeAction", {"textDocument": {"uri": uri}, **asked})
         return found
 
     def codes_of(self, file: Path) -> list[str]:
-        """The codes of the diagnostics that are published next about a file."""
+        """Return the codes of the next published diagnostics of a file."""
         sent = self.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == file.as_uri())
         return [each["code"] for each in sent["diagnostics"]]
 
@@ -216,19 +215,19 @@ class Client:
         self._write({"method": method, "params": params})
 
     def request(self, method: str, params: Any) -> Any:
-        """Returns the result of a request. Fails on an error."""
+        """Send a request and return its result. Fails on an error."""
         answer = self._ask(method, params)
         assert "error" not in answer, answer
         return answer["result"]
 
     def refusal(self, method: str, params: Any) -> Any:
-        """The error that a request is answered with. Fails on a result."""
+        """Send a request and return its error. Fails on a result."""
         answer = self._ask(method, params)
         assert "error" in answer, answer
         return answer["error"]
 
     def wait(self, method: str, fits: Callable[[Any], bool] = lambda params: True) -> Any:
-        """The params of the next notification (or one that came already) that fits; those before it are passed over."""
+        """Wait for the params of the next notification (or one that came already) that fits; skip those before it."""
         for place, message in enumerate(self.notifications):
             if message["method"] == method and fits(message.get("params")):
                 del self.notifications[: place + 1]
@@ -237,26 +236,27 @@ class Client:
         return self.notifications.pop().get("params")
 
     def wait_for_line(self, part: str) -> str:
-        """The next line shown to the person that has `part` in it."""
+        """Wait for the next line shown to the person that has `part` in it."""
         params = self.wait("window/showMessage", lambda params: part in params["message"])
         assert "\n" not in params["message"]
         return str(params["message"])
 
     def wait_for_page(self, pages: int = 1) -> list[str]:
-        """The URLs that the server has asked to show, once there are so many."""
+        """Wait until the server has asked to show so many URLs, and return them."""
         while len(self.shown) < pages:
             self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
         return self.shown
 
     def begin(self, method: str, params: Any, cancelled: bool = False) -> int:
-        """Ask, without waiting for the answer; the request's id. With `cancelled`, the cancellation follows at once."""
+        """Send a request without waiting for the answer; return its ID. With `cancelled`, the cancellation follows at
+        once."""
         self._next_id += 1
         note = {"method": "$/cancelRequest", "params": {"id": self._next_id}}
         self._write({"id": self._next_id, "method": method, "params": params}, *([note] if cancelled else []))
         return self._next_id
 
     def answer(self, number: int) -> Message:
-        """The answer to a request that has been begun."""
+        """Wait for the answer to a request that has been begun."""
         return self._wait_for(
             lambda message: message.get("id") == number and "method" not in message, f"answer to {number}"
         )
@@ -281,7 +281,7 @@ class Client:
                 return message
 
     def answer_late(self, most: int | None = None) -> None:
-        """Answer requests that have been left waiting: all, or so many, the latest first."""
+        """Answer waiting requests: all, or so many, the latest first."""
         while self._unanswered and most != 0:
             self._answer(self._unanswered.pop())
             most = most and most - 1
@@ -330,7 +330,7 @@ class Client:
 
 
 def _check(_: Checker, programs: Sequence[ProgramFile]) -> Any:
-    """As the process of a checker does it."""
+    """Check as the process of a checker does."""
     return [*map(found_in, programs)]
 
 

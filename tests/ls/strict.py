@@ -1,6 +1,6 @@
-"""What a client never said it supports: each message from the server is compared with `initialize`.
+"""Compares each message from the server with `initialize`, and reports those that the client never supported.
 
-By the specification, version 3.17. A pure function of what was written and read, so that it can itself be tested.
+By the specification, version 3.17. A pure function of the messages in both directions, so that it can itself be tested.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ NEEDS = {
     "improv/lit": "experimental.improv",
     "improv/transport": "experimental.improv",
 }
-"""The capability without which the server must not send a message."""
+"""Capability without which the server must not send a message."""
 
 _ALWAYS = {
     *("$/progress", "window/showMessage", "window/showMessageRequest", "window/logMessage"),
     "textDocument/publishDiagnostics",
 }
 _FIRST_ITEM_KINDS, _FIRST_SYMBOL_KINDS = range(1, 19), range(1, 19)
-"""Those of the protocol's first version, which a client without a list of its own knows."""
+"""Kinds of the protocol's first version, which a client without its own list knows."""
 
 
 def complaints(capabilities: Capabilities, log: Sequence[Spoken]) -> list[str]:
-    """What the client would not have expected, in the order in which it came."""
+    """Return the messages that the client would not have expected, in the order in which they came."""
     asked: dict[object, Message] = {}
-    tokens: dict[object, str] = {}  # of progress, and the last that was said of each
+    tokens: dict[object, str] = {}  # of progress, and the latest message about each
     found: list[str] = []
     for by_server, message in log:
         method = message.get("method")
@@ -64,7 +64,7 @@ def complaints(capabilities: Capabilities, log: Sequence[Spoken]) -> list[str]:
 
 
 def said(capabilities: Capabilities, path: str) -> Any:
-    """What the client said at a path of names with dots; None where it said nothing."""
+    """Return the client's value at a path of names with dots; None if it sent none."""
     value: Any = capabilities
     for name in path.split("."):
         value = value.get(name) if isinstance(value, Mapping) else None
@@ -115,7 +115,7 @@ def _progress(params: Any, tokens: dict[object, str]) -> Iterator[str]:
 
 
 def _diagnostics(capabilities: Capabilities, found: Iterable[Message]) -> Iterator[str]:
-    takes = "textDocument.publishDiagnostics"  # 3.17 has no others for those that are pulled
+    takes = "textDocument.publishDiagnostics"  # 3.17 has no others for diagnostics that are pulled
     for each in found:
         if not set(each.get("tags") or ()) <= set(said(capabilities, f"{takes}.tagSupport.valueSet") or ()):
             yield f"tags {each['tags']}"
@@ -167,7 +167,7 @@ def _initialized(capabilities: Capabilities, result: Any) -> Iterator[str]:
 
 
 def _content(capabilities: Capabilities, content: Any, takes: str) -> Iterator[str]:
-    """Text, or marked text: Markdown only for those who say that they take it."""
+    """Check text, or marked text: Markdown only for clients that take it."""
     if isinstance(content, Mapping) and content.get("kind") == "markdown":
         if "markdown" not in (said(capabilities, takes) or ()):
             yield "Markdown"
@@ -251,7 +251,7 @@ def _symbols(where: str) -> Check:
 def _actions(capabilities: Capabilities, result: Any) -> Iterator[str]:
     takes = "textDocument.codeAction"
     for each in result or ():
-        if isinstance(each.get("command"), str):  # a command, which everybody takes
+        if isinstance(each.get("command"), str):  # a command, which every client takes
             continue
         if not said(capabilities, f"{takes}.codeActionLiteralSupport"):
             yield f"an action that is no command: {each['title']}"

@@ -1,4 +1,4 @@
-"""Fixes, refactorings and formatting as an editor asks for them, columns in UTF-16."""
+"""Fixes, refactorings and formatting for an editor, columns in UTF-16."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ VERSIONED = {**CAPABILITIES, "workspace": {"workspaceEdit": {"documentChanges": 
 
 
 def applied(text: str, edits: list[dict[str, Any]]) -> str:
-    """The text after edits whose columns count UTF-16 units."""
+    """Return the text after edits whose columns count UTF-16 units."""
     lines = [line.encode("utf-16-le") for line in text.splitlines(keepends=True)]
 
     def offset(position: dict[str, int]) -> int:
@@ -28,7 +28,7 @@ def actions(client: Client, line: int, column: int, **context: Any) -> dict[str,
     return {action["title"]: action for action in client.actions(URI, line, column, **context)}
 
 
-def test_a_mistake_is_fixed() -> None:
+def test_an_error_is_fixed() -> None:
     before = "# 🐢\r\nr $ forward (  # 🐢\r\nforwrd)\r\n"
     with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
         client.open(URI, before)

@@ -1,4 +1,4 @@
-"""What the base protocol demands: error codes, exit codes, and an end once messages can't be told apart."""
+"""Rules of the base protocol: error codes, exit codes, and an end once messages can't be told apart."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def framed(message: bytes | dict[str, Any]) -> bytes:
 
 
 def told(output: bytes) -> list[dict[str, Any]]:
-    """The messages in what a server has written."""
+    """Return the messages in a server's output."""
     found = []
     while output:
         header, _, output = output.partition(b"\r\n\r\n")
@@ -47,18 +47,19 @@ def told(output: bytes) -> list[dict[str, Any]]:
 
 
 def check(*messages: bytes | dict[str, Any], answers: Mapping[Any, int | None], code: int) -> None:
-    """The error code of each answer, by the request's id, and the server's exit code. Nothing else is said."""
+    """Compare the error code of each answer, by the request's ID, and the server's exit code. There are no other
+    messages."""
     assert dict(answered(*messages, code=code)) == answers
 
 
 def answered(*messages: bytes | dict[str, Any], code: int) -> list[tuple[Any, int | None]]:
-    """The id and the error code of each answer of a server that exits with this code, run in this process."""
+    """Return the ID and the error code of each answer of a server that exits with this code, run in this process."""
     output = served(b"".join(map(framed, messages)), code)
     return [(each["id"], each.get("error", {}).get("code")) for each in told(output)]
 
 
 def served(sent: bytes, code: int) -> bytes:
-    """What a server writes that gets these bytes, and then the end of its input."""
+    """Return the output of a server that gets these bytes, and then the end of its input."""
     source, ours = os.pipe()
     output = BytesIO()
 
@@ -69,11 +70,11 @@ def served(sent: bytes, code: int) -> bytes:
     with ThreadPoolExecutor() as another:
         another.submit(send)
         assert create_server().serve(source, output) == code
-        os.close(source)  # the rest of what is sent is not read
+        os.close(source)  # the server doesn't read the rest
     return output.getvalue()
 
 
-def test_exit_tells_whether_the_editor_has_asked_for_shutdown() -> None:
+def test_the_exit_code_is_0_only_after_shutdown() -> None:
     check(INITIALIZE, SHUTDOWN, EXIT, answers={1: None, 2: None}, code=0)
     check(INITIALIZE, EXIT, answers={1: None}, code=1)
     check(INITIALIZE, answers={1: None}, code=1)
@@ -85,7 +86,7 @@ def test_exit_without_shutdown_stops_the_robots() -> None:
 
 
 def ends_and_stops_the_robots(end: Callable[[Client], None]) -> None:
-    """How a server ends that makes robots dance."""
+    """Start a server that makes robots dance, and end it."""
     others = running()
     with Client(QUIET) as client:
         client.play(URI, "r $ repeat left\n")
@@ -148,7 +149,7 @@ def test_a_bad_notification_or_answer_is_ignored() -> None:
 
 
 UNREADABLE = b"no header at all\r\n\r\n"
-"""Others are in test_arrivals.py."""
+"""test_arrivals.py has others."""
 
 
 def test_an_unreadable_stream_ends_the_server(capsys: pytest.CaptureFixture[str]) -> None:

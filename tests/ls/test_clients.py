@@ -1,6 +1,6 @@
-"""One session with each of the editors that people use, by what these say of themselves: clients/*.json.
+"""One session with each of the editors that people use, according to their own `initialize`: clients/*.json.
 
-Nothing may be sent that an editor has not said it supports. `python -m tests.ls.clients.record` records editors again.
+The server may send nothing that an editor doesn't support. `python -m tests.ls.clients.record` records editors again.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Session:
         """Columns of 𝑥."""
 
     def write(self) -> None:
-        """Open a program with a mistake, look at it, and apply its fix, in columns of the agreed unit."""
+        """Open a program with an error, look at it, and apply its fix, in columns of the agreed unit."""
         self.client.open(self.uri, WRONG)
         mistake, *others = self.diagnostics(1)
         wrong = _range(2, 16 + self.wide, 19 + self.wide)
@@ -69,7 +69,7 @@ class Session:
         assert self.diagnostics(2) == []
 
     def ask(self) -> None:
-        """Everything about the words of the program."""
+        """Ask everything about the words of the program."""
         name, plane, end = _place(1, 0), _place(2, 13 + self.wide), _place(2, 20 + self.wide)
         whole = {"start": _place(0, 0), "end": end}
         layout = {"tabSize": 2, "insertSpaces": True}
@@ -126,23 +126,23 @@ class Session:
         self.client.notify("textDocument/didClose", self.document)
 
     def unasked(self) -> set[str]:
-        """What the server says it does although nobody asked for it."""
+        """Return the server's unsolicited messages about its work."""
         asked = {_provider(message.get("method", "")) for by_server, message in self.client.log if not by_server}
-        # Those that are pushed may be pulled, too: by clients that do.
+        # Diagnostics that are pushed may be pulled, too: by clients that do.
         return {name for name in self.serves if name.endswith("Provider")} - asked - {"diagnosticProvider"}
 
     def request(self, method: str, **params: Any) -> Any:
         return self.client.request(method, {**self.document, **params})
 
     def diagnostics(self, version: int) -> list[Any]:
-        """What is wrong: asked for by a client that asks, where the server lets it."""
+        """Return the diagnostics: a client that pulls asks for them, if the server lets it."""
         if said(self.capabilities, "textDocument.diagnostic") and "diagnosticProvider" in self.serves:
             return list(self.request("textDocument/diagnostic")["items"])
         found = self.client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == version)
         return list(found["diagnostics"])
 
     def texts(self, edit: Any) -> list[str]:
-        """The new texts of an edit of the program."""
+        """Return the new texts of an edit of the program."""
         if "changes" in edit:
             return [each["newText"] for each in edit["changes"][self.uri]]
         (changed,) = edit["documentChanges"]

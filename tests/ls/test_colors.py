@@ -1,4 +1,4 @@
-"""Semantic tokens: exact in every unit, and a delta makes of the old ones the new ones."""
+"""Semantic tokens: exact in every unit, and a delta turns the old ones into the new ones."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
 
 
 def read(data: list[int], legend: dict[str, list[str]]) -> list[tuple[int, int, int, str]]:
-    """Line, column, length and type of each token, as an editor reads them."""
+    """Return line, column, length and type of each token, as an editor reads them."""
     found, line, column = [], 0, 0
     for place in range(0, len(data), 5):
         down, right, length, kind, _ = data[place : place + 5]
@@ -61,7 +61,7 @@ def test_full_range_and_delta() -> None:
 
 def test_an_editor_that_was_sent_colors_too_early_is_told_to_ask_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """A word is undefined only once all of the program is read; until then, it has a name's color."""
-    monkeypatch.setattr(slices, "SLICE", 0.0)  # it stops wherever it can
+    monkeypatch.setattr(slices, "SLICE", 0.0)  # the analysis stops wherever it can
     monkeypatch.setattr(settling, "PATIENCE", 0.0)
     with Client(capabilities={"workspace": {"semanticTokens": {"refreshSupport": True}}}, hurries=True) as client:
         legend = client.initialized["capabilities"]["semanticTokensProvider"]["legend"]
@@ -104,12 +104,12 @@ def test_a_delta_has_only_what_changed() -> None:
     old, new = chunks(analyze(text), Encoding.Utf16), chunks(analyze("# new\n" + text), Encoding.Utf16)
     ((_, count, data),) = edits(old, new)
     assert (count, len(data)) == (0, 5)
-    # Of names that are known no more, each on its own.
+    # each of the names that are no longer known
     assert len(edits(old, chunks(analyze(text.replace("x =", "y =")), Encoding.Utf16))) == 100
 
 
 def apply(data: list[int], found: Any) -> list[int]:
-    """As an editor does it: from the last edit to the first, each counted in the old encoded."""
+    """Apply edits as an editor does: from the last to the first, each counted in the old integers."""
     data = list(data)
     for start, count, new in reversed(found):
         data[start : start + count] = new or []

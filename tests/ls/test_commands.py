@@ -62,7 +62,7 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
             waiting.wait("improv/lit", lambda lit: lit["ranges"] == [[0, start, 0, end]])
 
         waiting.save(uri)
-        wait_until_lit(29, 33)  # a key that nobody has touched is not held
+        wait_until_lit(29, 33)  # nobody has touched that key, so it is not held
         for wrong in ("x", "G", ""):
             waiting.command("key", wrong)
             waiting.wait_for_line("improv.key: expected the key of a sense, one of g, h")
@@ -99,7 +99,7 @@ def test_the_page_can_be_shown_before_anything_plays(client: Client) -> None:
 
 
 def opens(url: str) -> bool:
-    """Whether a URL opens the page."""
+    """Return whether a URL opens the page."""
     assert url.startswith("http://127.0.0.1:")
     assert len(f"page: {url}") <= 80
     return bool(token_behind(url))

@@ -1,4 +1,4 @@
-"""What an editor is told when a save edits what plays."""
+"""Messages to an editor when a save edits the dance that plays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AFTER = "# more\n" + BEFORE.replace("bert $ repeat forward", "bert $ repeat left
 
 
 def told(client: Client, generation: int, state: str) -> Any:
-    """The transport message that tells this state of a score."""
+    """Wait for the transport message that reports this state of a score."""
     return client.wait(
         "improv/transport", lambda params: (params["generation"], params["state"]) == (generation, state)
     )

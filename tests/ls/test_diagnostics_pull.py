@@ -1,4 +1,4 @@
-"""Diagnostics for editors that ask for them, and what each kind of editor supports."""
+"""Diagnostics for editors that ask for them, and the features that each kind of editor supports."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def pull(client: Client, uri: str, previous: str | None = None) -> dict[str, Any
 
 
 def told(items: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
-    """Line, first and last column, and code."""
+    """Return line, first and last column, and code."""
     places = [(each["range"], each["code"]) for each in items]
     return [
         (place["start"]["line"], place["start"]["character"], place["end"]["character"], code) for place, code in places
@@ -35,7 +35,7 @@ def told(items: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
 
 
 def published(client: Client) -> list[str]:
-    """The files about which the server has said something unasked."""
+    """Return the files about which the server has published unasked."""
     return [
         each["params"]["uri"] for each in client.notifications if each["method"] == "textDocument/publishDiagnostics"
     ]
@@ -84,7 +84,7 @@ def test_a_client_that_pulls_is_told_to_ask_again_when_the_robots_change(tmp_pat
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
         client.wait("workspace/diagnostic/refresh")
         assert told(pull(client, program, first["resultId"])["items"]) == [(0, 0, 4, "unknown-robot")]
-        # Nobody asks about improv.toml: that is no document of ours.
+        # Clients don't ask about improv.toml: that is no document of ours.
         assert published(client) == [robots.as_uri()]
         assert client.codes_of(robots) == ["robots"]
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 2}]})
@@ -113,7 +113,7 @@ def test_neovim_0_12_is_not_offered_those_of_all_files_as_it_would_refresh_only_
     [
         {},
         {"workspace": {"diagnostics": {"refreshSupport": True}}},
-        {"textDocument": {"diagnostic": {}}},  # it could not be told that the robots have changed
+        {"textDocument": {"diagnostic": {}}},  # the server could not ask it to refresh when the robots have changed
     ],
 )
 def test_other_clients_are_sent_diagnostics_with_their_version(capabilities: dict[str, Any]) -> None:

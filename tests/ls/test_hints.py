@@ -1,4 +1,4 @@
-"""What an editor shows between words and lines, and where it indents what is typed; columns in UTF-16."""
+"""Texts that an editor shows between words and lines, and the indentation of typed lines; columns in UTF-16."""
 
 from __future__ import annotations
 

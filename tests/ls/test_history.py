@@ -10,14 +10,14 @@ URI = "file:///dances/dance.improv"
 
 
 def save(client: Client, version: int, text: str) -> str:
-    """Save a text and return what plays."""
+    """Save a text and return the line about the dance."""
     client.change(URI, version, {"text": text})
     client.save(URI)
     return client.wait_for_line("▶")
 
 
 def said(client: Client, part: str) -> int:
-    """How many messages with this part were shown to the person."""
+    """Count the messages with this part that the person has seen."""
     shown = (each.message["params"] for each in client.log if each.message.get("method") == "window/showMessage")
     return sum(part in each["message"] for each in shown)
 

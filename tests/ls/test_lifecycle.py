@@ -17,7 +17,7 @@ PROGRAM = "# 🐢\r\nwave = up\r\nanna $ wave\r\n"
 
 
 def names(client: Client) -> list[tuple[str, str]]:
-    """All names and robots, and the files they are in."""
+    """Return all names and robots, and their files."""
     found = client.request("workspace/symbol", {"query": ""})
     return [(each["name"], each["location"]["uri"].rpartition("/")[2]) for each in found]
 
@@ -29,7 +29,7 @@ def renamed(client: Client, old: Path, new: Path) -> None:
 
 
 def test_a_document_is_removed_with_its_file(tmp_path: Path) -> None:
-    """In an editor that neither closes nor opens it."""
+    """The editor neither closes nor opens it."""
     old, new, robots = tmp_path / "old.improv", tmp_path / "new" / "ne w.improv", tmp_path / "improv.toml"
     old.write_text(PROGRAM)
     new.parent.mkdir()

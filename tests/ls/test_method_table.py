@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 ROW = re.compile(r"^\| `([^`]+)` \| \[`([^`]+)`\]\(\.\./improv_ls/\2\) \| \[`(\w+)`\]\(\.\./([^)]+)\) \|$", re.M)
 ROWS = ROW.findall((ROOT / "docs" / "lsp.md").read_text(encoding="utf-8"))
 NOT_OURS = {"$/setTrace", "window/workDoneProgress/cancel"}
-"""pygls takes these, and nothing follows: there is no trace, and no progress that could be canceled."""
+"""Methods that pygls takes without an effect: there is no trace, and no progress that could be canceled."""
 
 
 def test_every_method_is_in_the_table_and_no_other() -> None:

@@ -17,14 +17,14 @@ VERSIONED = {
 
 
 def spot(found: dict[str, Any]) -> tuple[int, int, int]:
-    """Line, first and last column."""
+    """Return line, first and last column."""
     start, end = found["range"]["start"], found["range"]["end"]
     assert start["line"] == end["line"]
     return start["line"], start["character"], end["character"]
 
 
 def spots(client: Client, method: str, asked: dict[str, Any]) -> list[tuple[str, tuple[int, int, int]]]:
-    """The places that a request finds: the file of each, its line, first and last column."""
+    """Return the places that a request finds: the file of each, its line, first and last column."""
     return [(each["uri"], spot(each)) for each in client.request(f"textDocument/{method}", asked)]
 
 
@@ -45,7 +45,7 @@ def test_a_name_in_utf_16_and_crlf() -> None:
         assert client.request("textDocument/definition", place(URI, 0, 2)) == []
 
 
-def test_where_a_name_is_used_and_what_it_uses() -> None:
+def test_uses_and_definitions_of_a_name_are_listed() -> None:
     with Client() as client:
         client.open(URI, PROGRAM.replace("left", "up") + "𝑦 = 𝑥 𝑥\r\n")
         (item,) = client.request("textDocument/prepareCallHierarchy", place(URI, 2, 13))
@@ -131,7 +131,7 @@ profile = "dog"
 """
 
 
-def test_a_body_part_and_a_pose_lead_to_where_they_are_declared(tmp_path: Path) -> None:
+def test_body_parts_and_poses_lead_to_their_declarations(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text(BODY, encoding="utf-8")
     program = tmp_path / "dance.improv"
     with Client() as client:

@@ -1,4 +1,4 @@
-"""An edit of a name that many lines use: what is near it is up to date at once, and the rest soon."""
+"""An edit of a name that many lines use: nearby lines are up to date at once, and the rest soon."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FIRST = {"start": {"line": 0, "character": 4}, "end": {"line": 0, "character": 1
 PROGRAM = "x = forward\nr $ reverse x\n" + "r $ x\n" * MANY + "r $ reverse x\n"
 LAST = MANY + 2
 EARLY, ALL = [1], [1, LAST]
-"""The lines with errors once `x` never ends."""
+"""Lines with errors once `x` never ends."""
 SHOWS = {
     "textDocument": {"diagnostic": {}},
     "workspace": {"diagnostics": {"refreshSupport": True}, "inlayHint": {"refreshSupport": True}},
@@ -24,12 +24,12 @@ SHOWS = {
 
 
 def lines(diagnostics: list[dict[str, Any]]) -> list[int]:
-    """The lines with errors."""
+    """Return the lines with errors."""
     return [each["range"]["start"]["line"] for each in diagnostics if each["code"] == "endless-reverse"]
 
 
 def published(client: Client, version: int) -> list[int]:
-    """The lines with errors, as they are published next for a version."""
+    """Wait for the lines with errors that are published next for a version."""
     sent = client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == version)
     return lines(sent["diagnostics"])
 

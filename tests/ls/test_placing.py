@@ -1,4 +1,4 @@
-"""Starts that are changed on the page become one edit of the program, which the editor is asked to make."""
+"""Starts that people change on the page become one edit of the program, which the server asks the editor to make."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOVE = {"type": "place", "start_poses": {"cleo": {"x": 1.5, "y": -2, "heading": 
 
 
 def ask(live: str, message: Mapping[str, Any]) -> None:
-    """Send what a page sends."""
+    """Send a page's message."""
 
     async def send() -> None:
         async with connected(live) as page:
@@ -37,7 +37,7 @@ def ask(live: str, message: Mapping[str, Any]) -> None:
 
 
 def play(client: Client, file: Path, text: str = PROGRAM) -> str:
-    """Play a program; the address of its page's WebSocket."""
+    """Play a program, and return the address of its page's WebSocket."""
     file.write_text(text, encoding="utf-8")
     client.open(file.as_uri(), text)
     client.save(file.as_uri())
@@ -45,7 +45,7 @@ def play(client: Client, file: Path, text: str = PROGRAM) -> str:
 
 
 def edited(text: str, client: Client) -> tuple[Mapping[str, Any], str]:
-    """The document that the editor is asked to edit, and its text after that."""
+    """Return the document of the requested edit, and its text after that."""
     (change,) = client.wait("workspace/applyEdit")["edit"]["documentChanges"]
     lines = LineIndex(text)
     for edit in reversed(change["edits"]):
@@ -74,8 +74,8 @@ def test_the_editor_is_asked_to_write_it(tmp_path: Path, asked: Mapping[str, Any
     assert not (tmp_path / "improv.toml").exists()
 
 
-def test_what_was_pasted_just_before_counts() -> None:
-    """Also if it is so much that it has not been read yet."""
+def test_text_pasted_just_before_counts() -> None:
+    """Even a text so long that the server has not read it yet."""
     typed = analyze("ada $ left\n").touched(0, 0, "ada at 1 2\n" + "x = left\n" * 1_000)
     moved = edits_of(typed, {"type": "place", "start_poses": {"ada": {"x": 3.0, "y": 4.0, "heading": 0.0}}})
     assert moved == (Edit(Span(0, 10), "ada at 3 4"),)
@@ -100,7 +100,7 @@ def test_the_text_that_the_editor_has_is_the_one_edited(tmp_path: Path) -> None:
         ("cleo $ left\n", {"window": CAPABILITIES["window"]}, "write `cleo at 1.5 -2 facing 90` into dance.improv"),
     ],
 )
-def test_what_is_not_written_is_said(tmp_path: Path, text: str, capabilities: Mapping[str, Any], line: str) -> None:
+def test_an_unwritten_edit_is_reported(tmp_path: Path, text: str, capabilities: Mapping[str, Any], line: str) -> None:
     file = tmp_path / "dance.improv"
     with Client({"backend": "sim"}, capabilities=dict(capabilities)) as client:
         page = play(client, file, "cleo $ left\n")

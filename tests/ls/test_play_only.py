@@ -1,4 +1,4 @@
-"""`improv.play` with a range, a name, or a line: everything else is left out, until a save brings it back."""
+"""`improv.play` with a range, a name, or a line: everything else stays out, until a save brings it back."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         assert client.wait_for_line("▶").startswith("▶ anna ∞ · bert ∞, ")
         see_playing(client, 2, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 21]])
 
-        client.command("play", URI, at(1, 5, 14))  # of what nobody plays
+        client.command("play", URI, at(1, 5, 14))  # a robot that does not play
         assert client.wait_for_line("▶") == "▶ 𝑥: ghost ∞, endless at beat 240, simulator"
         see_playing(client, 3, ["ghost"], [[1, 12, 1, 14]])
         client.command("restart")
@@ -131,7 +131,7 @@ def test_actions_at_the_cursor_do_what_they_say() -> None:
 
 
 def offered(client: Client, uri: str, line: int, column: int, *only: str) -> list[Message]:
-    """The actions at a place, of one kind if it is given: those that play or stop."""
+    """Return the actions at a place, of one kind if it is given: those that play or stop."""
     found = client.actions(uri, line, column, **({"only": only} if only else {}))
     wanted = [each for each in found if each["kind"].startswith("improv.")]
     return [each for each in wanted if each["kind"] in only] if only else wanted

@@ -1,4 +1,4 @@
-"""What plays, according to the messages of stages."""
+"""State of the performance, according to the messages of stages."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def transport(generation: int, state: State = "playing", beat: float = 0.0) -> T
 
 
 def at(beat: float) -> TransportMessage:
-    """The first score plays on, a beat a second."""
+    """Build the message that the first score plays at a beat, a beat a second."""
     return {**transport(1, beat=beat), "monotonic": beat}
 
 
@@ -44,7 +44,7 @@ def sent(playing: Playing, generation: int, text: str) -> Document:
 
 
 def plays(playing: Playing, beat: float = 0.0) -> str:
-    """The word of the robot that plays at a beat."""
+    """Return the word of the robot that plays at a beat."""
     assert playing.replay
     score, moment = playing.replay.score, playing.replay.now("r", near(beat))
     assert moment
@@ -52,7 +52,7 @@ def plays(playing: Playing, beat: float = 0.0) -> str:
     return score.text[slice(*source.span.shifted(score.offsets[source.statement]))]
 
 
-def test_what_plays_is_what_the_stage_says() -> None:
+def test_the_stages_messages_decide_what_plays() -> None:
     playing = Playing({})
     first = sent(playing, 1, "r $ until cue (left)\n---\nr $ up\n")
     playing.follow(transport(1))
@@ -67,7 +67,7 @@ def test_what_plays_is_what_the_stage_says() -> None:
         assert (playing.document, plays(playing)) == (second, "right")
 
 
-def test_what_was_sensed_counts_until_playback_jumps() -> None:
+def test_senses_count_until_playback_jumps() -> None:
     playing = Playing({})
     sent(playing, 1, "r $ until near (repeat forward) repeat left\n")
 

@@ -1,4 +1,4 @@
-"""What the stage of real robots says about them → what the editor shows, and what a person's answer does."""
+"""Messages of the stage of real robots → the messages in the editor, and the effect of a person's answer."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ FAULT = {"robot": "r", "fault": "gone", "worst": {}, "generation": 1, "beat": 0.
 
 
 class Stages:
-    """The stages that were started, and all that they were sent."""
+    """The stages that were started, and all messages to them."""
 
     def __init__(self) -> None:
         self.started: list[StageOnThread] = []
         self.sent: queue.SimpleQueue[ToStage] = queue.SimpleQueue()
 
     def say(self, message: Any) -> None:
-        """Have the latest stage say this, as one of real robots would."""
+        """Send this message from the latest stage, as one of real robots would."""
         self.started[-1]._tell(message)
 
     def asked(self, client: Client) -> list[str]:
-        """What people have asked for since the last time. An answer to a message takes a few turns to have effect, so
-        the client asks for as many other things meanwhile."""
+        """Return the requests since the last call. An answer to a message takes a few turns to have effect, so the
+        client sends as many other requests meanwhile."""
         kinds = []
         for _ in range(TURNS):
             client.command("cue")
@@ -61,7 +61,7 @@ def stages(monkeypatch: pytest.MonkeyPatch) -> Stages:
 
 @pytest.fixture
 def client(stages: Stages) -> Iterator[Client]:
-    """Plays a program."""
+    """A client that plays a program."""
     with Client({"backend": "sim"}) as client:
         client.play(URI, "r s $ repeat forward\n")
         yield client
@@ -73,7 +73,7 @@ def misplaced(*robots: str, waits: bool = True) -> Misplaced:
 
 
 def offers(client: Client) -> list[str]:
-    """The messages with a button, as far as they have come. What was asked for before has come by then."""
+    """Return the messages with a button, as far as they have come. Earlier requests have had their effect by then."""
     client.command("cue")
     asked = (each.message for each in client.log if each.message.get("method") == "window/showMessageRequest")
     return [each["params"]["message"] for each in asked]
@@ -94,7 +94,7 @@ def test_a_message_that_is_closed_begins_nothing(stages: Stages, client: Client)
 
 
 def test_people_are_asked_once_until_robots_no_longer_have_to_be_put_in_place(stages: Stages, client: Client) -> None:
-    """Each pose that comes while they are moved there asks nobody."""
+    """Poses that come while people move robots there cause no new message."""
     for message in (misplaced("r", "s"), misplaced("r"), misplaced(), misplaced("s")):
         stages.say(message)
     client.wait("window/showMessageRequest")

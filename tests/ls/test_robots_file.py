@@ -1,4 +1,4 @@
-"""improv.toml as an editor sees it: its mistakes are shown in it, and programs are checked against it."""
+"""improv.toml in an editor: it shows the file's errors, and programs are checked against it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_robots_and_limits_come_from_the_file(tmp_path: Path) -> None:
         assert client.codes_of(program) == ["too-fast", "unsupported-direction", "unknown-robot"]
         assert client.codes_of(robots) == []
 
-        # A mistake in the file is reported there, and prevents every new dance until it is fixed.
+        # An error in the file is reported there, and prevents every new dance until it is fixed.
         robots.write_text(BURGER.replace("burger", "brger"))
         client.save(program.as_uri())
         assert client.wait_for_line("✗") == "✗ improv.toml has errors"
@@ -52,7 +52,7 @@ def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
 
 
 def test_a_urdf_is_read_again_when_it_changes(tmp_path: Path) -> None:
-    """Whether the file that names it is open or not."""
+    """It doesn't matter if the file that names it is open."""
     program, robots, urdf = tmp_path / "dance.improv", tmp_path / "improv.toml", tmp_path / "r.urdf"
     robots.write_text(TOML)
     changes = [{"uri": urdf.as_uri(), "type": 2}]
@@ -135,7 +135,7 @@ def test_an_open_improv_toml_is_not_a_program(tmp_path: Path, language: str) -> 
         client.open(program.as_uri(), "burger $ forward\n")
         assert (client.codes_of(program), client.codes_of(robots)) == ([], [])
         assert [each["name"] for each in client.request("workspace/symbol", {"query": ""})] == ["burger"]
-        # With one program open, there is no question which one is meant.
+        # With one program open, it is clear which one to play.
         client.command("play")
         assert client.wait_for_line("▶").startswith("▶ burger 1 beat")
 

@@ -1,4 +1,4 @@
-"""Help inside an improv.toml, as an editor sees it: its text as it is typed, and the programs that share it."""
+"""Help inside an improv.toml, in an editor: its text while somebody types, and the programs that share it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Fol
         said = client.request("textDocument/hover", place(uri, 2, 1))
         assert said["contents"]["value"].startswith("step: the distance of forward")
 
-        # A syntax error is shown as it is typed, and the misspelled profile once the text is valid.
+        # A syntax error shows while somebody types, and the misspelled profile once the text is valid.
         text = ROBOTS + '[robots.b]\nprofile = "rovr"\n'
         client.change(uri, 3, {"text": text})
         published = client.wait("textDocument/publishDiagnostics", lambda params: params.get("version") == 3)
@@ -73,7 +73,7 @@ def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Fol
         assert fix["title"] == 'Change to "rover"'
         assert new_texts(fix["edit"]["documentChanges"][0]["edits"]) == [(6, 10, 16, '"rover"')]
 
-        # When it is closed, what is on disk counts, which has no errors.
+        # After it is closed, the file on disk counts, which has no errors.
         client.notify("textDocument/didClose", {"textDocument": {"uri": uri}})
         published = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
         assert published["diagnostics"] == []
@@ -177,7 +177,7 @@ def test_an_unknown_robot_is_added(folder: Folder) -> None:
         assert new_texts(change["edits"]) == [(6, 0, 0, '\n[robots.bert]\nprofile = "rover"\n')]
 
 
-def test_a_fix_of_a_closed_file_is_made_for_what_another_program_has_just_saved_there(folder: Folder) -> None:
+def test_a_fix_of_a_closed_file_is_for_its_latest_save(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         client.open(folder.opened.as_uri(), "anna bert $ forward\n")
         for saved, line in ((ROBOTS, 5), ("# mine\n" + ROBOTS, 6)):
@@ -191,7 +191,7 @@ def test_a_fix_of_a_closed_file_is_made_for_what_another_program_has_just_saved_
 
 
 def listing(client: Client, program: Path) -> list[dict[str, Any]]:
-    """The changes of the action that lists a program's robots; none if it is not offered."""
+    """Return the changes of the action that lists a program's robots; none if it is not offered."""
     found = client.actions(program.as_uri(), 0, 1)
     changes = [each["edit"]["documentChanges"] for each in found if each["title"].startswith("List these robots in ")]
     return [change for each in changes for change in each]

@@ -1,4 +1,4 @@
-"""Whom robots meet, as editors show it: a moment after the other diagnostics."""
+"""Meetings of robots in an editor: shown a moment after the other diagnostics."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ def test_meetings_follow_the_other_diagnostics() -> None:
         assert found["version"] == 1
 
 
-def test_meetings_are_found_in_a_program_about_which_nothing_was_found_while_it_was_read(
+def test_meetings_are_found_after_an_empty_preview(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     rooms = Rooms()
     monkeypatch.setattr(RoomChecker, "check", lambda _, *program: rooms.check(*program))
-    monkeypatch.setattr(slices, "SLICE", 0.0)  # it stops wherever it can, so that there is a first look at the program
+    monkeypatch.setattr(slices, "SLICE", 0.0)  # it stops wherever it can, so that there is a preview
     with Client(QUIET, hurries=True) as client:
         client.open(URI, PROGRAM)
         assert codes(client.wait(METHOD)) == []
         assert codes(client.wait(METHOD)) == ["meets"]
 
 
-def test_what_was_found_about_a_text_is_dropped_with_the_next_key() -> None:
+def test_meetings_in_a_text_are_dropped_with_the_next_key() -> None:
     with Client(QUIET) as client:
         client.open(URI, PROGRAM)
         client.wait(METHOD, lambda params: codes(params) == ["meets"])

@@ -1,4 +1,4 @@
-"""The server as an editor sees it, over standard input and output."""
+"""The server as an editor uses it, over standard input and output."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def client() -> Iterator[Client]:
 
 
 def diagnostics(client: Client, version: int) -> list[tuple[int, int, int, str]]:
-    """Line, first and last column, and code of each diagnostic of a version."""
+    """Return line, first and last column, and code of each diagnostic of a version."""
     params = client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == version)
     return [
         (
@@ -97,11 +97,11 @@ def test_a_save_with_errors_says_why_and_the_dance_keeps_playing(
     client.save(URI)
     line = client.wait_for_line("✗")
     assert line == "✗ line 1: `lft` is not defined: did you mean `left`? (and 1 more); the previous dance keeps playing"
-    client.wait("$/progress", lambda params: beat(params) >= 1 + editor.READING)  # until then, one can read the line
+    client.wait("$/progress", lambda params: beat(params) >= 1 + editor.READING)  # until then, people can read the line
 
 
 def beat(progress: Message) -> int:
-    """The beat of a report, counted from 1; 0 if it has none."""
+    """Return the beat of a report, counted from 1; 0 if it has none."""
     message = progress["value"].get("message", "")
     return int(message.removeprefix("beat ").split("/")[0]) if message else 0
 
@@ -138,7 +138,7 @@ def test_a_playing_program_can_be_controlled(client: Client) -> None:
     shows("end")
 
 
-def test_a_command_with_wrong_arguments_says_what_it_takes(client: Client) -> None:
+def test_a_command_with_wrong_arguments_lists_its_arguments(client: Client) -> None:
     wrong: list[tuple[str, list[object], str]] = [
         ("seek", ["three"], "improv.seek: expected a beat, counted from 0"),
         ("seek", [-1], "improv.seek: expected a beat, counted from 0"),
@@ -154,7 +154,7 @@ def test_a_command_with_wrong_arguments_says_what_it_takes(client: Client) -> No
         assert client.wait_for_line("improv.") == line
 
 
-def test_an_editor_is_told_whether_its_window_shows_the_page() -> None:
+def test_an_editor_learns_if_its_window_shows_the_page() -> None:
     with Client({"backend": "sim"}, capabilities={**TOLD, "window": {"showDocument": {"support": True}}}) as client:
         client.open(URI, "")
         client.change(URI, 2, {"text": "r $ repeat forward\n"})
@@ -169,7 +169,7 @@ def test_an_editor_is_told_whether_its_window_shows_the_page() -> None:
         asyncio.run(show())
 
 
-def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
+def test_an_editor_that_asks_gets_the_lit_words() -> None:
     with Client(QUIET, capabilities=TOLD) as client:
         client.open(URI, "")
         client.change(URI, 2, {"text": "beat 6 # 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
@@ -207,13 +207,13 @@ def test_the_server_ends_with_the_editor_even_if_its_input_stays_open() -> None:
 
 
 def test_the_saved_text_plays_and_not_later_edits() -> None:
-    """An editor whose server starts after the save sends the text that was saved along with it."""
+    """An editor whose server starts after the save sends the saved text along with it."""
     with Client(QUIET, {"experimental": {"improv": True}}) as client:
         client.open(URI, "# 🐢\r\nr $ repeat left\r\ns $ repeat (lef\r\n")
         client.save(URI, "r $ repeat left\r\n")
         assert client.wait_for_line("▶").startswith("▶ r ∞, endless")
         lit = client.wait("improv/lit")
-        assert (lit["version"], lit["ranges"]) == (1, [[1, 11, 1, 15]])  # where it stands by now
+        assert (lit["version"], lit["ranges"]) == (1, [[1, 11, 1, 15]])  # its place by now
         assert diagnostics(client, 1)[0][0] == 2
         client.save(URI, "r $ repeat (\r\n")
         client.wait_for_line("✗ line 1")
@@ -268,7 +268,7 @@ def test_a_silent_client_is_not_waited_for_and_a_late_answer_is_harmless() -> No
 
 
 def test_settings_count_however_late_the_editor_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As when VS Code is busy: a workspace that is trusted by then would play nothing on a save."""
+    """As when VS Code is busy: in a workspace that is trusted by then, a save would play nothing."""
     monkeypatch.setattr("improv_ls.handlers.did_change_configuration.ANSWER_LIMIT", 0, raising=False)
     with Client({**QUIET, "onSave": "off"}, REFRESHED, answers=False) as client:
         client.wait("workspace/configuration")
@@ -319,7 +319,8 @@ def test_a_save_plays_even_if_an_earlier_start_of_the_stages_fails(monkeypatch: 
 
 
 def test_a_save_plays_on_the_stages_that_replace_those_it_waits_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Somebody changes a setting of the stages, and then asks for the page. An older save never plays after a newer."""
+    """Somebody changes a setting of the stages, and then asks for the page. An older save never plays after a newer
+    one."""
     gate, start = threading.Event(), StageOnThread.start
 
     async def start_late(*arguments: Any) -> StageOnThread | Stage:
@@ -363,7 +364,7 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
 
 
 def _hover(client: Client) -> None:
-    """Have the server answer something, which shows that it waits for nothing else."""
+    """Have the server answer a request, which shows that it waits for nothing else."""
     client.request("textDocument/hover", place(URI, 0, 4))
 
 

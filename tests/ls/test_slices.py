@@ -22,7 +22,7 @@ STEP = SLICE / 2
 
 
 class Turns:
-    """The turns of an event loop, and a clock that only work moves."""
+    """Turns of an event loop, and a clock that only work moves."""
 
     def __init__(self) -> None:
         self.now = 0.0

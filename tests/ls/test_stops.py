@@ -1,4 +1,4 @@
-"""Stopping at the editor: no older save overtakes it, and no analysis holds it up."""
+"""Stops in an editor: no older save overtakes them, and no analysis delays them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Dancer(Client):
         return str(self.command("page"))
 
     def write(self, *messages: Message) -> int:
-        """Write messages at once, of which the last one is a request. The request's id."""
+        """Write messages at once, of which the last one is a request. Return its ID."""
         self._next_id += 1
         self._write(*messages[:-1], {"id": self._next_id, **messages[-1]})
         return self._next_id
@@ -56,12 +56,12 @@ class Dancer(Client):
         }
 
     def has_analyzed_huge(self) -> bool:
-        """Whether the server has published the error of the huge program."""
+        """Return whether the server has published the error of the huge program."""
         published = [each.message for each in list(self.log) if each.message.get("method") == PUBLISHED]
         return any(is_error_of_huge(each["params"]) for each in published)
 
     def played_since(self, number: int) -> list[Any]:
-        """What has begun to play since the answer to a request."""
+        """Return the scores that have begun to play since the answer to a request."""
         messages = [spoken.message for spoken in list(self.log) if spoken.by_server]
         since = next(place for place, each in enumerate(messages) if each.get("id") == number and "method" not in each)
         return [each for each in messages[since:] if "▶" in str(each.get("params"))]
@@ -72,7 +72,8 @@ def is_error_of_huge(published: Any) -> bool:
 
 
 class DancerProcess(Dancer, ProcessClient):
-    """Its server is a process: whether it reads while it computes, a thread beside the test would not show."""
+    """An editor whose server is a process: a thread beside the test would not show whether it reads while it
+    computes."""
 
 
 @pytest.fixture
@@ -112,7 +113,7 @@ def test_a_resume_and_a_pause_in_one_read(client: Dancer) -> None:
 
 
 def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
-    """A thread that does something as soon as the stage itself says that the robots have stopped."""
+    """Start a thread that calls a function as soon as the stage itself reports that the robots have stopped."""
     listens = threading.Event()
     live = live_behind(page)
 
@@ -142,8 +143,8 @@ def stop_while_analyzing(client: Dancer) -> None:
     number = client.write(STOP)
     stage.join(LIMIT)
     assert analyzed == [False]
-    # What is saved after the stop plays: the stop counts only once, although it is answered long after. Not earlier: a
-    # page that is slow is told only the latest, that `s` plays.
+    # A save after the stop plays: the stop counts only once, although its answer comes long after. Not earlier: a slow
+    # page gets only the latest message, that `s` plays.
     client._write(client.retype("s $ repeat left\n"), SAVE)
     client.answer(number)
     assert client.wait_for_line("▶ s ∞")

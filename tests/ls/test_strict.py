@@ -1,4 +1,4 @@
-"""The judge of test_clients.py: it reports what a client never said it supports, and nothing else."""
+"""The checker of test_clients.py: it reports messages that a client never supported, and nothing else."""
 
 from __future__ import annotations
 

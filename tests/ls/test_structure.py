@@ -1,4 +1,4 @@
-"""Outline, folding, selection and the names of a workspace, as an editor sees them."""
+"""Outline, folding, selection and the names of a workspace, in an editor."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from improv_ls.positions import to_offset, to_position
 URI = "untitled:dance"
 ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
 UNITS = {Encoding.Utf8: ("utf-8", 1), Encoding.Utf16: ("utf-16-le", 2), Encoding.Utf32: ("utf-32-le", 4)}
-"""The codec that writes a text in units of so many bytes."""
+"""Codec that writes a text in units of so many bytes."""
 CHARACTERS = [*"a( é語😀", "👩‍🚀", "\n", "\r", "\r\n", "\f", "\v", "\u2028", "\x85", "\x1c", "\ufeff"]
 texts = st.lists(st.sampled_from(CHARACTERS), max_size=25).map("".join)
 
@@ -37,7 +37,7 @@ class Editor:
         self.lines = self._split(before + text + after)
 
     def places(self) -> list[types.Position]:
-        """Every place a cursor can be: between characters, and not between \\r and \\n."""
+        """Return every place of a cursor: between characters, and not between \r and \n."""
         found = []
         for number, line in enumerate(self.lines):
             body = line.rstrip("\r\n")

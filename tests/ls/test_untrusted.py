@@ -1,4 +1,4 @@
-"""Nothing in a program, improv.toml, or the settings can control the editor that shows it."""
+"""No text in a program, improv.toml, or the settings can control the editor that shows it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EXACT = {"newText", "uri"}
 
 
 def shown(value: Any) -> Iterator[str]:
-    """Every text in a message that may be shown."""
+    """Yield every text in a message that may be shown."""
     if isinstance(value, str):
         yield value
     elif isinstance(value, list):
@@ -41,7 +41,7 @@ def shown(value: Any) -> Iterator[str]:
 
 
 def use(client: Client, folder: Path, word: str, key: str, numbers: Iterator[int]) -> None:
-    """Have the server say everything it can about a program and its improv.toml."""
+    """Have the server send every message that it can about a program and its improv.toml."""
     (folder / "improv.toml").write_text(TOML.format(quoted(key)), encoding="utf-8")
     uri = (folder / f"dance{next(numbers)}.improv").as_uri()
     text = PROGRAM.format(word)

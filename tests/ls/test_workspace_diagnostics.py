@@ -1,4 +1,4 @@
-"""What is wrong with all programs in a folder, open or not, for editors that ask for it."""
+"""Diagnostics of all programs in a folder, open or not, for editors that ask for them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Reports = Mapping[str, Mapping[str, Any]]
 
 
 def pull(client: Client, before: Reports | None = None, **tokens: str) -> dict[str, Mapping[str, Any]]:
-    """The reports by the names of their files."""
+    """Return the reports by the names of their files."""
     known = [{"uri": each["uri"], "value": each["resultId"]} for each in (before or {}).values() if "resultId" in each]
     found = client.request("workspace/diagnostic", {"previousResultIds": known, **tokens})["items"]
     return by_name(found)
@@ -92,7 +92,7 @@ def test_a_large_folder_is_sent_in_parts_and_shows_progress(tmp_path: Path) -> N
         assert set(codes(again).values()) == {"unchanged"}
 
 
-def test_a_client_that_watches_files_learns_what_changes(tmp_path: Path) -> None:
+def test_a_client_that_watches_files_gets_changes(tmp_path: Path) -> None:
     a, b = (tmp_path / f"{name}.improv" for name in "ab")
     a.write_text("anna $ fowrard\n")
     b.write_text("anna $ left\n")

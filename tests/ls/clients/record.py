@@ -1,4 +1,4 @@
-"""Record what a real editor says of itself: `python -m tests.ls.clients.record [NAME]...`, the names as in EDITORS.
+"""Record the `initialize` of real editors: `python -m tests.ls.clients.record [NAME]...`, the names as in EDITORS.
 
 Each editor is started with the files of editors/ and opens a program. As its language server it gets this file, which
 notes the `initialize` that comes. `.cache/` has the editors: tests/editors/fetch.sh gets them.
@@ -22,12 +22,12 @@ from tests.editors.editors import LIMIT, ROOT, find
 from tests.needs import need
 
 HOME = "/home/person"
-"""What the folder above the program's is called in a record."""
+"""The name in a record of the folder above the program's."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Where an editor is started: the program to open, the stand-in for the server, and where that notes."""
+    """Files for an editor: the program to open, the stand-in for the server, and its notes."""
 
     folder: Path
     program: Path
@@ -108,7 +108,7 @@ def _emacs(setting: Setting) -> None:
 
 
 def _kate(setting: Setting) -> None:
-    """The Kate of Debian 12."""
+    """Start the Kate of Debian 12."""
     kate = ROOT / "editors" / "kate"
     for file, place in (
         (kate / "improv.xml", ".local/share/org.kde.syntax-highlighting/syntax"),
@@ -116,7 +116,7 @@ def _kate(setting: Setting) -> None:
     ):
         (setting.folder / place).mkdir(parents=True)
         (setting.folder / place / file.name).write_bytes(file.read_bytes())
-    # As if it had asked whether it may start the server.
+    # As if it had asked for permission to start the server.
     (setting.folder / ".config" / "katerc").write_text(f"[lspclient]\nAllowedServerCommandLines={setting.server}\n")
     env = {"HOME": str(setting.folder), "QT_QPA_PLATFORM": "offscreen", "DBUS_SESSION_BUS_ADDRESS": "disabled:"}
     places = {"XDG_CONFIG_HOME": str(setting.folder / ".config"), "XDG_DATA_HOME": str(setting.folder / ".local/share")}
@@ -124,7 +124,7 @@ def _kate(setting: Setting) -> None:
 
 
 def _vscode(setting: Setting) -> None:
-    """VS Code itself, in a browser."""
+    """Start VS Code itself, in a browser."""
     from tests.editors.vscode.workbench import workbench
 
     settings = {"improv.server.path": str(setting.server), "security.workspace.trust.enabled": False}
@@ -133,7 +133,7 @@ def _vscode(setting: Setting) -> None:
 
 
 def _run(command: list[str], setting: Setting, env: Mapping[str, str]) -> None:
-    """Run the editor until it has said who it is."""
+    """Run the editor until it has sent its name."""
     places = {f"XDG_{kind}_HOME": str(setting.folder) for kind in ("CONFIG", "DATA", "STATE", "CACHE")}
     path = f"{setting.server.parent}:{os.environ['PATH']}"
     editor = subprocess.Popen(

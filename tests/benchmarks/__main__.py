@@ -31,7 +31,7 @@ def main() -> None:
         names.add_parser(name, help=about).add_argument("--quick", action="store_true", help="fewer rounds")
     chosen = parser.parse_args()
     if chosen.name:
-        os.environ["IMPROV_HISTORY"] = "off"  # what is measured is no work of the person's
+        os.environ["IMPROV_HISTORY"] = "off"  # the measured work is not the person's own
         module = "class_room" if chosen.name == "class" else chosen.name
         import_module(f"tests.benchmarks.{module}").run(chosen.quick)
     else:

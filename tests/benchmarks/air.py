@@ -1,7 +1,7 @@
-"""Machines on a radio link of their own each, all on this one (Linux, root): a network, a clock, and an sshd for each.
+"""Machines on separate radio links, all on this machine (Linux, root): each has a network, a clock, and an sshd.
 
-The link is made by a program that joins two network namespaces and delays, jitters, and drops what passes. Its path is
-in `IMPROV_LINK`, or it lies beside this repository.
+A link is a program that joins two network namespaces and delays, jitters, and drops packets. Its path is in
+`IMPROV_LINK`, or it lies beside this repository.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON
 
 LINK = Path(os.environ.get("IMPROV_LINK") or Path(__file__).parents[3] / "shared" / "tools" / "jitter_link.py")
 BASE = "improv-air"
-"""The namespace of the parent."""
+"""Namespace of the parent."""
 _INSIDE = 'mount -t tmpfs tmpfs /dev/shm && exec "$@"'
 
 
 class Memory(NamedTuple):
-    """How much memory is used: only by these processes (`own`), and with their share of what others use too, in MB."""
+    """Memory in MB: that of these processes alone (`own`), and with their share of the memory that others use too."""
 
     own: float
     whole: float
@@ -35,13 +35,14 @@ class Memory(NamedTuple):
 
 
 def memory(process: Path) -> Memory:
-    """What a process uses, by its folder in /proc."""
+    """Return the memory of a process, by its folder in /proc."""
     rows = dict(line.split(":") for line in (process / "smaps_rollup").read_text().splitlines()[1:])
     return Memory(*(int(rows[name].split()[0]) / 1e3 for name in ("Pss_Anon", "Pss")))
 
 
 class Machine:
-    """A machine on a link. Its clock is `ahead` of ours by so many seconds, but only for what sshd starts there."""
+    """A machine on a link. Its clock is `ahead` of ours by so many seconds, but only for processes that sshd starts
+    there."""
 
     def __init__(self, number: int, folder: Path) -> None:
         self.number = number
@@ -55,11 +56,11 @@ class Machine:
 
     @property
     def by(self) -> list[str]:
-        """What runs a command in its network."""
+        """The command that runs another command in its network."""
         return entering(self.namespace)
 
     def serve(self, key: Path) -> subprocess.Popen[bytes]:
-        """Its sshd, which starts everything with the clock of the machine."""
+        """Start its sshd, which starts everything with the clock of the machine."""
         server = self._folder / "server"
         subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", server], check=True)
         there = {
@@ -88,7 +89,7 @@ class Machine:
         )
 
     def cut(self) -> float:
-        """Cut its link for good; when that was."""
+        """Cut its link for good, and return the time."""
         assert self.link
         assert self.link.stdin
         self.link.stdin.write(b"down\n")
@@ -96,7 +97,7 @@ class Machine:
         return time.monotonic()
 
     def used(self) -> str:
-        """The memory of each process that plays there, in MB (what is shared counts in parts), and its CPU."""
+        """Return the memory of each process that plays there, in MB (shared memory counts in parts), and its CPU."""
         found = []
         for process in Path("/proc").glob("[0-9]*"):
             with suppress(OSError, StopIteration, IndexError):
@@ -110,7 +111,7 @@ class Machine:
         return f"{Memory(own, whole)} in all ({parts})"
 
     def bare(self) -> str:
-        """The memory of a node of rclpy there that only has a publisher."""
+        """Return the memory of an rclpy node there with a single publisher."""
         command = [*self.by, PYTHON, str(HERE / "ros_bare.py")]
         with subprocess.Popen(command, env=on_air(ENV), stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
             assert process.stdout
@@ -119,11 +120,11 @@ class Machine:
 
     @property
     def known(self) -> str:
-        """The line of known_hosts about it."""
+        """Line of known_hosts about it."""
         return f"{self.address} {' '.join((self._folder / 'server.pub').read_text().split()[:2])}\n"
 
     def config(self, key: Path, known: Path) -> str:
-        """What ssh has to know of it."""
+        """Return the ssh config about it."""
         lines = {
             "HostName": self.address,
             "User": getpass.getuser(),
@@ -136,7 +137,7 @@ class Machine:
         return f"Host {self.name}\n" + "".join(f"  {name} {value}\n" for name, value in lines.items())
 
     def _python(self) -> Path:
-        """A folder with the Python there, which knows ROS."""
+        """Make a folder with the Python there, which finds ROS."""
         folder = self._folder / "bin"
         folder.mkdir()
         script = folder / "python3"
@@ -148,18 +149,19 @@ class Machine:
 
 
 def entering(namespace: str) -> list[str]:
-    """What runs a command in a network, with shared memory of its own."""
+    """Return the command that runs another command in a network, with its own shared memory."""
     return ["ip", "netns", "exec", namespace, "unshare", "--mount", "sh", "-c", _INSIDE, "sh"]
 
 
 def on_air(env: Mapping[str, str]) -> dict[str, str]:
-    """An environment in which DDS passes nothing through memory."""
+    """Return an environment in which DDS passes nothing through memory."""
     return {**env, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
 
 
 @contextmanager
 def machines(count: int, folder: Path, link: Sequence[str]) -> Iterator[tuple[list[Machine], dict[str, str]]]:
-    """Machines on links of this kind, and the environment in which a parent in `BASE` reaches them through ssh."""
+    """Yield machines on links of this kind, and the environment in which a parent in `BASE` reaches them through
+    ssh."""
     made = [Machine(number, folder) for number in range(count)]
     key, known, config = folder / "ours", folder / "known", folder / "ssh_config"
     subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", key], check=True)
@@ -206,6 +208,6 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """`unshare` waits for its child whatever else comes."""
+    """Kill a process with SIGKILL: `unshare` ignores other signals while it waits for its child."""
     process.kill()
     process.wait(LIMIT)

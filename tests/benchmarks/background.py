@@ -1,4 +1,4 @@
-"""What goes on beside a measurement: a dance in the simulator, its page in a browser, and somebody who types."""
+"""Work beside a measurement: a dance in the simulator, its page in a browser, and a person who types."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DANCE = "r1 r2 r3 $ repeat (forward left)\n"
 
 @contextmanager
 def busy_editor() -> Iterator[None]:
-    """Somebody types into a document of a thousand lines while a dance plays and its page is open."""
+    """Type into a document of a thousand lines while a dance plays and its page is open."""
     with Server(PLAYER) as server:
         server.open(_DANCE)
         with playing(server):
@@ -42,7 +42,7 @@ def busy_editor() -> Iterator[None]:
 
 @contextmanager
 def playing(server: Server) -> Iterator[None]:
-    """Have the document played, and its page open in a browser."""
+    """Play the document, with its page open in a browser."""
     with page_of(server) as page:
         page.wait_for_selector("body[data-state=playing]")
         yield
@@ -66,7 +66,7 @@ def page_of(server: Server) -> Iterator[Page]:
 
 
 def _type(server: Server, ended: threading.Event) -> None:
-    """Type into the document, at times that are never in step with what is measured."""
+    """Type into the document, at times that are never in step with the measured events."""
     random = Random(2)
     due = time.monotonic()
     for edit in edits(IMPROV, improv(TYPED_LINES)):

@@ -1,4 +1,4 @@
-"""The smallest pygls server: it finds nothing wrong with any document, and answers every request with nothing."""
+"""The smallest pygls server: it finds no errors in any document, and answers every request with nothing."""
 
 from __future__ import annotations
 

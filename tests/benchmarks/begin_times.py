@@ -1,6 +1,6 @@
-"""How far from the asked time the first velocity is sent, after `improv play --at`.
+"""Error of the time at which the first velocity is sent, after `improv play --at`.
 
-Each start is asked for 3 s ahead, at another fraction of a second.
+Each start is requested 3 s ahead, at another fraction of a second.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PROGRAM = "beat 600\na b c d $ forward left\n"
 
 
 async def measure(backend: str, starts: int) -> list[float]:
-    """How late each start was, in milliseconds."""
+    """Return how late each start was, in milliseconds."""
     sent: asyncio.Queue[int] = asyncio.Queue()
     ended = asyncio.Event()
 
@@ -50,7 +50,7 @@ async def measure(backend: str, starts: int) -> list[float]:
 
 
 def run(quick: bool) -> None:
-    """Print how far the first velocity is from the asked time."""
+    """Print the time between the requested start and the first velocity."""
     late = asyncio.run(measure("sim", 5 if quick else 20))
     print_head("starts", "median", "worst", "earliest")
     print_row(str(len(late)), *(f"{each:.2f} ms" for each in (median(late), max(late, key=abs), min(late))))

@@ -1,4 +1,4 @@
-"""How far bases that drift end from their ideal poses, calibrated or following or not, by their true poses."""
+"""Distances of bases that drift from their ideal poses, calibrated or following or not, by their true poses."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ A_MINUTE = {
     "repeat sway": "repeat 7 sway",
     "repeat ring": "repeat 7 ring",
 }
-"""What ends groove.improv after a minute."""
+"""Statements that end groove.improv after a minute."""
 DRIFT = ("--wheel-error", "0.96", "0.94", "--noise", "0.01", "--loss", "0.05")
 ROBOT = "first"
 REST = 1.0
@@ -79,7 +79,7 @@ def _simulated(score: Score) -> Ends:
 
 
 def _calibrated(robots: str) -> str:
-    """The file with what `improv calibrate` finds, for all robots of the profile."""
+    """Return the file with the values that `improv calibrate` finds, for all robots of the profile."""
     environment = _environment()
     with TemporaryDirectory() as folder, _base(ROBOT, Pose(), 0, environment):
         file = Path(folder) / "improv.toml"
@@ -98,12 +98,12 @@ def _calibrated(robots: str) -> str:
 
 
 def _following(robots: str) -> str:
-    """The file in which all robots follow their paths, seen from outside."""
+    """Return the file in which all robots follow their paths, measured from outside."""
     return re.sub(r"(\[robots\..*\])", r'\1\nodom = "true_pose"\nfollow = true', robots)
 
 
 def _driven(program: str, robots: str, score: Score) -> Ends:
-    """Where bases really are after a program, if they start where it says."""
+    """Measure the true poses of bases after a program, if they begin at its starts."""
     environment = _environment()
     topics = {f"/{robot}/true_pose": robot for robot in score.parts}
     with TemporaryDirectory() as folder, ExitStack() as stack:

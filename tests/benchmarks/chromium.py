@@ -1,4 +1,4 @@
-"""Chromium, in which benchmarks of pages measure."""
+"""Chromium, for the benchmarks of pages."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A class of three pages in Chromium, on which somebody types, and of replayed ones, which load the website and send
 dances; then a class of forty that send the worst text as fast as they can. Measures the time from the teacher's stop to
-zeros, and what the teacher's process needs."""
+zeros, and the memory and processor time of the teacher's process."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ GOAL, GOAL_FLOODED = 50.0, 200.0
 FLOOD_SECONDS = 60.0
 WORST = "\x01\n" * 49_999
 OTHERS = 15
-"""The niceness of the pages: a class's are on other computers."""
+"""Niceness of the pages: in a class, they are on other computers."""
 TOGETHER = 4
-"""How many dances play when the teacher stops them."""
+"""Dances that play when the teacher stops them."""
 EXAMPLES = [path.read_text() for path in sorted((Path(__file__).parents[2] / "examples").glob("*.improv"))]
 LONG = "r $ repeat (forward left)\n"
 PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
@@ -98,14 +98,14 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
                     await asyncio.sleep(random.uniform(0.8, 1.6))
                     played = performing.playback.state.played
                     if not performing.playback.state.is_on or not played:
-                        continue  # it is still being read
+                        continue  # the stage is still reading it
                     zeros.clear()
                     pressed = time.time_ns()
                     async with http.post(f"{stops[1]}/stop", **about) as answer:
                         assert answer.status == 204
                     await asyncio.sleep(0.4)
                     heard = [zeros.get(robot, 0) for robot in played.score.parts]
-                    if min(heard) > pressed:  # all of them still moved when it was pressed
+                    if min(heard) > pressed:  # all of them still moved at the stop
                         took.append((max(heard) - pressed) / 1e6)
                 reading.cancel()
         after = resource.getrusage(resource.RUSAGE_SELF)
@@ -137,7 +137,7 @@ async def _read(live: aiohttp.ClientWebSocketResponse) -> None:
 
 
 async def _replay(address: str, code: str, seconds: float) -> None:
-    """Be the pages of all children. Prints how long it took to load the website and to send dances."""
+    """Send the requests of all children's pages. Print the time to load the website and to send dances."""
     sends: list[float] = []
     async with (
         aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0, force_close=True)) as http,
@@ -183,7 +183,7 @@ async def _flood(address: str, code: str, seconds: float) -> None:
 
 
 async def _page(browser: Browser, address: str, code: str, number: int, end: float) -> int:
-    """Somebody who types dances and sends them. Returns how many."""
+    """Type dances on a page and send them. Return how many."""
     page = await (await browser.new_context(viewport={"width": 768, "height": 1024})).new_page()
     page.set_default_timeout(PATIENCE)
     expect.set_options(timeout=PATIENCE)

@@ -1,4 +1,4 @@
-"""Programs of any length without a mistake, in Improv and in Python, and edits of their lines; the same every time."""
+"""Programs of any length without an error, in Improv and in Python, and edits of their lines; the same every time."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from random import Random
 from typing import Literal, TypeAlias
 
 SHARED = "motif"
-"""The name that a third of the lines use in a document with a shared name; its definition is on line `SHARED_LINE`."""
+"""Name that a third of the lines use in a document with a shared name; its definition is on line `SHARED_LINE`."""
 SHARED_LINE = 3
 
 DEEPEST = 6
-"""How many names within names: enough to be realistic, and every movement's fractions stay short."""
+"""Names within names: enough to be realistic, and every movement's fractions stay short."""
 
 _MOVES = ("forward", "backward", "left", "right", "halfleft", "halfright", "rest", "strafeleft", "straferight")
 _CHANGES = (
@@ -41,12 +41,12 @@ _FORMS = ("{} * 2 + {}", "max({}, {}, 1)", "math.hypot({}, {})", "sum([{}, {}]) 
 
 
 Uses: TypeAlias = Literal["", "name", "phrase"]
-"""What a third of the lines of a document use: nothing in particular, `SHARED`, or phrases with parameters."""
+"""Things that a third of the lines of a document use: nothing in particular, `SHARED`, or phrases with parameters."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """One line of `length` characters is replaced by `text`; `wrong` says whether the whole is now a mistake."""
+    """One line of `length` characters is replaced by `text`; `wrong` is true if the document then has an error."""
 
     line: int
     length: int
@@ -56,7 +56,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """How to write a document of so many lines in a language, and what to do to its lines."""
+    """Functions that write a document of so many lines in a language, and changes of its lines."""
 
     name: str
     write: Callable[[int, Uses], str]
@@ -65,7 +65,7 @@ class Language:
 
 
 def improv(lines: int, uses: Uses = "", seed: int = 1) -> str:
-    """An Improv program of so many lines (100 or more give no hint either)."""
+    """Write an Improv program of so many lines (100 or more give no hint either)."""
     dance = _Dance(Random(seed))
     made = ["# A dance for eight robots.", "beat 30", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
     if uses == "phrase":
@@ -75,7 +75,7 @@ def improv(lines: int, uses: Uses = "", seed: int = 1) -> str:
 
 
 def python(lines: int, uses: Uses = "", seed: int = 1) -> str:
-    """A Python module of so many lines; phrases are functions."""
+    """Write a Python module of so many lines; phrases are functions."""
     random = Random(seed)
     names: list[str] = []
     made = ['"""Measures of a dance."""', "import math", "", f"{SHARED} = math.sqrt(2)"]
@@ -91,7 +91,8 @@ PYTHON = Language("python", python, " + {}", (" + forwrd", " +"))
 
 
 def edits(language: Language, text: str, only: int | None = None, seed: int = 1) -> Iterator[Edit]:
-    """Edits without end, at any line with `=` or `$` or only at one; one in ten is a mistake, and the next mends it."""
+    """Yield edits without end, at any line with `=` or `$` or only at one; one in ten is an error, and the next fixes
+    it."""
     random = Random(seed)
     lines = text.splitlines()
     signs = (" = ", " $ ")
@@ -110,8 +111,8 @@ def edits(language: Language, text: str, only: int | None = None, seed: int = 1)
 def _thirds(
     lines: int, uses: Uses, write: Callable[[int, int], list[str]], user: Callable[[int], str]
 ) -> Iterator[str]:
-    """So many lines as `write` gives them, told how many are left and how many it may give at once. If they use
-    something, every third is a `user` instead."""
+    """Yield so many lines from `write`, which gets the number of lines left and the most to return at once. If the
+    lines use something, every third is a `user` instead."""
     number = 0
     while number < lines:
         left = lines - number
@@ -144,7 +145,8 @@ def _phrase_user(number: int) -> str:
 
 
 class _Dance:
-    """Writes a program line by line: people use names that are near, and use in the end what they have named."""
+    """Writes a program line by line: people use names that are near, and in the end use every name that they have
+    defined."""
 
     def __init__(self, random: Random) -> None:
         self.random = random
@@ -152,7 +154,7 @@ class _Dance:
         self.unused = {SHARED: None}
 
     def lines(self, left: int, room: int) -> list[str]:
-        """One to `room` lines that may come next, with `left` of them to the end."""
+        """Return one to `room` lines that may come next, with `left` of them to the end."""
         kind = self.random.random()
         robots = " ".join(self.random.sample(_ROBOTS, self.random.choice((1, 1, 1, 2))))
         if len(self.unused) + 3 >= left:
@@ -172,7 +174,7 @@ class _Dance:
         return [f"{name} = {movement}"]
 
     def voices(self) -> tuple[str, int]:
-        """Two voices that end together."""
+        """Return two voices that end together."""
         first, second = (" ".join(self.random.choices(_MOVES, k=4)) for _ in range(2))
         return f"{first} || {second}", 0
 
@@ -181,7 +183,7 @@ class _Dance:
         return " ".join(text for text, _ in terms), max(depth for _, depth in terms)
 
     def term(self, deepest: int) -> tuple[str, int]:
-        """A movement that takes one term, and how deep the names in it are, `deepest` at most."""
+        """Return a movement that takes one term, and the depth of the names in it, `deepest` at most."""
         kind = self.random.random()
         if kind < 0.2:
             return f"[{' '.join(self.random.choices(_MOVES, k=self.random.randrange(2, 5)))}]", 0
@@ -191,7 +193,7 @@ class _Dance:
         return f"{self.random.choice(_CHANGES)} ({body} {self.random.choice(_MOVES)})", depth
 
     def name(self, deepest: int) -> tuple[str, int]:
-        """A name that nothing uses yet, or else one of the latest."""
+        """Return a name that nothing uses yet, or else one of the latest."""
         fitting = [name for name in self.unused if self.depths[name] <= deepest]
         latest = [name for name in islice(reversed(self.depths), 40) if self.depths[name] <= deepest]
         name = fitting[0] if fitting else self.random.choice(latest)
@@ -210,7 +212,7 @@ def _function_user(number: int) -> str:
 
 
 def _python_lines(random: Random, names: list[str], room: int) -> list[str]:
-    """One to three lines that may come next; `names` are those so far, and grows."""
+    """Return one to three lines that may come next; `names` are those so far, and grows."""
     kind = random.random()
     if kind < 0.08:
         return [""]

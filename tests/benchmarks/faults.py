@@ -1,4 +1,4 @@
-"""From a fault to the first zero that a real rclpy subscriber hears, and from a stop that others try to hold up."""
+"""Time from a fault to the first zero that a real rclpy subscriber gets, and from a stop that others try to hold up."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SAVES = 43
 """Saves a second."""
 
 Fault = Callable[[Listener], Iterator[float]]
-"""Makes a robot move, then does what makes it stop, and yields when that was, in monotonic seconds."""
+"""Makes a robot move, then causes its stop, and yields the time of the cause in monotonic seconds."""
 
 
 def run(quick: bool) -> None:
@@ -53,7 +53,7 @@ def run(quick: bool) -> None:
 
 
 def _to_zero(others: int, listener: Listener, fault: Fault) -> float:
-    """Seconds from a fault to the first zero; nothing but the process of the listener is left running."""
+    """Return the seconds from a fault to the first zero; only the process of the listener is left running."""
     zero = math.nan
     for began in fault(listener):
         zero = _first_zero(listener, began) - began
@@ -115,7 +115,7 @@ def _stage(number: signal.Signals) -> Fault:
 
 
 def _stages(pid: int) -> list[int]:
-    """The stages below a server: each is the parent of a standby."""
+    """Return the stages below a server: each is the parent of a standby."""
     return [child for child in descendants(pid) if descendants(child)]
 
 

@@ -1,4 +1,4 @@
-"""How long keys and requests take in and beside programs that take seconds to understand."""
+"""Delays of keys and requests in and beside programs whose analysis takes seconds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def run(quick: bool) -> None:
 
 
 def _measured(text: str, keys: int) -> dict[str, list[float]]:
-    """Each key in the heavy program changes a digit of its first line, so that all of it is understood again."""
+    """Measure keys in the heavy program: each changes a digit of its first line, so that all of it is analyzed
+    again."""
     found: dict[str, list[float]] = {what: [] for what in WHAT}
     with TemporaryDirectory() as folder, Client({"onSave": "off", "backend": "sim"}, hurries=True) as client:
         (Path(folder) / "improv.toml").write_text(LIMITED, encoding="utf-8")
@@ -75,7 +76,7 @@ def _measured(text: str, keys: int) -> dict[str, list[float]]:
 
 
 def _edit(before: str, after: str) -> dict[str, object]:
-    """What an editor sends when one text becomes another."""
+    """Return an editor's message when one text becomes another."""
     start, end, put = difference(before, after)
     lines = LineIndex(before)
     places = [{"line": line, "character": column} for line, column in map(lines.position, (start, end))]

@@ -1,9 +1,9 @@
-"""When robots on bad links change their velocities, with a stage on each of them and with one stage for all.
+"""Times at which robots on bad links change their velocities, with a stage on each of them and with one stage for all.
 
-Each robot is on a link of its own with random delays and losses. There are saves, pauses, and changes of speed. What
-counts is when a robot's own machine has received a change, against the beat that the parent's stage tells. The zeros
-before beat 0 are no changes, and the stop at the end, which has no time but is obeyed at once, counts apart. The clocks
-of the machines differ by thousands of seconds. With `IMPROV_ROBOTS`, so many robots dance (6).
+Each robot is on its own link with random delays and losses. There are saves, pauses, and changes of speed. The
+benchmark compares the time at which a robot's own machine has received a change with the beat that the parent's stage
+reports. The zeros before beat 0 are no changes, and the stop at the end, which has no time but is obeyed at once,
+counts apart. The clocks of the machines differ by thousands of seconds. With `IMPROV_ROBOTS`, so many robots dance (6).
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ GAPS = ("--delay", "0.002", "--jitter", "0.02", "--stall", "1:10")
 """Every 10 s, nothing passes for a second."""
 WHOLE_TURN = 90.0
 STOPS = 0.5
-"""Seconds before it is told that all have stopped, from which on robots may have stopped."""
+"""Seconds before the message that all have stopped, from which on robots may have stopped."""
 NEAR = 0.3
-"""Seconds from a change of what plays in which a turn doesn't count: it is no whole one."""
+"""Seconds from a change of the playback in which a turn doesn't count, because it is not complete."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """How far from its time each change came, in ms, how far each turn was from 90°, and what was said meanwhile."""
+    """Errors: the time of each change in ms, each turn compared with 90°, and the messages meanwhile."""
 
     late: list[float]
     turns: list[float]
@@ -95,7 +95,7 @@ def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patien
 
 
 def _cut(patience: float) -> float:
-    """How long after its link was cut for good a robot gets its zeros."""
+    """Return the seconds from the final cut of its link until a robot gets its zeros."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
         (machine,), env = stack.enter_context(machines(1, Path(folder), ("--delay", "0.002")))
         listener = stack.enter_context(Listener("drain", ["/r0/cmd_vel"], machine.by, on_air(ENV)))
@@ -118,7 +118,7 @@ def _cut(patience: float) -> float:
 
 
 def _parent(robots: int, seconds: float, hosts: bool, patience: float) -> list[str]:
-    """What plays a dance."""
+    """Return the command that plays a dance."""
     arguments = [str(robots), str(seconds), "hosts" if hosts else "here", str(patience)]
     return [*entering(BASE), sys.executable, "-m", "tests.benchmarks.hosts_parent", *arguments]
 
@@ -149,7 +149,8 @@ def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard
 
 
 def _due(moments: Sequence[Mapping[str, Any]], at: float) -> float:
-    """The time at which a change that came then was due: the nearest beat, or the nearest change of what plays."""
+    """Return the time at which a change that came then was due: the nearest beat, or the nearest change of the
+    playback."""
     known = [each for each in moments if each["monotonic"] <= at + 0.5]
     candidates: list[float] = [each["monotonic"] for each in moments]
     for place, each in enumerate(known):

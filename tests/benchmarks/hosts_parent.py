@@ -1,6 +1,6 @@
-"""Plays a dance with saves, pauses, and changes of speed, for the benchmark `hosts`, and prints what is heard.
+"""Plays a dance with saves, pauses, and changes of speed, for the benchmark `hosts`, and prints the messages.
 
-Its arguments: how many robots dance, for how many seconds, `hosts` if each has a stage of its own, and their patience.
+Its arguments: the number of robots, the seconds of the dance, `hosts` if each has its own stage, and their patience.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DANCES = "forward left", "left forward"
 
 
 def score(robots: int, hosts: bool, patience: float, dance: str) -> Score:
-    """Robots that all dance alike, each with a host of its own or none."""
+    """Make a score of robots that all dance alike, each with its own host or none."""
     names = [f"r{number}" for number in range(robots)]
     toml = "".join(
         f'[robots.r{number}]\nhost = "host{number}"\nlink_patience = {patience}\n' for number in range(robots) if hosts

@@ -1,4 +1,4 @@
-"""Joints of real robots: how soon they rest when something fails, and how punctual their changes are."""
+"""Joints of real robots: the time until they rest after a fault, and the punctuality of their changes."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from tests.ros.hosts import Host, on_one_link, set_link
 from tests.ros.test_controllers import CONTROLLER, TOML, arguments_of
 
 JOINTS = ("trajectory", "", "", "velocity")
-"""The interfaces of the joints of that robot that are watched: positions are where joints stand."""
+"""Interfaces of the joints of the watched robot: its messages have positions of joints."""
 TURNS = "ada $ repeat (head left || arm up || hand up)\n"
 MOVES, AFTER, UNEVEN = 1.0, 2.5, 0.1
-"""Seconds for which joints move, and for which they are watched after a fault, as far as messages come in time."""
+"""Seconds for which joints move, those for which they are watched after a fault, and the jitter of messages."""
 ROBOTS, COUNT, RATE = 10, 12, 50
 PROFILE = """
 [profiles.arm]
@@ -65,7 +65,7 @@ def run(quick: bool) -> None:
 
 
 def _rest_after(fault: str) -> dict[str, float]:
-    """How many seconds joints took, by their interfaces."""
+    """Return the seconds that joints took to rest, by their interfaces."""
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         there, here = stack.enter_context(on_one_link()) if fault == NO_NETWORK else (None, None)
@@ -93,7 +93,7 @@ def _moves(velocity: float, interface: str) -> bool:
 
 
 def _velocities(watching: subprocess.Popen[bytes]) -> Iterator[tuple[float, list[float]]]:
-    """When something was heard, and the velocities."""
+    """Yield the time of each message, and the velocities."""
     assert watching.stdout
     for line in watching.stdout:
         at, *velocities = map(float, line.split())
@@ -101,7 +101,7 @@ def _velocities(watching: subprocess.Popen[bytes]) -> Iterator[tuple[float, list
 
 
 def _punctual(ours: bool, seconds: int) -> list[float]:
-    """How late changes are received, in seconds."""
+    """Return how late changes are received, in seconds."""
     listening = seconds + LIMIT / 3
     script = HERE / "ros_joints.py"
     times: dict[int, list[float]] = defaultdict(list)
@@ -110,7 +110,7 @@ def _punctual(ours: bool, seconds: int) -> list[float]:
         with playing:
             assert listener.stdout
             for line in listener.stdout:
-                with suppress(ValueError):  # it says that it is ready
+                with suppress(ValueError):  # the line that says it is ready
                     robot, at = line.split()
                     times[int(robot)].append(float(at))
     late = [at - number for each in times.values() for number, at in enumerate(each)]
@@ -120,7 +120,7 @@ def _punctual(ours: bool, seconds: int) -> list[float]:
 
 
 def _dance(seconds: int) -> tuple[str, str]:
-    """improv.toml and a program."""
+    """Return improv.toml and a program."""
     joints = [f"joint{number}" for number in range(COUNT)]
     parts = [(f"part{number}", joints[3 * number : 3 * number + 3]) for number in range(COUNT // 3)]
     toml = PROFILE.format(rate=RATE, joints=joints)
@@ -162,7 +162,7 @@ def _ros(script: Path, *arguments: object, host: Host | None = None) -> Iterator
 
 
 def _on(host: Host | None, command: list[str]) -> tuple[list[str], dict[str, str]]:
-    """What runs a command on a host, and its environment."""
+    """Return the command that runs another command on a host, and its environment."""
     if host is None:
         return command, ENV
     network = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}

@@ -1,5 +1,5 @@
-"""How far apart two robots come to rest that drive toward each other; and from the pose that shows that two are too
-near to each other to the zeros that they hear."""
+"""Distance between two robots that drive toward each other and come to rest; and the time from the pose that shows that
+two robots are too near to each other until they get their zeros."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def can_have(link: Sequence[str]) -> bool:
 
 
 def rest(link: Sequence[str]) -> float:
-    """How far apart the edges of two bases rest that drive toward each other at 0.3 m/s, brake at 0.9 m/s², and are
-    seen 0.08 s later, if each has a host on such a link, or if they have none."""
+    """Return the distance between the edges of two bases at rest that drive toward each other at 0.3 m/s, brake at 0.9
+    m/s², and are seen 0.08 s later, if each has a host on such a link, or if they have none."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
         there, here, env, parents_env = [list[str]()] * len(STARTS), list[str](), ENV, ENV
         if link:

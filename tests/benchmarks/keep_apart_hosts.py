@@ -1,7 +1,7 @@
-"""Two robots that come too near to each other, with a stage for both or on hosts of their own: for the benchmark
+"""Two robots that come too near to each other, with a stage for both or on their own hosts: for the benchmark
 `keep_apart`.
 
-Run as a module, it is the parent that plays: its argument says where, and a line on its standard input resumes.
+Run as a module, it is the parent that plays: its argument names the place, and a line on its standard input resumes.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Delays(NamedTuple):
 
 
 class Process:
-    """A process that says lines."""
+    """A process that prints lines."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self._process = process
@@ -74,7 +74,7 @@ class Process:
         self._process.stdin.flush()
 
     def wait(self, what: str) -> float:
-        """The time of the next line that begins like this."""
+        """Wait for the next line that begins like this, and return its time."""
         end = time.monotonic() + LIMIT
         while True:
             line = ""
@@ -87,7 +87,7 @@ class Process:
                 return float(line.split()[-1])
 
     def forget(self) -> None:
-        """What was said until now is no news."""
+        """Skip the lines so far."""
         while not self._lines.empty():
             self.said.append(self._lines.get())
 
@@ -100,7 +100,7 @@ class Process:
 
 @contextmanager
 def running(command: Sequence[str], env: Mapping[str, str]) -> Iterator[Process]:
-    """A process until the end of this."""
+    """Run a process until the context ends."""
     with subprocess.Popen(command, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             yield Process(process)
@@ -115,7 +115,7 @@ def running(command: Sequence[str], env: Mapping[str, str]) -> Iterator[Process]
 
 
 def delays(rounds: int, link: Sequence[str]) -> Delays:
-    """How late both robots stand in each round, if their hosts are on such links, or if they have none."""
+    """Return the time until both robots stand in each round, if their hosts are on such links, or if they have none."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
         there, here, env, parents_env = [list[str]()] * len(PLACES), list[str](), ENV, ENV
         if link:
@@ -150,7 +150,7 @@ def delays(rounds: int, link: Sequence[str]) -> Delays:
 
 
 async def perform(hosts: bool) -> None:
-    """Play, and say when all are paused, and what people are told."""
+    """Play, and print when all are paused, and the lines for people."""
 
     def hear(message: News, leads: bool) -> None:
         if leads and message["type"] == "transport":

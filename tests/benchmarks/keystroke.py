@@ -1,4 +1,4 @@
-"""From a line changed to its diagnostics read, start, and memory: our server, ruff and a bare pygls, side by side."""
+"""Time from a changed line to its diagnostics, start, and memory: our server, ruff and a bare pygls, side by side."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from tests.benchmarks.servers import ALL, BARE, OURS, RUFF, Kind, Seen, Server, 
 from tests.benchmarks.tables import p99, print_head, print_row
 
 Samples = dict[Kind, list[float]]
-"""What was measured of each server: milliseconds, or MB."""
+"""Measurements of each server: milliseconds, or MB."""
 
 LONG = 10_000
 IDLE = 20
-"""Seconds that an idle server is watched."""
+"""Seconds for which an idle server is watched."""
 AT_ONCE = 20
-"""How many edits one server gets before it is the next one's turn: what disturbs the machine disturbs all three."""
+"""Edits that one server gets before the next server's turn: a disturbance of the machine affects all three."""
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """How much our median may be: so many times that of another server, or so many units."""
+    """Limit of our median: so many times that of another server, or so many units."""
 
     limit: float
     against: Kind | None = None
@@ -76,7 +76,7 @@ def run(quick: bool) -> None:
 
 
 def _keystrokes(lines: int, uses: Uses, rounds: int) -> Samples:
-    """Edits of a document of so many lines; if a third of them use one name, of its definition."""
+    """Edit a document of so many lines; if a third of them use one name, edit its definition."""
     samples: Samples = {kind: [] for kind in ALL}
     with ExitStack() as stack:
         change = {kind: _opened(stack.enter_context(Server(kind)), kind, lines, uses) for kind in ALL}
@@ -89,7 +89,7 @@ def _keystrokes(lines: int, uses: Uses, rounds: int) -> Samples:
 
 
 def _opened(server: Server, kind: Kind, lines: int, uses: Uses = "") -> Iterator[Seen]:
-    """Opens a document and edits it once for every step. Raises if mistakes are not found, or others are."""
+    """Open a document and edit it once for every step. Raises if errors are not found, or others are."""
     text = kind.language.write(lines, uses)
     if server.open(text).mistakes:
         raise RuntimeError(f"{kind.name} finds a mistake where none is")
@@ -112,7 +112,8 @@ def _repeated(times: int, measure: Callable[[Kind], float]) -> Samples:
 
 
 def _all_settled(rounds: int) -> list[float]:
-    """Milliseconds from an edit of the name that a third of the lines use until all of them are up to date."""
+    """Return the milliseconds from an edit of the name that a third of the lines use until all of them are up to
+    date."""
     with Server(OURS) as server:
         change = _opened(server, OURS, LONG, "name")
         return [server.settle() * 1000 for _ in islice(change, rounds * AT_ONCE)]
@@ -124,10 +125,10 @@ def _first(uses: Uses, kind: Kind) -> float:
 
 
 def _idle(kind: Kind) -> float:
-    """Percent of a core that a server uses while nobody types and nothing plays."""
+    """Return the percent of a core that a server uses while nobody types and nothing plays."""
     with Server(kind) as server:
         server.open(kind.language.write(LONG, ""))
-        sleep(1)  # what follows the first diagnostics
+        sleep(1)  # the work after the first diagnostics
         before = processor_time(server.pid)
         sleep(IDLE)
         return (processor_time(server.pid) - before) / IDLE * 100

@@ -1,4 +1,4 @@
-"""How well the clock of another machine is known through ssh over a bad Wi-Fi, and what a link costs.
+"""Error of another machine's clock as known through ssh over a bad Wi-Fi, and the price of a link.
 
 Both ends run on this machine, so the right answer is known: both clocks are the same, except that the one there may be
 made to drift. `tests/remote/slow_way.py` is the Wi-Fi: 2 to 100 ms of random delay each way, and 2% is lost.
@@ -33,7 +33,7 @@ time.monotonic_ns = lambda: _real() + int(_real() * {drift})
 
 
 class Followed:
-    """One link, and how far off its clock was at each mark, in milliseconds."""
+    """One link, and the error of its clock at each mark, in milliseconds."""
 
     def __init__(self, host: Host, marks: tuple[float, ...], drift: float, seed: int) -> None:
         self.off: dict[float, tuple[float, float]] = {}
@@ -78,7 +78,7 @@ def measure(folder: Path, marks: tuple[float, ...], drift: float, links: int) ->
 
 
 def run(quick: bool) -> None:
-    """Print how far off the clock is after some time, and how far off it says it may be."""
+    """Print the error of the clock after some time, and the error that it reports as possible."""
     marks = MARKS[:3] if quick else MARKS
     print_head("drift", "links", *(f"{mark:g} s: median, worst (says)" for mark in marks), "a message arrives within")
     for drift in (0.0,) if quick else (0.0, 50e-6, -100e-6):

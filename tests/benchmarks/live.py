@@ -1,4 +1,4 @@
-"""Measures what plays: the real server is driven as by an editor, and real subscribers note when Twists come."""
+"""Measures a performance: the real server works as with an editor, and real subscribers note the times of Twists."""
 
 from __future__ import annotations
 
@@ -38,24 +38,24 @@ from tests.stage.test_player import Memory
 PATIENCE = 180.0
 """Seconds to wait for anything of the stage."""
 STEP = 2.0
-"""Metres of `forward` of a robot whose kind nobody has said."""
+"""Meters of `forward` for a robot without a profile."""
 OURS_IN_WORDS = "Improv"
 PLAIN = {"timer": "an rclpy timer", "loop": "an absolute loop"}
-"""What plain scripts wait with, and what to call them."""
+"""Timers of plain scripts, and their names in the tables."""
 PROBE = "probe"
 CAST = ("turtle1", "turtle2", "anna", "bruno", "clara", "drummer", "shaker", "walker")
-"""The robots of `documents.improv`."""
+"""Robots of `documents.improv`."""
 
 
 class PlayError(Exception):
-    """What was to be measured did not happen; one plain line."""
+    """A measurement failed; the message is one plain line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reactions:
-    """How long it took from a message written to its effect heard, in ms: `crossing` is the part after publishing.
+    """Times from a written message to its effect at a subscriber, in ms: `crossing` is the part after publishing.
 
-    `unheard` is how many saves had no effect, and `problems` what the stage said meanwhile.
+    `unheard` is the number of saves without an effect, and `problems` the messages of the stage meanwhile.
     """
 
     saves: list[float]
@@ -68,9 +68,9 @@ class Reactions:
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """A thousand robots: how many commands each got a second; the longest time between two of them and the lateness of
-    changes, in ms; the stage's and the listener's processor seconds a second; MB; the first save and a later one to the
-    first Twist and to the last robot's first one, in ms; what the stage said."""
+    """A thousand robots: commands per second to each; the longest time between two of them and the lateness of changes,
+    in ms; the stage's and the listener's processor seconds a second; MB; the first save and a later one to the first
+    Twist and to the last robot's first one, in ms; the messages of the stage."""
 
     rate: float
     longest: float
@@ -87,7 +87,7 @@ class Crowd:
 def reactions(cycles: int, lines: int) -> Reactions:
     """Save, save again while it plays, hush: so many times, with a program of one robot or of so many lines."""
     random = Random(1)
-    shortest = 0.5 if lines else 0.06  # so that whatever a save begins has been done
+    shortest = 0.5 if lines else 0.06  # so that the work of a save has ended
     text = f"beat 30\n{PROBE} $ repeat forward\n"
     if lines:
         text += "".join(improv(lines - 3).splitlines(keepends=True)[2:])
@@ -96,7 +96,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
     hushed: list[float] = []
 
     def pause() -> None:
-        """Never in step with the commands."""
+        """Wait for a time that is never in step with the commands."""
         time.sleep(shortest + random.uniform(0, 0.1))
 
     with Listener("spin", [*map(_topic, robots)]) as listener, _server() as (server, tap):
@@ -121,7 +121,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
     found = [(place, at, each) for place, (at, each) in enumerate(zip(saved, answers, strict=True)) if each]
     zeros = [(at, next(each for each in heard if each.heard > at and each.still)) for at in hushed]
     return Reactions(
-        # The first save replaces what plays since the start; every other from the third one on follows a hush.
+        # The first save replaces the first dance; every other one from the third on follows a hush.
         [(each.heard - at) * 1000 for place, at, each in found if place and place % 2 == 0],
         [(each.heard - at) * 1000 for place, at, each in found if place % 2],
         [(each.heard - at) * 1000 for at, each in zeros],
@@ -132,7 +132,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
 
 
 def anew(times: int) -> list[float]:
-    """From the start of a plain script to its first Twist heard, in ms."""
+    """Return the times from the start of a plain script to its first Twist at a subscriber, in ms."""
     topic = "/anew/cmd_vel"
     with Listener("spin", [topic]) as listener:
         begun = [start_anew(topic) for _ in range(times)]
@@ -141,7 +141,8 @@ def anew(times: int) -> list[float]:
 
 
 def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
-    """The lateness of commands to so many robots: ours and those of plain scripts, in turns, in the same minutes."""
+    """Return the lateness of commands to so many robots: ours and those of plain scripts, in turns, in the same
+    minutes."""
     robots = [f"r{number}" for number in range(count)]
     program = _program(robots, seconds, 60)
     ours = rehearsed(program)
@@ -166,7 +167,7 @@ def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
 
 
 def rehearsed(program: str) -> dict[str, list[Due]]:
-    """The commands that each topic is to get."""
+    """Return the commands that each topic should get."""
     memory = Memory()
     score = score_of(analyze(program))
     perform(score, memory)
@@ -179,7 +180,7 @@ def rehearsed(program: str) -> dict[str, list[Due]]:
 
 
 def crowd(count: int, seconds: int) -> Crowd:
-    """So many robots at once."""
+    """Play so many robots at once."""
     robots = [f"r{number}" for number in range(count)]
     with Listener("drain", [*map(_topic, robots)]) as listener, _server() as (server, tap):
         server.open(_program(robots, seconds, 60))
@@ -215,29 +216,29 @@ def crowd(count: int, seconds: int) -> Crowd:
 
 
 def _changes(messages: Sequence[Heard], zero: float) -> Iterator[float]:
-    """How late each change came to a robot that changes its velocity each second from beat 0 on, in ms."""
+    """Yield how late each change came to a robot that changes its velocity each second from beat 0 on, in ms."""
     new = [two for one, two in pairwise(messages) if (one.x, one.yaw) != (two.x, two.yaw)]
     for second, each in enumerate([messages[0], *new]):
         yield (each.received - zero - second) * 1000
 
 
 class _Tap:
-    """The transport messages of a server's stage."""
+    """Transport messages of a server's stage."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._seen = 0
 
     def problems(self) -> list[str]:
-        """What went wrong so far."""
+        """Return the errors so far."""
         return [str(message["message"]) for message in self._messages() if message["type"] in ("error", "gone")]
 
     def lines(self) -> list[str]:
-        """What it told people."""
+        """Return its lines for people."""
         return [str(message["message"]) for message in self._messages() if message["type"] in ("warning", "error")]
 
     def wait(self, *states: str) -> dict[str, Any]:
-        """The next message that tells one of these states. Raises PlayError if something goes wrong instead."""
+        """Wait for the next message with one of these states. Raises PlayError if something fails first."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             messages = self._messages()
@@ -257,7 +258,7 @@ class _Tap:
 
 @contextmanager
 def _server() -> Iterator[tuple[Server, _Tap]]:
-    """Our server, which plays on ROS 2 alone."""
+    """Run our server, which plays on ROS 2 alone."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "tap"
         path.touch()
@@ -268,7 +269,7 @@ def _server() -> Iterator[tuple[Server, _Tap]]:
 
 
 def _program(robots: Sequence[str], seconds: int, beat: int) -> str:
-    """Two beats again and again, `seconds` long at beat 60."""
+    """Write a program that repeats two beats, and lasts `seconds` at beat 60."""
     return f"beat {beat}\n{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
 
 

@@ -1,4 +1,4 @@
-"""How smoothly the page shows many robots, and what that takes of the stage: Chromium without a graphics card."""
+"""Smoothness of the page with many robots, and its price for the stage: Chromium without a graphics card."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ LATE = 25.0
 """Milliseconds between two frames after which one was dropped, at 60 frames a second."""
 GOAL = 60
 SETTLE = 5
-"""Seconds after which a page knows what is to come, and its view stands."""
+"""Seconds after which a page knows the next beats, and its view stands."""
 
-# How many milliseconds apart the frames of so many seconds are.
+# Milliseconds between the frames of so many seconds.
 GAPS = """seconds => new Promise(done => {
   const gaps = []
   let last = null
@@ -39,7 +39,7 @@ GAPS = """seconds => new Promise(done => {
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What one page showed, and its price: `gaps` are milliseconds between frames, the stage takes seconds a second."""
+    """Frames of one page, and their price: `gaps` are milliseconds between frames, the stage takes seconds a second."""
 
     gaps: list[float]
     bytes_per_second: float
@@ -63,7 +63,7 @@ def run(quick: bool) -> None:
 
 
 def print_page(seen: Seen, seconds: int) -> None:
-    """The table of what was measured for so many seconds."""
+    """Print the table of the measurements of so many seconds."""
     width, height = SIZE
     print(f"\nThe page with {ROBOTS} robots that all move, {width}×{height}, headless Chromium, {seconds} s\n")
     print_head("what", "", "goal", "")
@@ -97,14 +97,14 @@ def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) ->
 
 
 def dance(robots: int) -> str:
-    """All move all the time, in several ways that lead back to where they began."""
+    """Write a dance in which all move all the time, in several ways that lead back to their starts."""
     ways = ("forward || left", "forward left", "scale 1/2 forward || halfright", "forward || slow 2 left")
     lines = (f"r{place} $ repeat ({ways[place % len(ways)]})\n" for place in range(robots))
     return "beat 60\n" + "".join(lines)
 
 
 def _bytes_per_second(url: str, seconds: float) -> float:
-    """What comes through the socket of one page, all that the WebSocket adds included."""
+    """Count the bytes through the socket of one page, including all that the WebSocket adds."""
     where = urlsplit(live_behind(url))
     with socket.create_connection(("127.0.0.1", where.port or 0)) as page:
         page.sendall(

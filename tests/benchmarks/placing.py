@@ -1,4 +1,4 @@
-"""`improv place` with simulated bases that slip: how far from their places they end, and how long that takes."""
+"""`improv place` with simulated bases that slip: their final distances from their places, and the time it takes."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _places(folder: str) -> dict[str, tuple[float, float, float]]:
 
 
 def _base(name: str, start: tuple[float, float, float], number: int) -> subprocess.Popen[str]:
-    """A base of which one wheel rolls 3 % and the other 5 % less far than it should."""
+    """Start a base of which one wheel rolls 3 % and the other 5 % less far than it should."""
     errors = ("0.97", "0.95") if number % 2 else ("0.95", "0.97")
     options = ["--start", *map(str, start), "--wheel-error", *errors, "--delay", str(DELAY), "--seed", str(number)]
     pipe = subprocess.PIPE

@@ -1,4 +1,4 @@
-"""ROS 2 for measuring: somebody who listens, somebody who publishes without us, and when a command came."""
+"""ROS 2 for benchmarks: subscribers, publishers without Improv, and the times of commands."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ ENV = {
     **os.environ,
     "IMPROV_ROS_PYTHON": PYTHON,
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "ROS_DOMAIN_ID": "101",  # nobody listens there in our tests
+    "ROS_DOMAIN_ID": "101",  # no robot listens there in our tests
 }
 RATE = 20
 """Commands a second to each robot."""
 LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
 _RECORD = Struct("<II7d")
-"""As in ros_listener.py, which only ROS's interpreter can import."""
+"""Like the record of ros_listener.py, which only ROS's interpreter can import."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A Twist: its publisher's number for it, from 1 on, and when it was published, received and heard, in seconds of
-    the monotonic clock. A listener that drains hears nothing."""
+    """A Twist: its publisher's number for it, from 1 on, and the times at which it was published, received and heard,
+    in seconds of the monotonic clock. A listener that drains hears nothing."""
 
     number: int
     published: float
@@ -59,15 +59,15 @@ class Heard:
 
 
 class Due(NamedTuple):
-    """A command that a topic is to get: when, in seconds from beat 0, and whether it has another velocity."""
+    """A command for a topic: its time in seconds from beat 0, and whether it has another velocity."""
 
     at: float
     changes: bool
 
 
 class Listener:
-    """A subscriber to topics in a process of its own, started `by` a command, such as one that enters another network;
-    use as a context manager, and `end` it to know what it heard."""
+    """A subscriber to topics in its own process, started `by` a command, such as one that enters another network; use
+    as a context manager, and `end` it to get its messages."""
 
     def __init__(self, way: str, topics: Sequence[str], by: Sequence[str] = (), env: Mapping[str, str] = ENV) -> None:
         self._topics = topics
@@ -89,7 +89,7 @@ class Listener:
         return self._process.pid
 
     def end(self) -> dict[str, list[Heard]]:
-        """What each topic brought, in order."""
+        """Return the messages of each topic, in order."""
         data, _ = self._process.communicate(timeout=LIMIT)
         if self._process.returncode:
             raise RuntimeError("the listener has failed")
@@ -101,8 +101,8 @@ class Listener:
 
 @dataclass(frozen=True)
 class Lateness:
-    """How much later than due each command was published and received, in ms; `changes` are those that were received
-    with another velocity. `longest` is the longest time between two commands to one robot, in ms."""
+    """Milliseconds by which each command was published and received after its due time; `changes` are those that were
+    received with another velocity. `longest` is the longest time between two commands to one robot, in ms."""
 
     published: list[float]
     received: list[float]
@@ -124,14 +124,13 @@ NOTHING = Lateness([], [], [], 0.0, 0)
 
 
 def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str, Sequence[Due]]) -> Lateness:
-    """Of what was published from `zero` on to topics that were to get these commands.
+    """Compare the messages published from `zero` on with the commands that the topics should get.
 
-    Where some are missing, nobody can tell which, unless none of them was a change. Raises RuntimeError if a topic got
-    more.
+    If some are missing, they are unknown, unless none of them was a change. Raises RuntimeError if a topic got more.
     """
     found = NOTHING
     for topic, commands in due.items():
-        end = commands[-1].at + LINGER - 0.05  # then come zeros for who may not have heard these
+        end = commands[-1].at + LINGER - 0.05  # then come zeros for robots that may have missed these
         messages = [each for each in heard[topic] if -0.01 < each.published - zero < end]
         missing = len(commands) - len(messages)
         if missing < 0:
@@ -153,7 +152,7 @@ def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str
 
 @contextmanager
 def stage_with(score: Score) -> Iterator[subprocess.Popen[str]]:
-    """A stage of its own, which is sent a score."""
+    """Start a separate stage and send it a score."""
     pipe = subprocess.PIPE
     with subprocess.Popen([PYTHON, str(FOLDER), "--sink", "ros"], env=ENV, stdin=pipe, stdout=pipe, text=True) as stage:
         load = {"type": "load", "generation": 1, "score": to_json(score), "when": "restart", "backend": "ROS 2"}
@@ -162,8 +161,8 @@ def stage_with(score: Score) -> Iterator[subprocess.Popen[str]]:
 
 
 def play(score: Score, hear: Callable[[int, Mapping[str, Any]], None] = lambda stage, message: None) -> float:
-    """Play a score on a stage of its own until it ends; when beat 0 was. `hear` is given the stage's process and what
-    it says."""
+    """Play a score on a separate stage until it ends, and return the time of beat 0. `hear` gets the stage's process
+    and its messages."""
     zero = 0.0
     with stage_with(score) as stage:
         for line in stage.stdout or ():
@@ -181,21 +180,21 @@ def play(score: Score, hear: Callable[[int, Mapping[str, Any]], None] = lambda s
 
 
 def beat_0(transport: Mapping[str, Any]) -> float:
-    """When beat 0 was, by the monotonic clock."""
+    """Return the time of beat 0, by the monotonic clock."""
     return float(transport["monotonic"] - transport["beat"] * 60 / transport["tempo"])
 
 
 def start_anew(topic: str) -> float:
-    """Start a plain script that publishes, and wait until it ends; when it was started."""
+    """Start a plain script that publishes, wait until it ends, and return the time of the start."""
     begin = monotonic()
     subprocess.run([PYTHON, str(HERE / "ros_publisher.py"), "anew", topic], env=ENV, check=True, timeout=LIMIT)
     return begin
 
 
 class Plain:
-    """A plain script that publishes 20 times a second, for so many seconds once all topics are listened to.
+    """A plain script that publishes 20 times a second, for so many seconds once all topics have listeners.
 
-    `way` is how it waits in between: `loop` or `timer`.
+    `way` is its timer: `loop` or `timer`.
     """
 
     def __init__(self, way: str, seconds: int, topics: Sequence[str]) -> None:
@@ -204,10 +203,10 @@ class Plain:
         command = [PYTHON, str(HERE / "ros_publisher.py"), way, str(seconds), *topics]
         told = subprocess.run(command, stdout=subprocess.PIPE, env=ENV, check=True, timeout=seconds + LIMIT)
         self.zero = float(told.stdout)
-        """When it began."""
+        """Time at which it began."""
 
     @property
     def due(self) -> dict[str, list[Due]]:
-        """The commands that each topic was to get."""
+        """Commands that each topic should get."""
         commands = [Due(count / RATE, count % RATE == 0) for count in range(self._seconds * RATE)]
         return dict.fromkeys(self._topics, commands)

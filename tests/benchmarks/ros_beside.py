@@ -1,7 +1,7 @@
-"""A robot that is seen on its own machine, run by ROS's interpreter: `ros_beside.py ROBOT X`.
+"""A robot that is measured on its own machine, run by ROS's interpreter: `ros_beside.py ROBOT X`.
 
-Publishes its pose fifty times a second. A line on standard input is another x, in meters: it is published at once.
-Prints `shown`, `moves`, or `stands`, and when that was, in seconds of the monotonic clock. Ends with its input.
+Publishes its pose fifty times a second. A line on standard input is another x, in meters, which it publishes at once.
+Prints `shown`, `moves`, or `stands`, and the time in seconds of the monotonic clock. Ends with its input.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """Joints in ROS 2, run by ROS's interpreter.
 
-`states TOPIC` prints, for each message that says where joints are, when it came (monotonic clock) and all velocities.
-`loop ROBOTS JOINTS SECONDS RATE` publishes trajectories without us: ready messages at absolute times, others each
-second. `listen ROBOTS JOINTS SECONDS` says where the joints of robots are, at 0, waits for trajectories, and prints
-when each that moves otherwise than the one before was received, by Fast DDS's own stamp (Unix time): its robot and the
-time.
+`states TOPIC` prints, for each message with the positions of joints, its time (monotonic clock) and all velocities.
+`loop ROBOTS JOINTS SECONDS RATE` publishes trajectories without Improv: ready messages at absolute times, others each
+second. `listen ROBOTS JOINTS SECONDS` publishes the joints of robots at 0, waits for trajectories, and prints the robot
+of each that moves otherwise than the one before, and the time of its arrival by Fast DDS's own stamp (Unix time).
 """
 
 from __future__ import annotations

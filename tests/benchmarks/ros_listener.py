@@ -1,7 +1,8 @@
-"""Somebody who listens to robots, run by ROS's interpreter: remembers every Twist and when it came until input ends.
+"""A subscriber to robots' topics, run by ROS's interpreter: it keeps every Twist and its time until its input ends.
 
-`spin TOPIC...` hears as a robot's driver does, each message in a callback of rclpy. `drain TOPIC...` lets the
-middleware note when a message came and takes it later, so that a thousand robots cost it little. Both write `RECORD`s.
+`spin TOPIC...` receives as a robot's driver does, each message in a callback of rclpy. `drain TOPIC...` lets the
+middleware note the time of a message and takes it later, so that a thousand robots cost it little. Both write
+`RECORD`s.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from geometry_msgs.msg import Twist
 from rclpy.qos import QoSProfile
 
 RECORD = struct.Struct("<II7d")
-"""Which topic, the number that the publisher gave the message, when it was published, received by the middleware and
-heard (seconds of the monotonic clock; drained messages are not heard), x, y, z, yaw."""
+"""The topic, the publisher's number for the message, the times at which it was published, received by the middleware
+and heard (seconds of the monotonic clock; drained messages are not heard), x, y, z, yaw."""
 DEPTH = 200
 """Messages kept until they are taken: ten seconds of a robot."""
 DRAIN_PERIOD = 0.1
@@ -32,7 +33,7 @@ Taken = tuple[int, float, bytes, dict[str, Any]]
 
 
 def main() -> None:
-    """Listen; says `ready` with versions as one JSON line, then records as bytes."""
+    """Listen; print `ready` with versions as one JSON line, then records as bytes."""
     way, *topics = sys.argv[1:]
     gc.disable()
     offset = _offset()
@@ -84,13 +85,13 @@ def _wait(ended: threading.Event) -> None:
 
 def _record(taken: Taken, offset: int) -> bytes:
     place, heard, message, info = taken
-    x, y, z, _, _, yaw = _VELOCITY.unpack_from(message, 4)  # after the four bytes that say how the rest is written
+    x, y, z, _, _, yaw = _VELOCITY.unpack_from(message, 4)  # after the four bytes that name the encoding of the rest
     published, received = ((info[f"{name}_timestamp"] - offset) / 1e9 for name in ("source", "received"))
     return RECORD.pack(place, info["publication_sequence_number"], published, received, heard, x, y, z, yaw)
 
 
 def _offset() -> int:
-    """From the monotonic clock to the middleware's, in nanoseconds: of many looks, the one least disturbed."""
+    """Return the nanoseconds from the monotonic clock to the middleware's: of many tries, the one least disturbed."""
     looks = []
     for _ in range(1000):
         before = time.monotonic_ns()

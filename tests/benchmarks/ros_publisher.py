@@ -1,9 +1,9 @@
-"""What one writes without us, run by ROS's interpreter: a plain script that publishes Twists.
+"""A plain script that publishes Twists without Improv, run by ROS's interpreter.
 
 `anew TOPIC` publishes at once, until somebody has listened for a while. `loop SECONDS TOPIC...` waits for listeners,
-says when it begins (monotonic clock), and publishes to all topics 20 times a second, ready messages at absolute times,
-another velocity each second. `timer SECONDS TOPIC...` does the same in the callback of an rclpy timer, as the tutorials
-teach it.
+prints the time at which it begins (monotonic clock), and publishes to all topics 20 times a second, ready messages at
+absolute times, another velocity each second. `timer SECONDS TOPIC...` does the same in the callback of an rclpy timer,
+as the tutorials teach it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 
 RATE = 20
 LAST = 0.5
-"""Seconds that a script started anew goes on once it sees a listener, which may see it a little later."""
+"""Seconds for which a script keeps publishing once it sees a listener, which may see it a little later."""
 
 
 def anew(topic: str) -> None:
@@ -61,7 +61,7 @@ def timer(seconds: float, topics: Sequence[str]) -> None:
 
 
 def _prepare(topics: Sequence[str]) -> tuple[Any, Callable[[int], None]]:
-    """A node, and a function that publishes the message of so many periods after the beginning to all topics."""
+    """Return a node, and a function that publishes the message of so many periods after the beginning to all topics."""
     node = rclpy.create_node("plain_steady")
     publishers = [node.create_publisher(Twist, topic, 10) for topic in topics]
     while not all(publisher.get_subscription_count() for publisher in publishers):

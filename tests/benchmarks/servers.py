@@ -1,4 +1,4 @@
-"""A language client for measuring: one thread that writes a message and reads until the answer is there."""
+"""A language client for benchmarks: one thread that writes a message and reads until the answer is there."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _CAPABILITIES: Mapping[str, Any] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kind:
-    """A language server: how it is started, with which options, and what it reads."""
+    """A language server: its command, its options, and the language it reads."""
 
     name: str
     command: tuple[str, ...]
@@ -81,14 +81,14 @@ ALL = (OURS, RUFF, BARE)
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """How long it took until diagnostics were there, and how many of them are errors or warnings."""
+    """Time until diagnostics were there, and the number of errors and warnings among them."""
 
     seconds: float
     mistakes: int
 
 
 def stage_of(pid: int) -> int:
-    """The process of the stage below this one (Linux)."""
+    """Return the process of the stage below this one (Linux)."""
     for child in descendants(pid):
         if b"--sink" in command_of(child):
             return child
@@ -96,13 +96,13 @@ def stage_of(pid: int) -> int:
 
 
 def processor_time(pid: int) -> float:
-    """Seconds of processor time that a process has used (Linux)."""
+    """Return the seconds of processor time that a process has used (Linux)."""
     fields = stat_of(pid)
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid: int) -> tuple[float, float]:
-    """What a process has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
+    """Return the memory of a process, now and at most so far, in MB (10^6 bytes; Linux)."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     now, most = (int(re.findall(rf"{name}:\s+(\d+) kB", status)[0]) for name in ("VmRSS", "VmHWM"))
     return now * 1024 / 1e6, most * 1024 / 1e6
@@ -115,11 +115,11 @@ class Server:
         self._version = 0
         self._next_id = 0
         self._changed = 0.0
-        self._deadline = 0.0  # of what is waited for
+        self._deadline = 0.0  # the limit of the current wait
         self._seen = Seen(0.0, 0)  # after the latest change
         self._bytes = bytearray()
         self.page: str | None = None
-        """The address that the server has asked to show."""
+        """Address that the server has asked to show."""
         self._folder = TemporaryDirectory()
         self.folder = Path(self._folder.name)
         root = self.folder.as_uri()
@@ -170,26 +170,26 @@ class Server:
         return self._change({"text": text})
 
     def save(self) -> float:
-        """Save the document; when that was begun to be written, by the monotonic clock."""
+        """Save the document, and return the time at which the write began, by the monotonic clock."""
         begin = perf_counter()
         self._notify("textDocument/didSave", {"textDocument": {"uri": self.uri}})
         return begin
 
     def command(self, name: str) -> float:
-        """Have a command executed; when that was begun to be written, by the monotonic clock."""
+        """Have a command executed, and return the time at which the write began, by the monotonic clock."""
         begin = perf_counter()
         self.request("workspace/executeCommand", {"command": name})
         return begin
 
     def settle(self) -> float:
-        """How many seconds after the latest change was written everything that depends on it was up to date: then our
-        server publishes its diagnostics again, unless there was nothing left to do when it did so first."""
+        """Return the seconds from the latest change until everything that depends on it was up to date: then our server
+        publishes its diagnostics again, unless there was nothing left to do at the first time."""
         with suppress(TimeoutError):
             self._seen = self._published(self._changed, SETTLES)
         return self._seen.seconds
 
     def ask(self, method: str, **params: Any) -> tuple[float, Any]:
-        """How many seconds it takes until a request about the document is answered, and the answer."""
+        """Send a request about the document. Return the seconds until its answer, and the answer."""
         return self.request(f"textDocument/{method}", {"textDocument": {"uri": self.uri}, **params})
 
     def _change(self, change: Message) -> Seen:
@@ -205,7 +205,7 @@ class Server:
         return self._seen
 
     def _published(self, begin: float, limit: float = LIMIT) -> Seen:
-        """The next diagnostics of the version that the server has now. Raises TimeoutError."""
+        """Wait for the next diagnostics of the version that the server has now. Raises TimeoutError."""
         self._deadline = perf_counter() + limit
         while True:
             body, end = self._read()
@@ -217,7 +217,7 @@ class Server:
                 return Seen(end - begin, _mistakes(published["diagnostics"]))
 
     def request(self, method: str, params: Any) -> tuple[float, Any]:
-        """How many seconds it takes until a request is answered, and the answer."""
+        """Send a request. Return the seconds until its answer, and the answer."""
         self._next_id += 1
         message = _framed({"id": self._next_id, "method": method, "params": params})
         begin = perf_counter()
@@ -235,7 +235,7 @@ class Server:
         self._write(_framed({"method": method, "params": params}))
 
     def _take(self, body: bytes) -> Message:
-        """A message, answered if it is a request."""
+        """Decode a message, and answer it if it is a request."""
         message: Message = json.loads(body)
         if "method" in message and "id" in message:
             result: Any = None
@@ -253,7 +253,7 @@ class Server:
             rest = rest[self._process.stdin.write(rest) :]
 
     def _read(self) -> tuple[bytes, float]:
-        """The body of the next message, and when its last byte was there."""
+        """Read the body of the next message, and the time of its last byte."""
         while True:
             head, mark, rest = self._bytes.partition(b"\r\n\r\n")
             if mark:

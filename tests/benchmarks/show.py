@@ -1,6 +1,6 @@
-"""What is said of twelve robots in MuJoCo when something goes wrong with one of them, and where all of them end.
+"""Messages about twelve robots in MuJoCo when one of them fails, and the final poses of all of them.
 
-Their wheels roll 3 and 5 % less far than their encoders count, and a camera says where they are, 80 ms later.
+Their wheels roll 3 and 5 % less far than their encoders count, and a camera measures them, 80 ms later.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tests.commands.command_line import IMPROV
 ROBOTS = [f"r{number}" for number in range(12)]
 PROGRAM = f"beat 30\n{' '.join(ROBOTS)} $ repeat {{}} (forward forward left) rest\n"
 BEGINS, ENDS = 4.0, 7.0
-"""Seconds after the first movement between which something is wrong."""
+"""Seconds after the first movement between which the fault lasts."""
 TOML = """
 [ros]
 odom_frame = "world"
@@ -51,7 +51,7 @@ Pose = tuple[float, float, float]
 
 
 class Case(NamedTuple):
-    """What goes wrong, as `python -m tests.ros.physics --help` says it, and more of its options."""
+    """A fault, in the words of `python -m tests.ros.physics --help`, and more of its options."""
 
     name: str
     faults: Sequence[str] = ()
@@ -59,10 +59,10 @@ class Case(NamedTuple):
     moved: float = 0.0
     """Meters by which the first robot was placed wrong."""
     forced: bool = True
-    """Whether it begins wherever robots stand: on a busy machine, poses may come late."""
+    """True if it begins wherever robots stand: on a busy machine, poses may come late."""
     rejoin: str = "continue"
     rounds: int = 3
-    """How long the dance is: each takes 6 s."""
+    """Length of the dance: each round takes 6 s."""
 
 
 CASES = [
@@ -84,8 +84,8 @@ CASES = [
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What came of a case: the lines with the seconds since it began and since it was over, the exit code, and how far
-    off its place each robot ended, in meters and degrees."""
+    """Result of a case: the lines with the seconds since its beginning and since its end, the exit code, and the
+    distance of each robot from its place at the end, in meters and degrees."""
 
     lines: Sequence[tuple[float, float, str]]
     code: int
@@ -121,7 +121,7 @@ def run(quick: bool) -> None:
 
 
 LATE = ": commands for "
-"""What lines about late commands have in them."""
+"""Part of the lines about late commands."""
 
 
 def _try(case: Case) -> Seen:
@@ -163,7 +163,7 @@ def _try(case: Case) -> Seen:
 
 
 def _play(folder: str, env: Mapping[str, str], forced: bool) -> tuple[int, list[tuple[float, str]]]:
-    """The exit code, and all lines about faults, with their times."""
+    """Return the exit code, and all lines about faults, with their times."""
     command = [*IMPROV, "play", "--backend", "ros", "--no-browser", *(["--force"] if forced else []), "dance.improv"]
     null = subprocess.DEVNULL
     playing = subprocess.Popen(command, cwd=folder, env=env, stdin=null, stdout=null, stderr=subprocess.PIPE, text=True)

@@ -1,9 +1,9 @@
-"""How far the song that a page plays is from the beat of its stage, as the audio context renders it in a real browser.
+"""Error of the song that a page plays against the beat of its stage, as the audio context renders it in a real browser.
 
-The song is a ramp, so each sample that is heard says which place of the song it is from. An ear in the page's audio
-graph notes one of them every 128, with the context's own time. The browser says when that time is heard, and the stage
-says when which beat is. Nothing here asks the page's own modules. Without an audio device, Chromium plays to one of its
-own that keeps time and reports a latency; what a real device adds beyond what it reports isn't measured.
+The song is a ramp, so each sample shows its place in the song. A listener in the page's audio graph notes one of every
+128 samples, with the context's own time. The browser reports when that time is audible, and the stage reports the
+beats. Nothing here asks the page's own modules. Without an audio device, Chromium plays to one of its own that keeps
+time and reports a latency; the delay of a real device beyond its report isn't measured.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ LENGTH = 400
 """Seconds of the song."""
 FIRST = 0.5
 SETTLING = 0.25
-"""Seconds after a change of what plays until the song is to be right again: the message, a look, and the output."""
+"""Seconds after a change of the playback until the song must be right again: the message, a check, and the output."""
 SPEEDS = (0.5, 0.75, 1.25, 2)
 DANCE = f"beat {TEMPO}\nada $ repeat (forward left)\n"
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What the stage said: from this Unix time on, it is at `beat`, at a tempo; it plays or not."""
+    """Message of the stage: from this Unix time on, it is at `beat`, at a tempo; it plays or not."""
 
     wall: float
     beat: float
@@ -46,7 +46,7 @@ class Change:
 
 @dataclass(slots=True)
 class Found:
-    """Milliseconds by which the song is off: at its own speed, at others, and how long it took to be right."""
+    """Milliseconds by which the song is off: at its own speed, at others, and the time until it was right."""
 
     steady: list[float] = field(default_factory=list)
     stretched: list[float] = field(default_factory=list)
@@ -84,8 +84,8 @@ def run(quick: bool) -> None:
 
 
 def compared(heard: Sequence[Sequence[float]], hearings: Sequence[Sequence[float]], changes: Sequence[Change]) -> Found:
-    """How far off was heard: pairs of the context's time and a sample, with what a page noted about clocks: its own
-    seconds, the context's time that is heard then and the page's seconds for that, and Unix time."""
+    """Return the errors in the samples: pairs of the context's time and a sample, with the page's notes about clocks:
+    its own seconds, the context's time that is audible then and the page's seconds for that, and Unix time."""
     ahead = median(unix - page for page, _, _, unix in hearings) + 0.0005  # Unix time has whole milliseconds
     found, at, near = Found(), 0, 0
     right: dict[int, float] = {}

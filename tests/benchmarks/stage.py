@@ -1,4 +1,4 @@
-"""From a save to what robots hear, and how punctual that is: our server and stage beside plain rclpy scripts."""
+"""Time from a save to the robots' messages, and their punctuality: our server and stage beside plain rclpy scripts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CROWD = 1_000
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """How many milliseconds the median and the 99th percentile may be, where that is fixed."""
+    """Limits in milliseconds of the median and the 99th percentile, where they are fixed."""
 
     p99: float
     p50: float | None = None

@@ -1,4 +1,4 @@
-"""What every benchmark prints: the machine, rows of a Markdown table, and the figures in them."""
+"""Output of every benchmark: the machine, rows of a Markdown table, and the figures in them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from statistics import quantiles
 
 
 def machine() -> str:
-    """How many processors there are, and how busy they are."""
+    """Describe the number of processors, and their load."""
     return f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}"
 
 
 def print_head(*columns: str) -> None:
-    """What is above a table: figures, which stand in all columns but the first, end at the right."""
+    """Print the head of a table: figures, which stand in all columns but the first, end at the right."""
     print_row(*columns)
     print_row("---", *["---:"] * (len(columns) - 1))
 

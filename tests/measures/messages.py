@@ -12,8 +12,8 @@ UNIONS = {"to a stage": ToStage, "from a stage": FromStage, "to pages": ToPage, 
 
 
 def table() -> Iterator[str]:
-    """One row for each direction, then how many types there are, and how many rows: a type that is sent in two
-    directions is one type and two rows."""
+    """Yield one row for each direction, then the number of types, and of rows: a type that is sent in two directions is
+    one type and two rows."""
     types = {direction: set(by_type(union)) for direction, union in UNIONS.items()}
     for direction, names in types.items():
         yield f"{len(names):4}  {direction}"

@@ -1,7 +1,7 @@
 """The modules of ours that run between a save and the first Twist, and between Stop on the page and the zero.
 
 Starts `improv-ls` from a checkout as an editor does, saves a program, and presses Stop on the page, three times, after
-`sys.setprofile` in every process. Idle ticks of other threads count, too, so the least of three walks is what counts.
+`sys.setprofile` in every process. Idle ticks of other threads count, too, so the result is the least of three walks.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tests.ls.client import QUIET, ProcessClient
 TRACING = Path(__file__).parent / "tracing"
 DANCE = "beat 60\nturtle1 $ repeat 3 (forward left)\n"
 LIMIT = 120.0
-"""Seconds to wait for anything: what is traced is slow."""
+"""Seconds to wait for anything: traced code is slow."""
 LISTENER = (
     "import rclpy; from geometry_msgs.msg import Twist; rclpy.init(); node = rclpy.create_node('walk_base')\n"
     "node.create_subscription(Twist, '/turtle1/cmd_vel', lambda message: None, 10); rclpy.spin(node)"
@@ -30,7 +30,8 @@ LISTENER = (
 
 
 class Walk(NamedTuple):
-    """What runs in between, in all processes. `hops` counts changes from one module to another within a thread."""
+    """Functions that run in between, in all processes. `hops` counts changes from one module to another within a
+    thread."""
 
     milliseconds: float
     modules: frozenset[str]
@@ -79,20 +80,20 @@ def _walks(root: Path, folder: Path, ros: str | None) -> tuple[list[Walk], list[
             stop = urllib.request.Request(f"{home}/stop?{query}", b"", {"Origin": home}, method="POST")
             with urllib.request.urlopen(stop, timeout=LIMIT):
                 between += [(saved, moves), (pressed, _wait_for_sent(trace, "zero", output, pressed))]
-            time.sleep(2)  # what is idle is so again
+            time.sleep(2)  # idle again
     found = [_walk(trace, begin, end, root) for begin, end in between]
     return found[::2], found[1::2]
 
 
 def _address_of_page(editor: ProcessClient, uri: str) -> str:
-    """The page's URL. The save that starts the stages for it is not followed."""
+    """Return the page's URL. The save that starts the stages for it is not followed."""
     editor.play(uri, DANCE)
     editor.command("page")
     return editor.wait_for_line("page: ").removeprefix("page: ")
 
 
 def _wait_for_sent(trace: Path, kind: str, output: str, after: int) -> int:
-    """The time at which the output was handed the first such velocity after some time, in monotonic nanoseconds."""
+    """Wait for the time at which the output first got such a velocity after some time, in monotonic nanoseconds."""
     end = time.monotonic() + LIMIT
     while time.monotonic() < end:
         for line in (trace / "sent").read_text(encoding="utf-8").splitlines() if (trace / "sent").exists() else ():
@@ -120,7 +121,7 @@ def _walk(trace: Path, begin: int, end: int, root: Path) -> Walk:
 
 @contextmanager
 def _listener(ros: str | None) -> Iterator[None]:
-    """A robot that listens, if ROS's Python is given."""
+    """Start a robot that listens, if ROS's Python is given."""
     if not ros:
         yield
         return

@@ -12,7 +12,8 @@ PAGE = {".js", ".css", ".html"}
 
 
 def table(root: Path) -> Iterator[str]:
-    """One row for each package or folder, then the sums. Only files that git tracks count, with all their lines."""
+    """Yield one row for each package or folder, then the sums. Only files that git tracks count, with all their
+    lines."""
     amounts: Counter[tuple[str, str]] = Counter()
     files: Counter[tuple[str, str]] = Counter()
     tracked = subprocess.check_output(["git", "-C", str(root), "ls-files", "-z"], text=True).split("\0")
@@ -28,7 +29,7 @@ def table(root: Path) -> Iterator[str]:
 
 
 def _kind(path: PurePosixPath) -> tuple[str, str] | None:
-    """What a file is, and the package or folder in whose row it counts; None if it isn't counted."""
+    """Return the kind of a file, and the package or folder in whose row it counts; None if it isn't counted."""
     top, end = path.parts[0], path.suffix
     if top == "improv_core" and end in PAGE and "static" in path.parts:
         return "page files", "/".join(path.parts[path.parts.index("static") + 1 : -1]) or "."

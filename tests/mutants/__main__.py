@@ -1,4 +1,4 @@
-"""Sixty faults of the heart meet the tests, and coverage before and after: see README.md."""
+"""Runs the tests against sixty faults of the core, and compares coverage before and after: see README.md."""
 
 from __future__ import annotations
 

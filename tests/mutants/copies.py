@@ -1,4 +1,4 @@
-"""A copy of the tree with a Python environment of its own: nothing that happens in it reaches the tree."""
+"""A copy of the tree with its own Python environment: changes in it never reach the tree."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RESULTS = ROOT / ".cache" / "mutants"
 
 
 def copy_tree(commit: str | None, to: Path) -> Path:
-    """Copy a commit, or the tree as it is now, to a new folder; the folder's Python.
+    """Copy a commit, or the tree as it is now, to a new folder; return the folder's Python.
 
     That Python finds `improv_core` in the copy, however it is started, and all else where ours finds it. The programs
     in `.cache` are shared.

@@ -1,4 +1,4 @@
-"""Runs the whole suite under `coverage`, child processes and ROS's Python included, and says what is covered."""
+"""Runs the whole suite under `coverage`, child processes and ROS's Python included, and reports the covered lines."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ disable_warnings = no-data-collected, module-not-imported, module-not-measured
 
 
 def measure(commit: str | None, jobs: int, wanted: list[str]) -> None:
-    """Run the tests in a copy; keep which test covers what, how long it takes, and the coverage of each file."""
+    """Run the tests in a copy; keep the lines that each test covers, its time, and the coverage of each file."""
     with tempfile.TemporaryDirectory(prefix="improv-coverage-") as temporary:
         copy, folder = Path(temporary) / "copy", Path(temporary) / "data"
         folder.mkdir()
@@ -58,7 +58,7 @@ def measure(commit: str | None, jobs: int, wanted: list[str]) -> None:
 
 
 class Map:
-    """Which tests, of those that passed, run the lines that a fault changes."""
+    """Finds the tests, of those that passed, that run the lines that a fault changes."""
 
     def __init__(self, commit: str | None) -> None:
         self._kept = RESULTS / (commit or "tree")
@@ -70,7 +70,7 @@ class Map:
         """All tests that passed, the fastest first."""
 
     def tests(self, fault: Fault) -> list[str]:
-        """The tests that ran the lines, as they were then, the fastest first."""
+        """Return the tests that ran the lines, as they were then, the fastest first."""
         source = (self._kept / "improv_core" / fault.file).read_text()
         before, original, _ = source.partition(fault.original)
         first = before.count("\n") + 1
@@ -87,7 +87,7 @@ _COMPILED = shutil.ignore_patterns("__pycache__")
 
 
 def table(*commits: str | None) -> str:
-    """The shares of statements and branches that are covered, by package, side by side."""
+    """Return the shares of statements and branches that are covered, by package, side by side."""
     names = [each or "tree" for each in commits]
     totals = [_by_package(_files(each)) for each in commits]
     return "\n".join(
@@ -103,7 +103,7 @@ def table(*commits: str | None) -> str:
 
 
 def losses(before: str | None, after: str | None) -> str:
-    """The files of which more than a point is lost, with the lines that do not run."""
+    """Return the files that lost more than a point, with the lines that do not run."""
     then, now = _files(before), _files(after)
     lost = [
         f"{name}: {_share(then[name]):.1f} → {_share(now[name]):.1f} %, not run: {_ranges(now[name]['missing_lines'])}"
@@ -119,7 +119,7 @@ def _files(commit: str | None) -> dict[str, Any]:
 
 
 def _ranges(lines: Sequence[int]) -> str:
-    """`3-5, 9`"""
+    """Format lines as `3-5, 9`."""
     runs = [[at for _, at in run] for _, run in groupby(enumerate(lines), lambda each: each[1] - each[0])]
     return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
 

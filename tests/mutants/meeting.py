@@ -1,4 +1,5 @@
-"""A fault meets the tests: in a copy of the tree, those that run its lines, the fastest first, until one fails."""
+"""Runs the tests against a fault: in a copy of the tree, those that run its lines, the fastest first, until one
+fails."""
 
 from __future__ import annotations
 
@@ -22,14 +23,14 @@ from tests.mutants.faults import Fault
 from tests.mutants.plugin import ORDER, TIMES
 
 FIRST = 80
-"""How many tests are tried before all others that run the lines: most faults are noticed at once."""
+"""Tests that run before all others that run the lines: they notice most faults at once."""
 TEST_LIMIT, RUN_LIMIT = 90, 1800
 """Seconds for one test, and for one run of tests; a test that takes longer has noticed the fault, a run has not."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Which test noticed a fault, and after how many seconds."""
+    """The test that noticed a fault, and the seconds until then."""
 
     fault: Fault
     killer: str | None
@@ -42,7 +43,7 @@ class Verdict:
 
 
 class Laboratory:
-    """Copies of the tree, one for each fault that meets tests at the same time."""
+    """Copies of the tree, one for each fault that is tested at the same time."""
 
     def __init__(self, commit: str | None, jobs: int, covered: Map) -> None:
         self._temporary = tempfile.TemporaryDirectory(prefix="improv-mutants-", ignore_cleanup_errors=True)
@@ -61,11 +62,11 @@ class Laboratory:
         self._temporary.cleanup()
 
     def fits(self, fault: Fault) -> bool:
-        """Whether the source has what the fault changes, once."""
+        """Return whether the source has the original of the fault, once."""
         return (self._any / "improv_core" / fault.file).read_text().count(fault.original) == 1
 
     def meet(self, fault: Fault, whole: bool) -> Verdict:
-        """Have a fault meet the tests that run its lines, and if it survives and `whole`, all others."""
+        """Run the tests of a fault's lines, and if it survives and `whole`, all others."""
         began = time.monotonic()
         touching = self._map.tests(fault)
         others = [test for test in self._map.all if test not in set(touching)] if whole else []
@@ -92,7 +93,7 @@ def _write(path: Path, source: str) -> None:
 
 
 def _killer(copy: Path, python: Path, tests: list[str]) -> str | None:
-    """The first of these tests that fails, twice: on a busy machine, a test may fail without a fault."""
+    """Return the first of these tests that fails, twice: on a busy machine, a test may fail without a fault."""
     while tests:
         failed = _run(copy, python, tests)
         if failed is None or _run(copy, python, [failed]) == failed:
@@ -102,7 +103,7 @@ def _killer(copy: Path, python: Path, tests: list[str]) -> str | None:
 
 
 def _run(copy: Path, python: Path, tests: list[str]) -> str | None:
-    """Run tests in this order. Returns the first that fails."""
+    """Run tests in this order. Return the first that fails."""
     order, times = copy.parent / "order", copy.parent / "times"
     order.write_text("\n".join(tests))
     times.unlink(missing_ok=True)
@@ -122,7 +123,7 @@ def _run(copy: Path, python: Path, tests: list[str]) -> str | None:
         with suppress(ProcessLookupError):
             os.killpg(running.pid, signal.SIGKILL)
         running.wait()
-    if not times.exists():  # it can't even collect them, or it was stopped
+    if not times.exists():  # pytest can't even collect them, or it was stopped
         return tests[0] if running.returncode == 2 else None
     ended: dict[str, tuple[str, float]] = json.loads(times.read_text())
     if not ended and running.returncode == 2:

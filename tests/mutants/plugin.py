@@ -1,4 +1,4 @@
-"""Pytest's side of a run in a copy: what each test covers and how long it takes, or which tests to run in what order.
+"""Pytest's side of a run in a copy: the coverage and the time of each test, or the tests to run in order.
 
 It works beside any version of the tests, so it relies on nothing else here.
 """
@@ -18,16 +18,16 @@ import pytest
 from coverage import Coverage
 
 ORDER = "IMPROV_MUTANTS_ORDER"
-"""Names a file with the tests to run, one a line, in this order."""
+"""Name of the variable with the file that lists the tests to run, one a line, in this order."""
 TIMES = "IMPROV_MUTANTS_TIMES"
-"""Names the file that says afterward how each test ended, and after how many seconds."""
+"""Name of the variable with the file for the outcome of each test, and its seconds."""
 CONTEXT = "IMPROV_MUTANTS_CONTEXT"
 """The test that started a process, for which `coverage` records the lines that the process runs."""
 
 START = "COVERAGE_PROCESS_START"
-"""Names the settings with which `coverage` measures a process from its start."""
+"""Name of the variable with the settings with which `coverage` measures a process from its start."""
 CHILDREN = "IMPROV_MUTANTS_CHILDREN"
-"""Names those for what tests start: `coverage` looks for greenlets in the tests alone."""
+"""Name of the variable with the settings for processes of tests: `coverage` looks for greenlets in the tests alone."""
 
 _runtime = tempfile.TemporaryDirectory(prefix="improv-mutants-")
 _ended: dict[str, tuple[str, float]] = {}
@@ -44,16 +44,19 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _look_for_greenlets_in_the_main_thread(measuring: Coverage) -> None:
-    """Playwright's are there. If `coverage` looks for greenlets in other threads, each of these leaves the main thread
-    something to do when it ends. While that thread waits, those that are traced try it again without end (Python 3.11).
+    """Have `coverage` look for greenlets only in the main thread, where Playwright's are.
+
+    If it looks for them in other threads, each of these gives the main thread a task when it ends. While that thread
+    waits, traced threads repeat it without end (Python 3.11).
     """
-    same: Any = weakref.ref(pytest_configure)  # each thread has a tracer of its own, so one key is enough
+    same: Any = weakref.ref(pytest_configure)  # each thread has its own tracer, so one key is enough
     if collector := measuring._collector:
         collector.concur_id_func = same
 
 
 def _tell_processes() -> None:
-    """Whatever a test starts knows of the measurement, also when the test gives it an environment without it."""
+    """Pass the settings of the measurement to every process of a test, even if the test gives it an environment without
+    them."""
     start: Any = subprocess.Popen.__init__
 
     def measured(self: Any, *positional: Any, env: Any = None, **named: Any) -> None:

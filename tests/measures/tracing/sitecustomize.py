@@ -1,6 +1,6 @@
-"""Writes down each function of ours that runs, in whatever Python finds this file on its path, also ROS's: for walk.py.
+"""Notes each of our functions that runs, in any Python that finds this file on its path, also ROS's: for walk.py.
 
-`IMPROV_WALK` names the folder for what is found, `IMPROV_WALKED` the checkout. Standard library only, Python 3.10.
+`IMPROV_WALK` names the folder for the notes, `IMPROV_WALKED` the checkout. Standard library only, Python 3.10.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _write_down() -> None:
 
 def _keep_writing() -> None:
     while True:
-        time.sleep(0.4)  # not while something is followed: a save takes milliseconds
+        time.sleep(0.4)  # not while a walk is followed: a save takes milliseconds
         _write_down()
 
 

@@ -1,4 +1,4 @@
-"""What axe finds wrong with a page, for those who use it with a keyboard or a screen reader."""
+"""Errors that axe finds on a page for people who use it with a keyboard or a screen reader."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ AXE = Path(__file__).parents[1] / ".cache" / "axe" / "node_modules" / "axe-core"
 
 
 def violations(page: Page) -> list[tuple[str, list[str]]]:
-    """The rules that the page breaks, and the elements that do."""
+    """Return the rules that the page breaks, and the elements that break them."""
     if not AXE.exists():
         lacking("axe-core is not installed: npm install --no-save --prefix .cache/axe axe-core")
     if not page.evaluate("'axe' in window"):

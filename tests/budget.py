@@ -1,8 +1,8 @@
-"""How long tests may take, which of them begin first, and what a run says at its end.
+"""Time limits of tests, their order, and the summary at the end of a run.
 
-A test that takes more than `EXPLAINED` seconds says why: `@pytest.mark.slow("starts VS Code")`. In CI, a test without
-that mark fails if it takes more than `LONGEST` seconds, without those for which it waited for a processor. On a machine
-that does other things, too, it may take longer: then the processes that it starts wait as well.
+A test that takes more than `EXPLAINED` seconds gives the reason: `@pytest.mark.slow("starts VS Code")`. In CI, a test
+without that mark fails if it takes more than `LONGEST` seconds, without those for which it waited for a processor. On a
+machine with other work, it may take longer: then the processes that it starts wait as well.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         for mark in item.iter_markers("slow"):
             if not mark.args:
                 raise pytest.UsageError(f"{item.nodeid}: say why it is slow: @pytest.mark.slow(reason)")
-    if hasattr(config, "workerinput"):  # side by side, the files that take longest begin first
+    if hasattr(config, "workerinput"):  # with several workers, the files that take longest begin first
         slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
         all_tests = Counter(item.path for item in items)
         items.sort(key=lambda item: (-slow[item.path], -all_tests[item.path], item.path))
@@ -56,14 +56,15 @@ def pytest_runtest_makereport(
 
 
 def longest() -> float:
-    """Seconds that a test may take now. These tests alone keep about two processes ready to run for each worker."""
+    """Return the seconds that a test may take now. These tests alone keep about two processes ready to run for each
+    worker."""
     own = 2 * int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     return LONGEST * max(1.0, os.getloadavg()[0] / own)
 
 
 def waited_for_processor() -> float:
-    """Seconds for which this thread was ready to run, but other work had all processors: no fault of a test. 0 where
-    the system doesn't tell."""
+    """Return the seconds for which this thread was ready to run, but other work had all processors: no fault of a test.
+    0 if the system doesn't report it."""
     try:
         return int(Path("/proc/thread-self/schedstat").read_text(encoding="ascii").split()[1]) / 1e9
     except OSError:
@@ -77,7 +78,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def skips(reports: Iterable[pytest.TestReport | pytest.CollectReport]) -> list[str]:
-    """A line for each reason for which tests were skipped. A file that is skipped as a whole is never counted out."""
+    """Return a line for each reason for which tests were skipped. A file that is skipped as a whole counts
+    once."""
     reasons: Counter[tuple[str, str]] = Counter()
     for report in reports:
         if isinstance(report.longrepr, tuple):
@@ -89,7 +91,7 @@ def skips(reports: Iterable[pytest.TestReport | pytest.CollectReport]) -> list[s
 
 
 def unexplained(reports: Iterable[pytest.TestReport]) -> list[str]:
-    """A line for each test that took more than a test may take without saying why."""
+    """Return a line for each test that took too long without a reason."""
     return [
         f"took {report.duration:.1f} s and does not say why: {report.nodeid}"
         for report in reports

@@ -1,5 +1,5 @@
-"""What all tests share: folders and a ROS domain of each worker's own, so that tests can run side by side, and what is
-reported at the end."""
+"""Setup that all tests share: folders and a ROS domain for each worker, so that tests can run side by side, and the
+report at the end."""
 
 import gc
 import os
@@ -34,7 +34,7 @@ __all__ = [  # hooks of pytest
 pytest.register_assert_rewrite("tests.program.drawing")
 
 # Machines that build other things meanwhile are slow now and then; pytest's own timeout is the limit. CI tries the same
-# examples each time, so that what it says depends on the change alone; people at work try others, and fewer, each time.
+# examples each time, so that its result depends on the change alone; people at work try others, and fewer, each time.
 IN_CI = "IMPROV_REQUIRE_ALL" in os.environ
 settings.register_profile(
     "improv",
@@ -45,18 +45,20 @@ settings.register_profile(
 )
 settings.load_profile("improv")
 
-# Tests start Python hundreds of times. It must not compile all modules each time, even where it is told to keep none.
+# Tests start Python hundreds of times. It must not compile all modules each time, even if it should keep no bytecode.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# As in our processes. All that is collected stays until the end: looking for garbage in it takes time and finds none.
+# As in our processes. All objects of the collection stay until the end: looking for garbage in them takes time and
+# finds none.
 gc.set_threshold(50_000, 20, 50)
 
-# A shell has what it starts in the background ignore Ctrl-C, and what tests start would ignore it, too.
+# A shell makes its background processes ignore Ctrl-C, and the tests' own processes would ignore it, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# No test may write into the history of the person who runs it or stop what that person plays, nor may what tests start.
-# Neither may the tests of another worker. Set before they are imported: some copy the environment then.
+# No test may write into the history of the person who runs it or stop that person's performances, nor may the processes
+# of tests. Neither may the tests of another worker. Set before our modules are imported: some copy the environment
+# then.
 _own = TemporaryDirectory(prefix="improv-tests-")
 os.environ["XDG_STATE_HOME"] = f"{_own.name}/state"
 os.environ["XDG_RUNTIME_DIR"] = f"{_own.name}/runtime"
@@ -74,7 +76,7 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.fixture
 def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of a history of its own, also for what the test starts."""
+    """Set the folder of a separate history, also for the processes of the test."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     return tmp_path / "state" / "improv" / "history"
 

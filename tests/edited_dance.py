@@ -1,4 +1,5 @@
-"""A dance in which one robot's line is saved again and again while another robot dances on, for real and recorded."""
+"""A dance in which one robot's line is saved again and again while another robot keeps dancing, for real and
+recorded."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ ANNA, BERT = "/anna/cmd_vel", "/bert/cmd_vel"
 
 
 def program(beats: int, edit: int = 0) -> str:
-    """Anna dances so many beats; bert's part is another one with each edit, and has ended before hers has."""
+    """Write a program in which Anna dances so many beats; bert's part differs with each edit, and has ended before hers
+    has."""
     bert = f"bert $ slow {edit % 9 + 1} repeat 2 (forward left)\n" if edit % 10 != 9 else ""
     return f"# edit {edit}\nbeat 240\nanna $ repeat {beats // 2} (forward [left right right])\n{bert}"
 
@@ -27,7 +29,7 @@ def program(beats: int, edit: int = 0) -> str:
 async def play(
     beats: int, saves: int, output: Path, options: Options, before_save: Callable[[], Awaitable[object]]
 ) -> None:
-    """Play it, saved so many times, and record what is sent. `before_save` waits for the time of each save."""
+    """Play it, save it so many times, and record the commands. `before_save` waits for the time of each save."""
     with recording(output) as recorder:
         async with performance(options, browser=False, quiet=True, recorder=recorder) as performing:
             await performing.play(analyze(program(beats)), Path("dance"))
@@ -40,7 +42,7 @@ async def play(
 
 
 def record_undisturbed(beats: int, output: Path) -> None:
-    """What anna is told if nobody saves anything, computed."""
+    """Compute and record anna's commands if nobody saves anything."""
     file = BytesIO()
     recorder = Recorder(file, 0)
     perform(score_of(analyze(program(beats))), recorder)

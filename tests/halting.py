@@ -1,10 +1,10 @@
 """Runs tests while processes below them are halted at random, one at a time, as on a machine that is far too busy.
 
-    python -m tests.halting [arguments of pytest]
+python -m tests.halting [arguments of pytest]
 
-Shows which tests, and which code, count on other processes being fast. Each halt is written to `.cache/halts.txt`, with
-the time at which it ended. Improv's own processes are halted for less time than they allow each other: any longer, and
-the robots would stop, as they should. A test that halts a process itself may fail, because this may continue it. Linux
+It finds tests, and code, that count on other processes being fast. Each halt is written to `.cache/halts.txt`, with the
+time at which it ended. Improv's own processes are halted for less time than they allow each other: any longer, and the
+robots would stop, as they should. A test that halts a process itself may fail, because this may continue it. Linux
 only.
 """
 
@@ -51,7 +51,7 @@ def halt(pid: int, seconds: float) -> None:
 
 
 def below(pid: int) -> Iterator[int]:
-    """The processes below this one that aren't halted, also those of browsers."""
+    """Yield the processes below this one that aren't halted, also those of browsers."""
     for child in children(pid):
         yield from below(child)
         with suppress(OSError):  # it has ended meanwhile

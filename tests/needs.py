@@ -1,4 +1,4 @@
-"""What a test needs of the machine."""
+"""Programs that a test needs on the machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ EXTENSION = Path(__file__).parents[1] / "editors" / "vscode"
 
 
 def need(program: str) -> str:
-    """Path of the program, or skip the test (fail under IMPROV_REQUIRE_ALL=1)."""
+    """Return the path of the program, or skip the test (fail under IMPROV_REQUIRE_ALL=1)."""
     path = shutil.which(program)
     if path is None:
         lacking(f"{program} is not installed")
@@ -21,15 +21,15 @@ def need(program: str) -> str:
 
 
 def need_extension() -> Path:
-    """The folder of VS Code's extension, with the modules from npm, or skip the test."""
+    """Return the folder of VS Code's extension, with the modules from npm, or skip the test."""
     need("node")
-    if not (EXTENSION / "node_modules" / ".package-lock.json").exists():  # what npm writes last
+    if not (EXTENSION / "node_modules" / ".package-lock.json").exists():  # npm writes this file last
         lacking("VS Code's extension has no modules: npm ci --prefix editors/vscode")
     return EXTENSION
 
 
 def lacking(reason: str) -> NoReturn:
-    """Skip the test, saying what the machine lacks (fail under IMPROV_REQUIRE_ALL=1)."""
+    """Skip the test with the reason (fail under IMPROV_REQUIRE_ALL=1)."""
     if os.environ.get("IMPROV_REQUIRE_ALL") == "1":
         pytest.fail(reason)
     pytest.skip(reason)

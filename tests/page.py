@@ -1,4 +1,4 @@
-"""What a browser gets for a URL that opens the page: a token, and with it the page's WebSocket. And how it draws."""
+"""A browser's use of a URL that opens the page: it gets a token, and with it the page's WebSocket. Also its drawing."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ LIMIT = 30
 
 
 def token_behind(url: str) -> str:
-    """The page's token; empty if the URL does not open the page, or no longer."""
+    """Return the page's token; empty if the URL does not open the page, or no longer."""
     with urlopen(url, timeout=LIMIT) as answer:
         (token,) = re.findall(r'<meta id="token" name="improv-token" content="(.*?)">', answer.read().decode())
     return str(token)
 
 
 def live_behind(url: str) -> str:
-    """The address of the page's WebSocket, which may be used any number of times."""
+    """Return the address of the page's WebSocket, which may be used any number of times."""
     token = token_behind(url)
     assert token, f"{url} has been used"
     return f"http://{urlsplit(url).netloc}/live?token={quote(token)}"
@@ -35,14 +35,14 @@ def live_behind(url: str) -> str:
 
 @asynccontextmanager
 async def connected(live: str) -> AsyncIterator[ClientWebSocketResponse]:
-    """A page's WebSocket at this address."""
+    """Open a page's WebSocket at this address."""
     origin = live.partition("/live")[0]
     async with ClientSession() as session, session.ws_connect(live, origin=origin) as page:
         yield page
 
 
 async def heard(page: ClientWebSocketResponse, fits: Callable[[Any], bool]) -> Any:
-    """The next message to a page that fits."""
+    """Wait for the next message to a page that fits."""
     async for message in page:
         if fits(told := message.json()):
             return told

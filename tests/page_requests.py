@@ -1,4 +1,4 @@
-"""What a page may ask for, as its JavaScript has it. `python -m tests.page_requests` writes that file again."""
+"""Requests of a page, for its JavaScript. `python -m tests.page_requests` writes that file again."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAMES = {str: "string", bool: "boolean", float: "number", int: "number", NoneTyp
 
 
 def text() -> str:
-    """The whole file."""
+    """Return the whole file."""
     union = "\n *   | ".join(map(_shape, REQUESTS.values()))
     limits = "\n".join(f"  {kind}: {{ {', '.join(found)} }}," for kind in REQUESTS if (found := [*_limits(kind)]))
     return (
@@ -39,7 +39,7 @@ def _shape(message: Any) -> str:
 
 
 def _name(hint: Any) -> str:
-    """A type as JSDoc has it."""
+    """Return a type in JSDoc."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _name(arguments[0])

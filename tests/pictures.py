@@ -1,9 +1,9 @@
 """The pictures of paths in the documents, as `improv plot` draws them. `python -m tests.pictures` draws them again.
 
-A picture shows what its link leads to, if it is in a link; what the code above it in the cell of a table makes a robot
-do, with the names of the program above; or else the program above it in its section, with the `improv.toml` there. If
-there is no program above it, it shows the one below it: the solution of an exercise. If the name of a picture ends in
-`-timeline`, it has the timeline too.
+A picture in a link shows the target of the link. A picture in the cell of a table shows the code above it there, with
+the names of the program above. Any other picture shows the program above it in its section, with the `improv.toml`
+there. If there is no program above it, it shows the one below it: the solution of an exercise. If the name of a picture
+ends in `-timeline`, it has the timeline too.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _PICTURE = re.compile(
 
 
 def pictures() -> Iterator[tuple[Path, str]]:
-    """Each picture's file, and what it must contain."""
+    """Yield each picture's file, and its expected content."""
     for page in sorted(DOCS.glob("*.md")):
         for section in re.split(r"^(?=##+ )", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
             for found in _PICTURE.finditer(section):

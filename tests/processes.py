@@ -1,4 +1,4 @@
-"""Processes that are not our children: who they are, and when they end (Linux)."""
+"""Processes that are not our children: find them, and wait for their ends (Linux)."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from typing import IO
 
 
 class Descriptor(int):
-    """A descriptor that is closed once nobody knows it any more."""
+    """A descriptor that is closed once nothing refers to it anymore."""
 
     def __del__(self) -> None:
         os.close(self)
 
 
 def descendants(pid: int) -> dict[int, int]:
-    """All processes below this one, each with a descriptor that stays its own after its number is used again. Those of
-    a browser are left out: all tests of a worker share it, and it starts new ones at any time."""
+    """Return all processes below this one, each with a descriptor that stays its own after its number is used again.
+    Those of a browser are left out: all tests of a worker share it, and it starts new ones at any time."""
     found: dict[int, int] = {}
     for child in children(pid):
         if b"playwright/driver" in command_of(child):
@@ -33,24 +33,24 @@ def descendants(pid: int) -> dict[int, int]:
 
 
 def children(pid: int) -> Iterator[int]:
-    """The processes that any thread of this one has started."""
+    """Yield the processes that any thread of this one has started."""
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(ProcessLookupError, FileNotFoundError):  # the thread has ended meanwhile
             yield from map(int, task.read_text().split())
 
 
 def players(pid: int) -> dict[int, int]:
-    """All processes below a language server that play, not those that check programs."""
+    """Return all processes below a language server that play, not those that check programs."""
     return {child: fd for child, fd in descendants(pid).items() if b"improv_ls." not in command_of(child)}
 
 
 def ours(words: str) -> dict[int, int]:
-    """All processes below this one whose commands contain these words."""
+    """Return all processes below this one whose commands contain these words."""
     return {child: fd for child, fd in descendants(os.getpid()).items() if words in command_of(child).decode()}
 
 
 def command_of(pid: int) -> bytes:
-    """The words with which a process was started, each with a zero byte at its end."""
+    """Return the words with which a process was started, each with a zero byte at its end."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:  # it has ended meanwhile
@@ -58,12 +58,14 @@ def command_of(pid: int) -> bytes:
 
 
 def stat_of(pid: int) -> list[str]:
-    """The fields of a process after its name, from its state on (proc_pid_stat(5)). Raises OSError if it has ended."""
+    """Return the fields of a process after its name, from its state on (proc_pid_stat(5)). Raises OSError if it has
+    ended."""
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
 
 
 def lines_until(part: str, stream: IO[str] | None) -> list[str]:
-    """What a process says, up to a line with this in it, which is the last. Raises AssertionError if it ends before."""
+    """Return the lines of a process, up to a line with this in it, which is the last. Raises AssertionError if it ends
+    before."""
     assert stream
     said: list[str] = []
     for line in stream:
@@ -84,7 +86,7 @@ def wait_until_gone(processes: dict[int, int], limit: float) -> None:
 
 
 def in_session(leader: int) -> list[int]:
-    """All processes of a session, whose parents may have ended."""
+    """Return all processes of a session, whose parents may have ended."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):  # it has ended meanwhile
@@ -101,7 +103,7 @@ def wait_until_full(pid: int, limit: float) -> None:
     poll.register(pipe, select.POLLOUT)
     while poll.poll(0):
         assert time.monotonic() < end, f"process {pid} could write all that it had to say within {limit} s"
-        time.sleep(0.001)  # nothing tells of a pipe that becomes full
+        time.sleep(0.001)  # the system does not report that a pipe is full
     os.close(pipe)
 
 

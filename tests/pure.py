@@ -30,9 +30,9 @@ NOT_PURE = {
     "stage/test_watchdog.py",
     "stage/viewer",
 }
-"""What starts something, or takes long, in the folders of the pure tests."""
+"""Files in the folders of the pure tests that start something, or take long."""
 EXAMPLES = 10
-"""How many random examples each test tries: enough to see a slip at once. The whole suite tries more."""
+"""Random examples that each test tries: enough to see a slip at once. The whole suite tries more."""
 STARTS = {"subprocess.Popen", "os.system", "os.spawn", "os.exec", "os.fork", "os.forkpty", "os.posix_spawn"}
 
 _in_pure_test = False
@@ -68,6 +68,6 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, bool, bool]:
 
 
 def _refuse(event: str, arguments: tuple[object, ...]) -> None:
-    """Called whenever anything is started: a pure test fails if it does that."""
+    """Fail a pure test when it starts anything."""
     if _in_pure_test and event in STARTS:
         raise AssertionError(f"not a pure test: {event}{arguments}")

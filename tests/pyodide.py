@@ -1,4 +1,4 @@
-"""What looks like the npm package `pyodide`, for tests in which no browser runs Python."""
+"""Stand-in for the npm package `pyodide`, for tests in which no browser runs Python."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ CLOSED_WORDS = WORDS | st.just("()") | POSES
 
 
 def _closed(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
-    """Movements that end, and that no sense decides."""
+    """Generate movements that end, and that no sense decides."""
     return st.one_of(
         _of_several(inner),
         st.builds("repeat {} ({})".format, st.integers(0, 4), inner),
@@ -58,7 +58,8 @@ def _of_several(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 
 def _of_base(movement: str) -> str:
-    """A movement without body parts: another voice would disturb a pose, which is then told once, when it begins."""
+    """Return a movement without body parts: another voice would disturb a pose, which then gets one command, at its
+    beginning."""
     for words, other in (("head to aside", "up"), ("head to start", "rest"), ("head ", "")):
         movement = movement.replace(words, other)
     return movement
@@ -68,7 +69,7 @@ CONDITIONS = st.sampled_from(["near", "not near", "hold", "not hold"])
 
 
 def _open(inner: st.SearchStrategy[str], conditions: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
-    """Movements that senses may decide, or that never end."""
+    """Generate movements that senses may decide, or that never end."""
     return st.one_of(
         _of_several(inner),
         st.builds("repeat {} ({})".format, st.integers(0, 4), inner),
@@ -90,7 +91,7 @@ def movements(conditions: st.SearchStrategy[str] = CONDITIONS) -> st.SearchStrat
 
 
 def programs(conditions: st.SearchStrategy[str] = CONDITIONS, most_scenes: int = 2) -> st.SearchStrategy[str]:
-    """Programs of two robots with bodies that don't change so often that playing them takes long."""
+    """Generate programs of two robots with bodies that don't change so often that playing them takes long."""
     lines = st.builds("{} $ {}".format, st.sampled_from(["a", "b", "a b"]), movements(conditions))
     scenes = st.lists(lines, min_size=1, max_size=2).map("\n".join)
     return st.lists(scenes, min_size=1, max_size=most_scenes).map("\n---\n".join).filter(_is_calm)
@@ -102,7 +103,7 @@ def _is_calm(text: str) -> bool:
 
 
 def score_of_text(text: str) -> Score:
-    """The score of a program at one beat a second. What is never performed is no error."""
+    """Return the score of a program at one beat a second. Statements that never play are no errors."""
     analysis = analyze(f"beat 60\n{text}\n", read_robots(TOML))
     assert analysis.ok, (text, analysis.diagnostics)
     return score_of(analysis)

@@ -1,4 +1,4 @@
-"""What is in a recording, by a library that has nothing to do with the one that writes it."""
+"""Content of a recording, by a library that is unrelated to the one that writes it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Message(NamedTuple):
 
 
 def read(path: Path) -> list[Message]:
-    """All commands, in the order of their times."""
+    """Read all commands, in the order of their times."""
     with AnyReader([path], default_typestore=ROS) as reader:
         return [
             _message(time, connection.topic, reader.deserialize(raw, connection.msgtype))
@@ -42,7 +42,7 @@ class JointMessage(NamedTuple):
 
 
 def read_joints(path: Path) -> list[JointMessage]:
-    """How joints move, in the order of the times. Each message is stamped with its time."""
+    """Read the motions of joints, in the order of the times. Each message is stamped with its time."""
     found = []
     with AnyReader([path], default_typestore=ROS) as reader:
         for connection, time, raw in reader.messages():
@@ -61,7 +61,7 @@ def topics(path: Path) -> dict[str, Connection]:
 
 
 def changes(messages: list[Message], topic: str) -> list[tuple[int, Velocity]]:
-    """When the velocity on a topic changed, and to what."""
+    """Return the times at which the velocity on a topic changed, and the new velocities."""
     own = (message for message in messages if message.topic == topic)
     groups = groupby(own, key=lambda message: message.velocity)
     return [(next(group).time, velocity) for velocity, group in groups]

@@ -1,7 +1,7 @@
 """The simulator's stage on a thread of the test's own process, where starting it costs nothing.
 
-It is all that a stage is but for its process: what it is sent and what it says goes through JSON, too. Stops come with
-everything else, as on Windows. That a stage hangs or dies, only the process shows (tests/stage).
+It is a whole stage except for its process: its messages in both directions pass through JSON, too. Stops come with
+everything else, as on Windows. Only a process can show a stage that hangs or dies (tests/stage).
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from improv_core.stage.loop import Opened, run
 from improv_core.stage.stdio import arrival
 
 USED = "improv_core.session.start.Stage"
-"""What to replace by `StageOnThread`."""
+"""The name that `StageOnThread` replaces."""
 NAME = "stage of a test"
 Hear = Callable[["StageOnThread", Heard, int], None]
 
 
 def running() -> set[threading.Thread]:
-    """The stages that have not ended."""
+    """Return the stages that have not ended."""
     return {thread for thread in threading.enumerate() if thread.name == NAME}
 
 
@@ -83,7 +83,7 @@ class StageOnThread:
         return self._thread.is_alive() and not self._closing
 
     def moving(self, robots: Iterable[str]) -> list[str]:
-        """None: it has no real robots."""
+        """Return nothing: it has no real robots."""
         return []
 
     def send(self, message: ToStage) -> None:
@@ -104,7 +104,7 @@ class StageOnThread:
         self._soon(read_from_stage(json.dumps(message).encode()), asked)
 
     def _soon(self, message: Heard, asked: int) -> None:
-        with suppress(RuntimeError):  # the loop has been closed
+        with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(self._told, message, asked)
 
     def _told(self, message: Heard, asked: int) -> None:

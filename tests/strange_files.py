@@ -10,7 +10,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class StrangeFile:
-    """How to make a file of one kind in a folder, and why it can't be read."""
+    """A function that makes a file of one kind in a folder, and the reason why it can't be read."""
 
     folder: Path
     kind: str
@@ -44,7 +44,7 @@ KINDS = [kind for kind in _KINDS if kind != "unreadable" or os.geteuid()]  # roo
 
 
 def strange_files(folder: Path) -> Iterator[StrangeFile]:
-    """One of each kind, in a folder of its own."""
+    """Yield one of each kind, each in its own folder."""
     for kind in KINDS:
         own = folder / kind
         own.mkdir()

@@ -48,7 +48,7 @@ ROWS: dict[str, Sequence[str]] = {
 }
 ALL = [name for name in ROWS if name != "__main__"]
 ROWS |= {"commands": ALL, "improv_ls": ALL}
-"""What each folder or module may import besides itself; of a package of ours, everything in it."""
+"""Packages that each folder or module may import besides itself; of our packages, everything in them."""
 
 BARE = (
     "score",
@@ -64,7 +64,7 @@ BARE = (
     "hosts",
     "session",
 )
-"""What run in ROS's Python: the standard library and Python 3.10, the libraries of outputs aside."""
+"""Modules that run in ROS's Python: the standard library and Python 3.10, except for the libraries of outputs."""
 LIBRARIES = {
     "pymunk": ["outputs/simulator/collisions.py"],
     "rclpy": [
@@ -109,12 +109,12 @@ MESSAGES_OF_ROS = {
 
 
 def name(path: Path) -> str:
-    """`improv_core.player.player`; a package goes by its folder."""
+    """Return `improv_core.player.player`; a package has the name of its folder."""
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
 def row(module: str) -> str:
-    """The row of the table in which a module stands: its folder's, or its own where it stands at the top."""
+    """Return the row of a module in the table: its folder's, or its own at the top."""
     package, _, rest = module.partition(".")
     return rest.partition(".")[0] if package == "improv_core" and rest else package
 
@@ -143,7 +143,7 @@ class Import(NamedTuple):
 
 @cache
 def imports(path: Path) -> list[Import]:
-    """All that a module imports: as soon as it is imported itself, later inside functions, or for types alone."""
+    """Return all imports of a module: at once when it is imported, later inside functions, or for types alone."""
     found = []
     for top in tree(path).body:
         inside = isinstance(top, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
@@ -158,12 +158,12 @@ def imports(path: Path) -> list[Import]:
 
 
 def ours(path: Path) -> set[str]:
-    """The modules of ours that a module imports, also for types alone."""
+    """Return our modules that a module imports, also for types alone."""
     return {each.name if each.name in OURS else each.name.rpartition(".")[0] for each in imports(path)} & OURS
 
 
 def packages(path: Path, *when: str) -> set[str]:
-    """The packages that a module imports when it runs: at once or later, unless only one of these is asked for."""
+    """Return the packages that a module imports when it runs: at once or later, unless `when` selects one of these."""
     return {each.package for each in imports(path) if each.when in (when or ("at once", "later"))}
 
 
@@ -173,7 +173,7 @@ def within(module: str, allowed: str) -> bool:
 
 
 def not_in_its_row(path: Path) -> set[str]:
-    """What a module imports although its row doesn't allow it."""
+    """Return the imports of a module that its row doesn't allow."""
     own = row(name(path))
     foreign = {module for module in ours(path) if row(module) != own}
     return {module for module in foreign if not any(within(module, allowed) for allowed in ROWS[own])}
@@ -184,7 +184,7 @@ def test_modules_import_only_what_their_row_allows() -> None:
 
 
 def test_no_module_imports_itself_in_a_circle() -> None:
-    """Counting imports for types too: who needs another's types depends on it."""
+    """Imports for types count too: a module depends on another one's types."""
     TopologicalSorter({name(path): ours(path) - {name(path)} for path in MODULES}).prepare()
 
 
@@ -212,7 +212,7 @@ def test_modules_that_ros_runs_use_only_the_standard_library() -> None:
         ast.parse(path.read_text(encoding="utf-8"), feature_version=(3, 10))
 
 
-def test_the_process_that_looks_at_the_graph_sends_nothing() -> None:
+def test_the_process_that_reads_the_graph_sends_nothing() -> None:
     assert "publish(" not in (ROOT / "improv_core" / "outputs" / "ros" / "graph.py").read_text(encoding="utf-8")
 
 
@@ -235,7 +235,8 @@ TO_PEOPLE = {
     "print": ["improv_ls/__main__.py", "framing.py", "page/answers.py", "page/meetings.py", "page/open_pages.py"],
     "window_show_message": ["improv_ls/editor.py"],
 }
-"""What shows text to people, and the modules that may call it: all others go through these, which escape it."""
+"""Functions that show text to people, and the modules that may call them: all others go through these, which escape
+it."""
 
 
 def test_text_reaches_people_in_few_places() -> None:
@@ -267,7 +268,7 @@ SHARED = {
     "Speed": 2,  # an event; its message
     "Stop": 2,  # an event; its message
 }
-"""Names that are those of so many public classes. Only remove rows: a new class has a name of its own."""
+"""Names that so many public classes share. Only remove rows: a new class gets its own name."""
 
 
 def test_a_class_has_its_name_to_itself() -> None:
@@ -280,23 +281,23 @@ IN_PIECES = {
     *("sliced_json", "dynamics", "side", "strokes", "svg"),  # of a line of JSON, a motion, and a path
     *("algebra", "limits", "movement", "path", "ramps", "smoothing", "walk"),  # of a movement
 }
-"""Modules whose code says *piece* for a piece of something. What is played is a score. Only remove names."""
+"""Modules whose code uses *piece* for a part of something. A performance has a *score*. Only remove names."""
 
 
 def identifiers(path: Path) -> set[str]:
-    """What is defined in a module, and the variables and attributes that it uses."""
+    """Return the names that a module defines, and the variables and attributes that it uses."""
     found = nodes(path)
     defined = {node.name for node in found if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)}
     used = {node.id for node in found if isinstance(node, ast.Name)}
     return defined | used | {node.attr for node in found if isinstance(node, ast.Attribute)}
 
 
-def test_what_is_played_is_a_score_and_not_a_piece() -> None:
+def test_performances_have_scores_and_not_pieces() -> None:
     assert {path.stem for path in MODULES if any("piece" in name.lower() for name in identifiers(path))} == IN_PIECES
 
 
 def test_each_package_says_where_to_begin_reading() -> None:
-    """In at most ten lines; the modules that it names for that exist."""
+    """Each in at most ten lines, and the modules that it names exist."""
     wrong = {}
     for path in MODULES:
         if path.name != "__init__.py" or path.parent == ROOT / "improv_core":

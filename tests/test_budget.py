@@ -1,4 +1,4 @@
-"""How long a test may take."""
+"""The seconds that a test may take."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def child(*code: str, policy: Policy = PATIENT) -> Iterator[Child]:
 
 
 def all_of(child: Child) -> list[bytes]:
-    """All that it says until its end."""
+    """Return all output of a child until its end."""
     lines: list[bytes] = []
     with suppress(EOFError):
         while said := child.read(LIMIT):
@@ -50,7 +50,7 @@ def test_lines_are_whole_and_half_a_line_does_not_count() -> None:
         assert all_of(speaks) == [b"23"]
 
 
-def test_what_a_library_prints_is_not_among_our_lines() -> None:
+def test_output_of_libraries_is_not_among_our_lines() -> None:
     prints = "os.write(1, b'no end'); print('a line', flush=True); subprocess.run(['echo', 'another'], check=True)"
     with child(SPEAK, "say(1)", prints, "say({'type': 'alive'})", prints) as speaks:
         assert all_of(speaks) == [b"1", b'{"type": "alive"}']
@@ -66,7 +66,7 @@ def test_its_last_error_is_known() -> None:
         assert fails.last_error == "this"
 
 
-def test_a_child_that_does_not_read_holds_up_nobody_and_hears_everything_later() -> None:
+def test_a_child_that_does_not_read_delays_nobody_and_gets_everything_later() -> None:
     with child("input()", "print(len(input()))", policy=Policy(LIMIT, waits=False)) as slow:
         long = b"x" * 1_000_000
         slow.write(long[1:] + b"\n")

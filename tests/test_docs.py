@@ -1,4 +1,4 @@
-"""What the documents show is true."""
+"""The claims of the documents are true."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_each_code_has_a_section_that_says_how_severe_it_is() -> None:
 
 
 @pytest.mark.parametrize("code", [code for code in CODES if code not in TOO_LONG])
-def test_the_example_of_a_code_has_its_message_and_the_mended_one_has_none(code: str) -> None:
+def test_the_example_of_a_code_has_its_message_and_the_fixed_one_has_none(code: str) -> None:
     robots = ""
     in_room = code in ("meets", "hits", "joint-limit")
     kinds = []
@@ -93,8 +93,8 @@ EXERCISES = re.split(r"^### ", (ROOT / "docs" / "lesson.md").read_text(encoding=
 
 
 @pytest.mark.parametrize("exercise", EXERCISES, ids=lambda exercise: exercise.partition("\n")[0])
-def test_an_exercise_shows_what_its_solution_does(exercise: str) -> None:
-    """That the solution plays, and that it draws the picture, is tested above."""
+def test_an_exercise_matches_its_solution(exercise: str) -> None:
+    """Another test above plays the solution and compares the picture."""
     task, solution = exercise.split("<details>")
     assert len(re.findall(r"```improv", solution)) == 1
     if wrong := re.findall(r"```text\n(.*?)```", task, re.DOTALL):

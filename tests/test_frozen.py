@@ -1,7 +1,7 @@
 """Tests that hold while the stage half of Improv is rebuilt: names and imports in them may change, the rest stays.
 
-They ask what a person's safety rests on. So they may get more scenes, and none of theirs may go until one session
-plays on all stages; then this file goes, too.
+A person's safety depends on them. So they may get more scenes, and none of theirs may go until one session plays on all
+stages; then this file goes, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Content(NamedTuple):
     tests: int
     assertions: int
     literals: int
-    """Numbers and strings: the rows of tables, and what scenes send and expect."""
+    """Numbers and strings: the rows of tables, and the messages and expectations of scenes."""
 
 
 FROZEN = {

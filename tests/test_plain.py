@@ -1,4 +1,4 @@
-"""Foreign text is shown as what it is."""
+"""Foreign text is shown literally, and steers nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One edit that makes one text of another."""
+"""One edit that turns one text into another."""
 
 from __future__ import annotations
 

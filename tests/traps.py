@@ -1,4 +1,4 @@
-"""A folder with modules that must not be imported: they note their names if they are."""
+"""A folder with modules that must not be imported: each notes its name if it is."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import pytest
 
 MODULES = ("venv", "ensurepip", "pip", "rclpy", "geometry_msgs", "json", "sitecustomize", "usercustomize")
 PYTHONPATHS = ("", ":lib:/nowhere:.")
-"""Without one, and with one that lets Python import from the current folder in all the ways that an `export` does."""
+"""Values of PYTHONPATH: none, and one that lets Python import from the current folder in all the ways that an `export`
+does."""
 
 
 class Traps:
-    """A folder that people may open or stand in, with modules of somebody else's."""
+    """A folder that people may open or stand in, with foreign modules."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -1,4 +1,4 @@
-"""Foreign text of the worst kinds, and what must never come out where text is shown."""
+"""The worst kinds of foreign text, and the characters that must never reach people."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ _STEERS = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 
 
 def steering(text: str, allowed: str = "\n") -> set[str]:
-    """The characters of a text that steer a terminal or hide from people."""
+    """Return the characters of a text that steer a terminal or hide from people."""
     return {char for char in text if unicodedata.category(char) in _STEERS} - set(allowed)

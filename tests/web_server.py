@@ -12,7 +12,7 @@ from pathlib import Path
 
 @contextmanager
 def served(folder: Path) -> Iterator[str]:
-    """The address at which it serves a folder on this machine."""
+    """Serve a folder on this machine, and yield the address."""
     handler = functools.partial(_Quiet, directory=str(folder))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
@@ -24,4 +24,4 @@ def served(folder: Path) -> Iterator[str]:
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
     def log_message(self, format: str, *arguments: object) -> None:
-        """Say nothing."""
+        """Print nothing."""

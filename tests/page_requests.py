@@ -23,7 +23,7 @@ def text() -> str:
     limits = "\n".join(f"  {kind}: {{ {', '.join(found)} }}," for kind in REQUESTS if (found := [*_limits(kind)]))
     return (
         "// @ts-check\n"
-        "// What a page may ask for, and the least and most of numbers. Written by `python -m tests.page_requests`\n"
+        "// Requests of a page, and the least and most of their numbers. Written by `python -m tests.page_requests`\n"
         "// from the types in commands.py, editing.py, and messages.py.\n"
         "\n"
         "/** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */\n"

@@ -201,7 +201,7 @@ function takeSource(message) {
   showTransport()
 }
 
-/** Where the program is shown. */
+/** The place of the program. */
 function shownText() {
   return editor.open ? editor : score
 }
@@ -292,7 +292,7 @@ function showCast() {
 }
 
 /**
- * How the simulator moves its robots, and what that means, so that nobody takes ideal motion for the real world.
+ * The simulator's kind of motion, and its meaning, so that nobody takes ideal motion for the real world.
  * @param {{ dynamics: string }[]} robots
  */
 function dynamics(robots) {

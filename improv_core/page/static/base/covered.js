@@ -1,5 +1,5 @@
 // @ts-check
-// How much of the stage is covered on each side, so that the view keeps to the rest.
+// The covered part of the stage on each side, so that the view keeps to the rest.
 
 import { find } from "./elements.js"
 

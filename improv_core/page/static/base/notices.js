@@ -1,5 +1,5 @@
 // @ts-check
-// What the page tells people: whether it is connected, and news for those who listen.
+// The page's messages to people: its connection, and news for screen readers.
 
 import { find } from "./elements.js"
 

@@ -1,5 +1,5 @@
 // @ts-check
-// What a body looks like: which of its joints turn the head and the arms of a figure, and where these are then.
+// The looks of a body: the joints that turn the head and the arms of a figure, and the places of these.
 
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {Messages["score"]["robots"][string]["body"]} Body */
@@ -41,7 +41,7 @@ export function figureOf(body, positions = {}) {
 }
 
 /**
- * Where an arm's shoulder, elbow, and hand are. Its joints follow one another as in most robots: it is raised forward,
+ * The places of an arm's shoulder, elbow, and hand. Its joints follow one another as in most robots: it is raised forward,
  * then taken to the left, then bent. An arm hangs down if all are 0.
  * @param {Arm} arm
  * @returns {{ shoulder: Place, elbow: Place, hand: Place }}
@@ -55,7 +55,7 @@ export function places({ side, raise, out, bend }) {
 }
 
 /**
- * Where a place of a head is that looks ahead in `face`, in radii from its middle.
+ * The position of a place of a head that looks ahead in `face`, in radii from its middle.
  * @param {Head} head
  * @param {Place} face
  * @returns {Place}
@@ -67,7 +67,7 @@ export function onHead({ yaw, pitch }, face) {
 }
 
 /**
- * Turned about the axis to the left: what hangs down is raised forward, and what looks ahead looks up.
+ * Turns a place about the axis to the left: an arm that hangs down rises forward, and a face that looks ahead looks up.
  * @param {Place} place
  * @param {number} angle
  * @returns {Place}
@@ -78,7 +78,7 @@ function pitched([x, y, z], angle) {
 }
 
 /**
- * Turned about the axis forward: what hangs down is taken to the left.
+ * Turns a place about the axis forward: an arm that hangs down moves to the left.
  * @param {Place} place
  * @param {number} angle
  * @returns {Place}

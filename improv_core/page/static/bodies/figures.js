@@ -13,7 +13,7 @@ import { Turntable } from "./turntable.js"
 /** @import { Messages } from "../net/messages.js" */
 /** @import { ViewName } from "./puppet.js" */
 /** @import { Turned } from "./turntable.js" */
-/** @typedef {(robot: string, part: string, axis: Joint["axis"]) => number} Asked how fast a body part is asked to move */
+/** @typedef {(robot: string, part: string, axis: Joint["axis"]) => number} Asked returns the commanded speed of a body part */
 /** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint, drawn: string }} Row */
 /** @typedef {{ card: HTMLElement, body: Body, views: Map<ViewName, Shapes>, sticks: Turned | null, rows: Row[], drawn: string }} Card */
 /** @typedef {ReturnType<typeof shapes>} Shapes */
@@ -135,7 +135,7 @@ function card({ name, color }, body, sticks) {
 }
 
 /**
- * Where the joints of a body begin.
+ * The starts of a body's joints.
  * @param {Body} body
  * @returns {Positions}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// What a gauge shows of a joint: where it is between its limits, and whether one of them holds it back.
+// The gauge of a joint: its position between its limits, and the limit that holds it back.
 
 /** @import { Joint } from "./body.js" */
 /** @typedef {ReturnType<typeof gauge>} Gauge */
@@ -9,10 +9,10 @@ const AROUND = 1 // meters that a sliding joint without a limit shows on that si
 
 /**
  * Shares are from 0, the least position that the gauge shows, to 1. `held` is 1 at a greatest position beyond which the
- * joint is asked to move, -1 at a least one, otherwise 0. `real` is where a real joint is, null if that isn't known.
+ * joint should move, -1 at a least one, otherwise 0. `real` is the position of a real joint, null if it isn't known.
  * @param {Joint} joint
  * @param {number} position in radians or meters
- * @param {number} velocity at which it is asked to move
+ * @param {number} velocity at which it should move
  * @param {number} [real] where it really is
  */
 export function gauge(joint, position, velocity, real) {

@@ -12,7 +12,7 @@ import { HEAD, onHead, places } from "./body.js"
 
 export const BAR = 1.14 // the height of the bar that the strings hang from
 const EYES = 0.42 // to each side, in a head's radii
-const AHEAD = 0.15 // what looks at us at least by that much is seen
+const AHEAD = 0.15 // a face that looks at us at least by that much is seen
 
 /** @satisfies {Record<string, { seen: (place: Place) => Point, toUs: (place: Place) => number }>} */
 const VIEWS = {

@@ -1,5 +1,5 @@
 // @ts-check
-// Where the joints of a robot are, from its skeleton: meters, in the frame of its base: x forward, y to the left, z up.
+// The places of a robot's joints, from its skeleton: meters, in the frame of its base: x forward, y to the left, z up.
 
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Place, Positions } from "./body.js" */
@@ -48,7 +48,7 @@ function carried({ place, turn, axis, way }, { at, axes }, position) {
 }
 
 /**
- * What the x, y, and z axes become by roll, pitch, and yaw about fixed axes, as in a URDF.
+ * The x, y, and z axes after roll, pitch, and yaw about fixed axes, as in a URDF.
  * @param {number[]} turn
  * @returns {Turned}
  */

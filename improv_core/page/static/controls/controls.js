@@ -1,5 +1,5 @@
 // @ts-check
-// The bar: what plays, and the buttons that control it.
+// The bar: the dance that plays, and the buttons that control it.
 
 import { countIn } from "../score/clock.js"
 import { find } from "../base/elements.js"
@@ -53,7 +53,7 @@ export class Controls {
     this.#send({ type: "stop" })
   }
 
-  /** What it did, if anything, as for all that a key can do. */
+  /** Plays or pauses. Returns what it did, if anything, as for every action of a key. */
   playOrPause() {
     const { state, generation } = this.#clock.transport
     if (this.#armed) {

@@ -1,5 +1,5 @@
 // @ts-check
-// What to do so that something plays: which file to save, what it lacks, and what is wrong in it.
+// The steps until something plays: the file to save, the part that it lacks, and its errors.
 
 import { find } from "../base/elements.js"
 
@@ -20,7 +20,7 @@ export class Invitation {
     if (problems.length < count) find("problems-list").append(Object.assign(document.createElement("li"), { textContent: `and ${count - problems.length} more` }))
   }
 
-  /** What to call files that are saved, without an ending. */
+  /** The name of saved files, without an ending. */
   get stem() {
     return this.#name.replace(/\.[^.]*$/, "") || "improv"
   }

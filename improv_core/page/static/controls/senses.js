@@ -1,5 +1,5 @@
 // @ts-check
-// What robots sense: a chip for each sense, which can be forced in the simulator; the cue; and keys that are senses.
+// The senses of robots: a chip for each sense, which can be forced in the simulator; the cue; and keys that are senses.
 
 import { find } from "../base/elements.js"
 
@@ -87,7 +87,7 @@ export class Senses {
   }
 
   /**
-   * Where a robot looks, and whether something is there.
+   * The area where a robot looks, and whether something is there.
    * @param {string} robot
    * @returns {{ field: Field, on: boolean }[]}
    */
@@ -198,7 +198,7 @@ function row({ name, color }, chips) {
 }
 
 /**
- * What a sense looks at, if that is a part of the ground. The built-in `near` looks where its robot is about to drive.
+ * The part of the ground that a sense looks at, if there is one. The built-in `near` looks where its robot is about to drive.
  * @param {Record<string, unknown>} source
  * @param {number} near meters
  * @param {number} radius meters

@@ -22,8 +22,8 @@ const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off i
 const ORDER = Object.keys(WORDS)
 const LOW = 0.2 // of a battery: less is trouble
 const NAMED = 3 // robots in trouble that the line names
-const QUIET = 3 // seconds without a word from a host that are told; usually one comes each second
-const FRESH = 2 // seconds: with poses that come, and are told once a second, the latest one is not older
+const QUIET = 3 // seconds without a message from a host until a line reports it; usually one comes each second
+const FRESH = 2 // seconds: while poses come, with a message each second, the latest one is not older
 const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
 
 export class Wall {
@@ -34,7 +34,7 @@ export class Wall {
   /** @type {Map<string, HTMLTableRowElement>} */
   #rows = new Map()
   /** @type {Map<string, Messages["link"] & { at: number }>} */
-  #links = new Map() // what is known of each host, and when it came
+  #links = new Map() // the latest message about each host, and its time
   #looked = -Infinity
   #hadLost = false
   #clock
@@ -76,7 +76,7 @@ export class Wall {
   }
 
   /**
-   * How well each host is reached, in a line each.
+   * The state of each host's connection, in a line each.
    * @param {number} now milliseconds
    */
   links(now) {
@@ -94,7 +94,7 @@ export class Wall {
   }
 
   /**
-   * What is known of a robot that nobody can see or reach now; empty for others.
+   * The line about a robot that nobody can see or reach now; empty for others.
    * @param {string} name
    */
   lost(name) {
@@ -131,7 +131,7 @@ export class Wall {
     return found.sort((a, b) => a.worst - b.worst || compare(a.brick.name, b.brick.name)).map(({ brick }) => brick)
   }
 
-  /** Whether all is well, in a line; empty without real robots. */
+  /** The state of all robots, in a line; empty without real robots. */
   get summary() {
     const { bricks } = this
     if (!bricks.length) return ""
@@ -144,8 +144,8 @@ export class Wall {
   }
 
   /**
-   * Shows it, if that is due. Whether robots are lost, or were just now, so that what is said of them is to be shown
-   * anew.
+   * Shows it, if that is due. Returns whether robots are lost, or were just now, so that their lines have to be shown
+   * again.
    * @param {number} now milliseconds
    */
   show(now) {
@@ -183,7 +183,7 @@ export class Wall {
     return lost
   }
 
-  /** How old the latest pose of a robot is, in words; empty if none has come. @param {string} name */
+  /** The age of a robot's latest pose, in words; empty if none has come. @param {string} name */
   #age(name) {
     const seconds = this.#seconds(name)
     if (seconds === Infinity) return ""
@@ -191,7 +191,7 @@ export class Wall {
     return seconds < FRESH ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
   }
 
-  /** How old the latest pose of a robot is; Infinity if none has come. @param {string} name */
+  /** The age of a robot's latest pose; Infinity if none has come. @param {string} name */
   #seconds(name) {
     const told = this.#vitals[name].posed ?? -Infinity
     return this.#clock.performed() - Math.max(told, this.#measured.latest(name))

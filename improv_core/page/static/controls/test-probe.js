@@ -1,5 +1,5 @@
 // @ts-check
-// For tests: what the page knows and shows.
+// For tests: the page's state and display.
 
 /** @import { Cast } from "../score/robot-list.js" */
 /** @import { Clock } from "../score/clock.js" */
@@ -46,22 +46,22 @@ export function probe({ cast, clock, measured, motion, notices, program, sound, 
         }),
       )
     },
-    /** Where robots are drawn: real ones where they were seen. */
+    /** The drawn places of robots: real ones where they were seen. */
     get drawn() {
       return structuredClone(stage.poses)
     },
-    /** How far off each robot is, in words, if that is measured. */
+    /** The error of each robot, in words, if it is measured. */
     get off() {
       return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
     },
-    /** How paths are moved that do not begin at their start poses. */
+    /** The moves of paths that do not begin at their start poses. */
     get moved() {
       return Object.fromEntries(program.anchor.moved)
     },
     get view() {
       return structuredClone(stage.camera.view)
     },
-    /** Which position of the song is heard, in seconds; null if none is, or it plays in grains. */
+    /** The position of the song that is heard, in seconds; null if none is, or it plays in grains. */
     get song() {
       return sound.audio?.position(seconds()) ?? null
     },

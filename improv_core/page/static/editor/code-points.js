@@ -25,7 +25,7 @@ export class Points {
 }
 
 /**
- * How many of the first numbers fit, if all that fit come first.
+ * The count of the first numbers that fit, if all that fit come first.
  * @param {number} length
  * @param {(index: number) => boolean} fits
  */

@@ -79,7 +79,7 @@ export class Offers {
     this.#owner.removeAttribute("aria-activedescendant")
   }
 
-  /** Whether a key was for the list. @param {KeyboardEvent} event */
+  /** Returns whether a key was for the list. @param {KeyboardEvent} event */
   takes({ key, shiftKey }) {
     if (!this.open || shiftKey) return false
     if (key === "ArrowDown" || key === "ArrowUp") this.#choose(key === "ArrowDown" ? 1 : -1)

@@ -1,7 +1,7 @@
 // @ts-check
-// What becomes of a text that is being written: which version of the file it is an edit of, and what is kept of it in
-// the browser, so that no text is lost: unsaved text, the one of two versions that was not chosen, and what a link or an
-// example has replaced. On a website, where there are no files, the improv.toml goes with its text.
+// A text that somebody is writing: the version of the file that it edits, and the texts that the browser keeps, so that
+// none is lost: unsaved text, the one of two versions that was not chosen, and a text that a link or an example has
+// replaced. On a website, where there are no files, the improv.toml goes with its text.
 
 import { randomName } from "../base/random.js"
 
@@ -19,9 +19,9 @@ export class Draft {
   /** @type {Source} */
   base
   /** @type {Source | null} */
-  changed = null // what another program has put into the file since then
+  changed = null // the text that another program has put into the file since then
   /** @type {Other[]} */
-  #others = [] // what somebody may want back, until somebody drops it
+  #others = [] // texts that somebody may want back, until somebody drops them
   /** @type {string[]} */
   #left = [] // keys under which it is kept, too, until this tab keeps it
   /** @type {string | undefined} */
@@ -93,7 +93,7 @@ export class Draft {
     return which === "file" ? file : mine
   }
 
-  /** What can be had instead of this, if there is anything. @param {Work} work */
+  /** The alternatives to this text, if there are any. @param {Work} work */
   other(work) {
     return this.#others.findLast((each) => !isSame(each, work)) ?? null
   }
@@ -159,8 +159,8 @@ function tab() {
 }
 
 /**
- * What links have replaced and, for a tab that has nothing of its own, what the latest other tab has left that is not in the
- * file. From now on, this tab keeps it; a tab that still has it keeps it too.
+ * The texts that links have replaced and, for a tab without its own text, the text of the latest other tab that is not
+ * in the file. From now on, this tab keeps it; a tab that still has it keeps it too.
  * @param {string} path
  * @param {Work | null} file
  * @returns {{ key: string, kept: Kept }[]} the latest last
@@ -184,7 +184,7 @@ function left(path, file) {
   }
 }
 
-/** Whether both are the same, as far as is known: what earlier pages kept has no improv.toml. @param {Work} one @param {Work} other */
+/** Returns whether both are the same, as far as known: earlier pages kept no improv.toml. @param {Work} one @param {Work} other */
 function isSame(one, other) {
   return one.text === other.text && (one.toml === undefined || other.toml === undefined || one.toml === other.toml)
 }

@@ -51,7 +51,7 @@ export class Editor {
   #count = 0 // of mistakes, also of those that the server has not sent
   /** @type {Mistake[]} */
   #shown = [] // of the mistakes
-  #listed = "" // what the list says, and about which text
+  #listed = "" // the problems in the list, and their text
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
   #played = ""
@@ -102,17 +102,17 @@ export class Editor {
     })
   }
 
-  /** Whether the program can be written here. */
+  /** True if the program can be written here. */
   get open() {
     return this.saving.open
   }
 
-  /** Whether the text is saved and plays, or was played last. */
+  /** True if the text is saved and plays, or was played last. */
   get isPlayed() {
     return this.#text === this.#played && this.saving.isSaved && !this.moves.open
   }
 
-  /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
+  /** Takes the content of the file. Returns whether this is the first time. @param {Messages["source"]} source */
   takeSource(source) {
     const first = this.saving.takeSource(source)
     this.#analyze() // the robots may have changed, too

@@ -72,7 +72,7 @@ export class Ink {
   }
 
   /**
-   * Where on the screen the cursor stands at an offset.
+   * The cursor's place on the screen at an offset.
    * @param {number} offset
    */
   place(offset) {
@@ -146,7 +146,7 @@ function described(text, colors, underlines) {
       marks.push({ start: colors[next].start - start, end: colors[next].end - start, name: KINDS[colors[next].kind] })
     }
     for (const each of underlines) {
-      // What is missing has no text: the character before it is underlined.
+      // A missing word has no text: the character before it is underlined.
       const from = each.end > each.start ? each.start : Math.max(each.start - 1, 0)
       if (from < end && Math.max(each.end, from + 1) > start) {
         marks.push({ start: Math.max(from, start) - start, end: Math.min(Math.max(each.end, from + 1), end) - start, name: each.severity })

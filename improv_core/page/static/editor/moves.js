@@ -1,5 +1,5 @@
 // @ts-check
-// Where robots are to start: their lines are asked for one after the other, each for the text that the one before has left.
+// New starts of robots: the page asks for their lines one after the other, each for the text after the previous one.
 
 /** @import { Request } from "../net/requests.js" */
 /** @import { Edit } from "./edits.js" */
@@ -19,7 +19,7 @@ export class Moves {
   #text
   /** @type {Move[]} */
   #waiting = []
-  #asked = -1 // the number of the text for which the server was asked
+  #asked = -1 // the number of the text in the question to the server
   #saves = false // whether the text is to be saved after all of them
 
   /**
@@ -31,7 +31,7 @@ export class Moves {
     this.#text = text
   }
 
-  /** Whether some are not written yet. */
+  /** True if some are not written yet. */
   get open() {
     return this.#waiting.length > 0
   }
@@ -52,7 +52,7 @@ export class Moves {
 
   /** @param {Messages["moved"]} message */
   take({ number, edits, problem }) {
-    if (!this.open || number !== this.#text.known()) return // it is asked for again, for the text that is here now
+    if (!this.open || number !== this.#text.known()) return // the page asks again, for its current text
     this.#waiting.shift()
     this.#asked = -1
     this.#text.say(problem)
@@ -63,13 +63,13 @@ export class Moves {
     this.#text.save()
   }
 
-  /** Saves the text after all that wait. Whether there are any. */
+  /** Saves the text after all that wait. Returns whether there are any. */
   saveAfter() {
     this.#saves = this.open
     return this.open
   }
 
-  /** The connection is lost: what was asked for is not answered. */
+  /** The connection is lost: the question gets no answer. */
   forget() {
     this.#asked = -1
   }

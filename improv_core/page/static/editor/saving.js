@@ -26,11 +26,11 @@ export class Saving {
   #draft = null // from when the server says that the program may be written here
   #number = 0 // of texts that were saved
   /** @type {Work | null} */
-  #writing = null // what is just being saved
-  #again = false // save once more as soon as that is done
+  #writing = null // the text that is being saved
+  #again = false // save again as soon as that is done
   #problem = "" // why the text could not be saved
   /** @type {Work | null} */
-  #brought = null // what took the place of what was on the page
+  #brought = null // the text that replaced the one on the page
 
   /**
    * `send` asks the server for something.
@@ -63,7 +63,7 @@ export class Saving {
     })
   }
 
-  /** Whether the program can be written here. */
+  /** True if the program can be written here. */
   get open() {
     return this.#draft !== null
   }
@@ -73,7 +73,7 @@ export class Saving {
     return this.#page.getText()
   }
 
-  /** What is on the page. */
+  /** The text on the page. */
   get #work() {
     return { text: this.#page.getText(), toml: this.#page.getToml() }
   }
@@ -102,7 +102,7 @@ export class Saving {
     return this.#draft?.isSaved(this.#page.getText()) ?? true
   }
 
-  /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
+  /** Takes the content of the file. Returns whether this is the first time. @param {Messages["source"]} source */
   takeSource(source) {
     if (this.#draft) {
       const text = this.#draft.take(source, this.#page.getText(), this.#writing?.text ?? null)
@@ -159,7 +159,7 @@ export class Saving {
     this.show()
   }
 
-  /** Somebody has stopped or paused the robots: what still waits to be saved and played must not move them. */
+  /** Somebody has stopped or paused the robots: a save that still waits must not move them. */
   halt() {
     this.#again = false
   }
@@ -194,7 +194,7 @@ export class Saving {
   }
 }
 
-/** How the other one differs. @param {Work} work @param {Work | null} other */
+/** Describes the difference of the other one. @param {Work} work @param {Work | null} other */
 function called(work, other) {
   if (other?.text === work.text) return "improv.toml"
   return other?.toml && other.toml !== work.toml ? "text with its improv.toml" : "text"

@@ -1,16 +1,16 @@
 // @ts-check
-// What the word below the pointer means, in words and as a picture of its path.
+// The meaning of the word below the pointer, in words and as a picture of its path.
 
 import { find } from "../base/elements.js"
 import { beside } from "./completions.js"
 
-const REST = 300 // milliseconds that the pointer rests before anything is asked
+const REST = 300 // milliseconds for which the pointer rests before the page asks
 
 export class Tooltip {
   #box = find("tooltip")
   #timer = 0
   /** @type {{ left: number, top: number, bottom: number } | null} */
-  #place = null // of the word that was asked about
+  #place = null // of the word in the question
 
   /**
    * `ask` is called with the point at which the pointer rests; it returns whether there is anything to wait for.

@@ -1,6 +1,6 @@
 // @ts-check
-// A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find: what may be
-// written here comes first, then what is always there.
+// A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find: words that
+// fit here come first, then those that are always there.
 
 import { find } from "../base/elements.js"
 
@@ -29,7 +29,7 @@ export function key(word) {
 }
 
 /**
- * What to type for a word at an offset of a text: it is set apart from the words beside it.
+ * The text to insert for a word at an offset: with spaces between it and the words beside it.
  * @param {string} text
  * @param {number} offset
  * @param {string} word

@@ -1,5 +1,5 @@
 // @ts-check
-// What helps to write and to pass on a program, besides the editor: words to tap, dances to begin with, links, files.
+// Aids for writing and passing on a program, besides the editor: words to tap, dances to begin with, links, files.
 
 import { Class, isClass } from "../website/class.js"
 import { findA } from "../base/elements.js"

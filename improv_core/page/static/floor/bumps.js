@@ -7,7 +7,7 @@
 
 const KEPT = 200
 const SHOWN = 0.9 // seconds
-const PAUSE = 3 // seconds between two announcements, so that everything else can be heard too
+const PAUSE = 3 // seconds between two announcements, so that other announcements get through
 
 export class Bumps {
   /** @type {Bump[]} */
@@ -66,7 +66,7 @@ export class Bumps {
   }
 
   /**
-   * What to announce at `now`, or nothing.
+   * The announcement at `now`, or nothing.
    * @param {number} now
    */
   news(now) {

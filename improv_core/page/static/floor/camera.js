@@ -1,5 +1,5 @@
 // @ts-check
-// Which part of the world the stage shows. World x is right, y is up, in meters; the screen's y is down, in pixels.
+// The part of the world that the stage shows. World x is right, y is up, in meters; the screen's y is down, in pixels.
 
 /** @typedef {{ x: number, y: number }} Point */
 /** @typedef {{ x: number, y: number, scale: number }} Sight the world point in the middle, and pixels per meter */
@@ -34,7 +34,7 @@ export class Camera {
   }
 
   /**
-   * Moves toward a view that holds the corners `used`, or jumps if `seconds` is infinite. Whether it is still moving.
+   * Moves toward a view that holds the corners `used`, or jumps if `seconds` is infinite. Returns whether it is still moving.
    * @param {[Point, Point]} used
    * @param {number} radius of the largest robot, in meters
    * @param {number} seconds

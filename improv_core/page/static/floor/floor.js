@@ -133,7 +133,7 @@ export class Stage {
     return turning || painting
   }
 
-  /** Where robots are drawn. */
+  /** The drawn places of robots. */
   get poses() { return Object.fromEntries(this.#cast.map(({ name, pose }) => [name, pose])) }
 
   /**
@@ -246,7 +246,7 @@ export class Stage {
   }
 
   /**
-   * What stands beside a robot, as pictures: a line for each.
+   * The pictures beside a robot: a line for each.
    * @param {string[]} words
    * @param {number} text pixels
    * @param {string} [off] how far off the robot is, less prominent

@@ -41,7 +41,7 @@ export class Ground {
   #making = null
 
   /**
-   * Continues painting for some milliseconds. Whether there is more to paint.
+   * Continues painting for some milliseconds. Returns whether there is more to paint.
    * @param {GroundScene} scene
    * @param {number} milliseconds
    */
@@ -144,7 +144,7 @@ export class Ground {
 }
 
 /**
- * Where a world point is on a sheet, in CSS pixels.
+ * The place of a world point on a sheet, in CSS pixels.
  * @param {{ view: Sight, middle: Point }} sheet
  * @param {Point} point
  */
@@ -306,7 +306,7 @@ function paintTrail(pen, scene, { name, color, pose, seen }) {
 }
 
 /**
- * How a measured robot's lines are painted: the thin one is where it ideally would have been.
+ * The paint of a measured robot's lines: the thin one is its ideal path.
  * @param {{ colors: GroundScene["colors"], size: { width: number, height: number } }} scene
  * @param {Sight} view
  * @param {string} color
@@ -316,7 +316,7 @@ function strokes({ colors, size }, view, color) {
 }
 
 /**
- * How far trails are painted.
+ * The painted length of trails.
  * @param {Pick<GroundScene, "at" | "trails" | "measured">} scene
  * @param {string} name
  * @returns {Reached}

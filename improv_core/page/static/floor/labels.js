@@ -1,5 +1,5 @@
 // @ts-check
-// Where the robots' names stand: beside their robots, where they cover no robot and no other name.
+// The places of the robots' names: beside their robots, covering no robot and no other name.
 
 /** @typedef {{ left: number, top: number, right: number, bottom: number }} Box in pixels */
 /** @typedef {{ name: string, place: { x: number, y: number }, size: number, wide: number, high: number }} Labeled a robot on the screen, and the size of its label */

@@ -1,5 +1,5 @@
 // @ts-check
-// Where robots really were, beside where they ideally would have been, as the server measures it.
+// Measured places of robots, beside their ideal ones, as the server sends them.
 
 import { bounds } from "./camera.js"
 
@@ -79,7 +79,7 @@ export class Measured {
   }
 
   /**
-   * Whether it is shown how far off a robot is: it is real, or it has not been where it ideally is.
+   * Returns whether the page shows a robot's error: it is real, or it has been off its ideal path.
    * @param {string} name
    */
   has(name) {
@@ -87,7 +87,7 @@ export class Measured {
   }
 
   /**
-   * How many places of a robot there are.
+   * The number of a robot's places.
    * @param {string} name
    */
   count(name) {
@@ -95,7 +95,7 @@ export class Measured {
   }
 
   /**
-   * Where a real robot is, for its picture; undefined for others. `seconds` have passed since the last time.
+   * The place of a real robot, for its picture; undefined for others. `seconds` have passed since the last time.
    * @param {string} name
    * @param {number} seconds
    * @returns {Pose | undefined}
@@ -121,7 +121,7 @@ export class Measured {
   }
 
   /**
-   * How far off a robot is, or was at a beat, in words; empty if that is not known.
+   * A robot's error now, or at a beat, in words; empty if it is not known.
    * @param {string} name
    * @param {number | null} beat
    */
@@ -132,7 +132,7 @@ export class Measured {
   }
 
   /**
-   * How far off a robot was at most, in words.
+   * A robot's largest error, in words.
    * @param {string} name
    */
   most(name) {
@@ -172,7 +172,7 @@ export class Measured {
   }
 
   /**
-   * Where a robot ideally is, if that is shown.
+   * The ideal place of a robot, if that is shown.
    * @param {string} name
    * @returns {Pose | undefined}
    */

@@ -1,5 +1,5 @@
 // @ts-check
-// Where robots will come too near to each other, or to something in the world: marks that lead there.
+// Meetings of robots with each other, or with something in the world: marks that lead to their beats.
 
 import { words as position } from "../score/clock.js"
 

@@ -20,7 +20,7 @@ export class Motion {
   }
 
   /**
-   * Takes poses that arrived at `now`, by the page's clock. Whether a new performance begins.
+   * Takes poses that arrived at `now`, by the page's clock. Returns whether a new performance begins.
    * @param {Frame} frame
    * @param {number} now
    */

@@ -49,7 +49,7 @@ export class Misplaced {
     document.body.classList.toggle("misplaced", waits)
   }
 
-  /** Where something is drawn. */
+  /** The place of a drawn thing. */
   get room() {
     return this.ways.flatMap(({ from, to }) => (from ? [from, to] : [to]))
   }

@@ -1,5 +1,5 @@
 // @ts-check
-// Which robot somebody points at, on the stage or in a list. Its name is shown even where there is little room.
+// The robot that somebody points at, on the stage or in a list. Its name is shown even where there is little room.
 
 import { find } from "../base/elements.js"
 

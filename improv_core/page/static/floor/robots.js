@@ -1,5 +1,5 @@
 // @ts-check
-// What each kind of robot looks like from above, nose to the right, in units of its radius. Drawn once, then copied.
+// The look of each kind of robot from above, nose to the right, in units of its radius. Drawn once, then copied.
 
 import { figureOf } from "../bodies/body.js"
 import { penOn } from "../base/pen.js"
@@ -45,7 +45,7 @@ export function picture(kind, color, shade, radius, ratio) {
 export { REACH }
 
 /**
- * Which kind of picture suits a profile.
+ * The kind of picture that suits a profile.
  * @param {string} profile
  * @param {string[]} [motions]
  * @param {Body} [body]

@@ -1,5 +1,5 @@
 // @ts-check
-// Where robots start: dragged on the stage or typed, then written into the program or, if nobody can, offered as lines for
+// Starts of robots: dragged on the stage or typed, then written into the program or, if nobody can, offered as lines for
 // improv.toml.
 
 import { find, findA } from "../base/elements.js"
@@ -82,7 +82,7 @@ export class StartPoses {
     this.#offer()
   }
 
-  /** What has to be in view: the rings. */
+  /** The rings, which have to be in view. */
   get room() {
     if (!this.#held) this.#room = this.rings.map(({ x, y }) => ({ x, y }))
     return this.#room
@@ -196,7 +196,7 @@ export class StartPoses {
         this.#move(name)
       })
       input.addEventListener("change", () => {
-        if (!input.checkValidity()) input.value = String(this.#pose(name)[key]) // what is no number moves nobody
+        if (!input.checkValidity()) input.value = String(this.#pose(name)[key]) // an invalid number moves nobody
       })
       input.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return

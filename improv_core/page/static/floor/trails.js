@@ -1,5 +1,5 @@
 // @ts-check
-// Where robots have been: the places that the server tells, which arcs join, and before a seek the path of the score.
+// Trails of robots: the places that the server sends, which arcs join, and before a seek the path of the score.
 
 import { after, along, between } from "../base/path.js"
 import { bounds } from "./camera.js"
@@ -22,7 +22,7 @@ export class Trails {
   #before = new Map() // the paths that lead to a seek
   /** @type {{ beat: number, poses: Record<string, Spot> } | null} */
   #sought = null // the latest seek: to which beat, and where that put robots
-  #placed = 0 // how often robots had been put elsewhere when the latest places were told
+  #placed = 0 // the number of times that robots were put elsewhere before the latest places
   #shown = 0 // the same of the poses that are shown
   #known = -1 // the version of the lookahead that the paths before a seek are from
   #cleared = -Infinity // seconds of performance
@@ -60,8 +60,8 @@ export class Trails {
   }
 
   /**
-   * The poses that are shown are from after robots were put elsewhere so often. These and the trails are told apart, in
-   * any order: no robot has driven from where one has it to where the other does.
+   * Takes the number of times that robots were put elsewhere before the shown poses. Poses and trails arrive in any
+   * order: if their numbers differ, no robot has driven from its place in one to its place in the other.
    * @param {number} placed
    */
   show(placed) {

@@ -32,7 +32,7 @@ export class View {
   #parts
   #stale = true // something has changed since the last drawing
   #drawn = 0
-  #known = "" // what is known of the paths, in short
+  #known = "" // the state of the paths, in short
   /** @type {Point[]} */
   #room = [] // corners of what should be in view
   #fitted = false // whether a view has shown all paths
@@ -95,7 +95,7 @@ export class View {
   }
 
   /**
-   * How fast a body part is asked to move now: only the sign counts.
+   * The commanded speed of a body part now: only the sign counts.
    * @param {string} robot
    * @param {string} part
    * @param {keyof Velocity} axis
@@ -174,7 +174,7 @@ export class View {
   }
 
   /**
-   * Where a robot is, as far as that is known. One that is lost stays where it was `seen`, or where it should have been
+   * The place of a robot, as far as it is known. A lost one stays where it was `seen`, or where it should have been
    * then.
    * @param {string} name
    * @param {boolean} lost

@@ -1,12 +1,12 @@
 // @ts-check
-// Where Improv runs: behind a server, or on a website, in a worker of this browser.
+// The place of Improv: behind a server, or on a website, in a worker of this browser.
 
 import { connect as connectToServer } from "./connection.js"
 import { connect as connectToWorker, drawPaths, getToml, setToml } from "./worker-backend.js"
 import { fetchPaths } from "../controls/export.js"
 import * as songs from "./fetch-song.js"
 
-/** Whether this page is a website that has all of Improv with it. */
+/** True if this page is a website that has all of Improv with it. */
 export const isWebsite = document.querySelector('meta[name="improv-worker"]') !== null
 
 export const connect = isWebsite ? connectToWorker : connectToServer

@@ -14,8 +14,8 @@ const LONGEST_DELAY = 3000
 
 /**
  * Keeps a connection. `onChange` gets "refused" if the server expects another token. `onStop` gets whether a stop has
- * been waiting for a while to be confirmed, and for whom if that is known. Returns a function that sends a request; while there is no connection, it
- * sends only stops, until one is confirmed.
+ * been waiting for a while to be confirmed, and the names of those that have yet to obey it, if known. Returns a
+ * function that sends a request; while there is no connection, it sends only stops, until one is confirmed.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
  * @param {(waits: boolean, who: string) => void} onStop

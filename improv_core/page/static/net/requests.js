@@ -1,5 +1,5 @@
 // @ts-check
-// What a page may ask for, and the least and most of numbers. Written by `python -m tests.page_requests`
+// Requests of a page, and the least and most of their numbers. Written by `python -m tests.page_requests`
 // from the types in commands.py, editing.py, and messages.py.
 
 /** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */

@@ -7,7 +7,7 @@ import { withToken } from "./token.js"
 const AGAIN = 500 // milliseconds until a stop is sent again that is not confirmed
 const PATIENCE = 8000 // milliseconds that an answer may take: a stage that hangs may still read what it was sent
 const MOST = 3 // that may wait for an answer at the same time: browsers open only six connections
-const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
+const LATE = 300 // milliseconds after which the page shows that a stop is not confirmed
 
 export class Stops {
   page = randomName()
@@ -15,11 +15,11 @@ export class Stops {
   #pressed = 0 // stops so far
   #confirmed = 0
   #asked = 0 // how many wait for an answer
-  #ended = false // whether nobody answers any more
+  #ended = false // true once nobody answers anymore
   #again = 0 // the timer
   #late = 0 // the timer
 
-  /** @param {(waits: boolean, who: string) => void} onWait gets whether a stop has been waiting for a while, and for whom */
+  /** @param {(waits: boolean, who: string) => void} onWait gets whether a stop has been waiting for a while, and the names that have yet to obey it */
   constructor(onWait) {
     this.#onWait = onWait
   }

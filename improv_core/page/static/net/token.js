@@ -8,7 +8,7 @@ import { findA } from "../base/elements.js"
 const KEY = "improv.token"
 const given = findA("token", HTMLMetaElement).content
 
-/** Whether this page is in a frame, as in VS Code. */
+/** True if this page is in a frame, as in VS Code. */
 export const framed = window.top !== window.self
 
 /** Empty if the page was opened without a valid ticket, and this browser has no token for it. */

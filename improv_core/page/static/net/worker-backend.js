@@ -10,7 +10,7 @@ import { read } from "./messages.js"
 /** @import { Program } from "../website/local-program.js" */
 /** @typedef {{ message: string } | { ready: true } | { loaded: number, of: number } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
 
-const LATE = 300 // milliseconds after which people are told that a stop is not confirmed
+const LATE = 300 // milliseconds after which the page shows that a stop is not confirmed
 const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
 const HUNG = 8000 // milliseconds after which a worker that doesn't stop is ended
 const NO_ROOM = "not saved: this browser has no room for it, so save it as a file, with Share"

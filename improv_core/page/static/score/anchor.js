@@ -1,5 +1,5 @@
 // @ts-check
-// Where the paths of a score lie in the world. Ideally they begin at the start poses; a program that takes over begins
+// The places of a score's paths in the world. Ideally they begin at the start poses; a program that takes over begins
 // where the robots are, and a robot that was pushed or muted continues from where it is.
 
 import { joined, named, shift } from "../base/path.js"
@@ -23,13 +23,13 @@ export class Anchor {
     this.version++
   }
 
-  /** How paths are moved, by robot. */
+  /** The moves of paths, by robot. */
   get moved() {
     return this.#moved.entries()
   }
 
   /**
-   * How a robot's path is moved, or undefined.
+   * The move of a robot's path, or undefined.
    * @param {string} name
    */
   of(name) {

@@ -41,7 +41,7 @@ export class Clock {
   }
 
   /**
-   * Takes a transport message. Whether playback jumped to another place, such as by a seek or a restart.
+   * Takes a transport message. Returns whether playback jumped to another place, such as by a seek or a restart.
    * @param {Messages["transport"]} message
    */
   take(message) {
@@ -56,7 +56,7 @@ export class Clock {
     return this.transport.state === "playing"
   }
 
-  /** Whether nothing plays and the next thing played begins at the start. */
+  /** True if nothing plays and the next performance begins at the start. */
   get atStart() {
     return ["stopped", "ended", "waiting"].includes(this.transport.state)
   }
@@ -104,7 +104,7 @@ export class Clock {
   }
 
   /**
-   * Whether a robot stands still while the others play.
+   * Returns whether a robot stands still while the others play.
    * @param {string} robot
    */
   isSilent(robot) {

@@ -84,7 +84,7 @@ export class Reader {
 }
 
 /**
- * Where the words in a span begin: a pose has two, everything else one.
+ * The starts of the words in a span: a pose has two, everything else one.
  * @param {string[]} points of the text
  * @param {number[]} span
  */
@@ -95,7 +95,7 @@ export function starts(points, [start, end]) {
 }
 
 /**
- * How a word's velocity is drawn where it makes the velocity `here`: that may be reflected or retraced.
+ * The drawing of a word's velocity where it makes the velocity `here`: that may be reflected or retraced.
  * @param {Velocity} velocity
  * @param {Velocity} here
  */
@@ -149,7 +149,7 @@ export function shapes(stretches, first, last) {
 }
 
 /**
- * Whether the same words play on, at another speed.
+ * Returns whether the same words keep playing, at another speed.
  * @param {Stretch} before
  * @param {Stretch} now
  */
@@ -182,7 +182,7 @@ export function outline({ start, end, parts }, { axis }) {
 }
 
 /**
- * Which shapes belong together: for each run with the same key (undefined: none) its start, end and key. A run ends
+ * Groups of shapes: for each run with the same key (undefined: none) its start, end and key. A run ends
  * where its words start over, as in a repeat.
  * @param {Shape[]} shapes
  * @param {Reader} reader

@@ -1,5 +1,5 @@
 // @ts-check
-// What comes next in a score: its stretches, fetched from the server piece by piece as time passes.
+// The next part of a score: its stretches, fetched from the server piece by piece as time passes.
 
 import { after, along, named } from "../base/path.js"
 
@@ -38,9 +38,9 @@ export class Lookahead {
   #renews = false // whether the requested piece replaces what is known
   score
   /** @type {Map<string, Stretch[]>} */
-  robots = new Map() // what their bases do
+  robots = new Map() // the moves of their bases
   /** @type {Map<string, Stretch[]>} */
-  #body = new Map() // what body parts do, by robot and part
+  #body = new Map() // the moves of body parts, by robot and part
   version = 0 // changes with what is known
 
   /**
@@ -79,7 +79,7 @@ export class Lookahead {
   }
 
   /**
-   * Asks again for everything from shortly before a beat on: what is sensed decides what is played. Until the answer
+   * Asks again for everything from shortly before a beat on: senses decide the next moves. Until the answer
    * comes, what is known is shown.
    * @param {number} beat
    */
@@ -115,7 +115,7 @@ export class Lookahead {
   }
 
   /**
-   * What the base of a robot does, or one of its body parts.
+   * The moves of a robot's base, or of one of its body parts.
    * @param {string} name
    * @param {string | null} part
    */
@@ -124,7 +124,7 @@ export class Lookahead {
   }
 
   /**
-   * What the base of a robot does at a beat, or one of its body parts; or undefined.
+   * The move at a beat of a robot's base, or of one of its body parts; or undefined.
    * @param {string} name
    * @param {string | null} part
    * @param {number} beat
@@ -151,7 +151,7 @@ export class Lookahead {
   }
 
   /**
-   * Where a robot ideally is at a beat, or null where that is not known.
+   * The ideal place of a robot at a beat, or null if it is not known.
    * @param {string} name
    * @param {number} beat
    * @returns {Pose | null}

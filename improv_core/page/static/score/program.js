@@ -1,5 +1,5 @@
 // @ts-check
-// The program that plays and the one that takes over next: what is known of each, and where its paths lie.
+// The program that plays and the one that takes over next: the state of each, and the places of its paths.
 
 import { Anchor } from "./anchor.js"
 import { Lookahead } from "./lookahead.js"
@@ -32,14 +32,14 @@ export class Program {
     this.#send = send
   }
 
-  /** Takes a score. Whether it plays already. @param {Messages["score"]} message */
+  /** Takes a score. Returns whether it plays already. @param {Messages["score"]} message */
   takeScore(message) {
     const { generation } = message
     this.next = new Lookahead(message, (from, to) => this.#send({ type: "window", generation, from, to }))
     return this.#turnTo(this.#clock.transport.generation)
   }
 
-  /** Takes a transport. Whether another program has taken over. @param {Messages["transport"]} message */
+  /** Takes a transport. Returns whether another program has taken over. @param {Messages["transport"]} message */
   takeTransport({ generation, poses, beat }, /** @type {boolean} */ jumped) {
     const turned = this.#turnTo(generation)
     if (jumped && this.#clock.atStart) this.anchor.clear()

@@ -1,4 +1,4 @@
-// Which robots a click mutes or solos.
+// The robots that a click mutes or solos.
 
 /** @typedef {{ muted: string[], soloed: string[] }} Silenced */
 
@@ -7,7 +7,7 @@ export class Silence {
   /** @type {Silenced} */
   #told = { muted: [], soloed: [] }
   /** @type {Silenced[]} */
-  #asked = [] // what no message has confirmed yet
+  #asked = [] // requests that no message has confirmed yet
 
   /**
    * Takes in what a message says, which may be the answer to any of the requests.

@@ -8,7 +8,7 @@ import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } f
 /** @typedef {{ source: AudioBufferSourceNode, gain: GainNode, at: number, falls: number }} Voice `falls`: from when on it becomes silent */
 /** @typedef {{ buffer: AudioBuffer, firstBeat: number, volume: number }} Song */
 /**
- * What the page knows of the performance.
+ * The page's state of the performance.
  * @typedef {object} Performance
  * @property {{ state: string, beat: number, beats: number | null, tempo: number, wall: number }} transport
  * @property {number} ahead by how many seconds the server's Unix time is ahead of the page's `performance.now()`
@@ -19,7 +19,7 @@ import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } f
  * @property {Song | null} song
  */
 
-const SURE = 2 // looks after which it is known how late what is played is heard,
+const SURE = 2 // looks after which the delay of the sound is known,
 const BEGINNING = 1 // or seconds of the context: hidden pages look rarely
 const PERIOD = 40 // milliseconds between two looks
 const LEAD = 0.02 // seconds from a decision to the sound
@@ -60,12 +60,12 @@ export class Audio {
     this.#volume.connect(this.#context.destination)
   }
 
-  /** Whether the browser lets this page be heard. */
+  /** True if the browser lets this page make sound. */
   get isOn() {
     return this.#context.state === "running"
   }
 
-  /** Asks the browser to let this page be heard, which needs a click. */
+  /** Asks the browser to let this page make sound, which needs a click. */
   async turnOn() {
     if (!this.isOn) await this.#context.resume()
   }
@@ -104,7 +104,7 @@ export class Audio {
   }
 
   /**
-   * What is heard at a time of the page, in seconds: the position in the song; null if it is silent or in grains.
+   * The position in the song that is heard at a time of the page, in seconds; null if it is silent or in grains.
    * @param {number} page
    */
   position(page) {

@@ -1,5 +1,5 @@
 // @ts-check
-// Where in a song a grain joins best what comes before it: where the sound is most alike.
+// The place in a song where a grain joins best with the one before it: where the sound is most alike.
 
 const OVERLAP = 0.012 // seconds that are compared
 const REACH = 0.005 // seconds around the wanted position
@@ -36,7 +36,7 @@ export function align(samples, perSecond, from, wanted) {
 }
 
 /**
- * How alike the sound is in two places, from -1 to 1.
+ * The similarity of the sound in two places, from -1 to 1.
  * @param {Float32Array} samples
  * @param {number} one
  * @param {number} two

@@ -1,12 +1,12 @@
 // @ts-check
-// When which sound is heard: a song and a click, locked to the beat. Pure: nothing here knows a browser. All times are
-// in seconds on the audio context's clock, as heard: what the context plays at a time is heard at that time.
+// The times of sounds: a song and a click, locked to the beat. Pure: nothing here knows a browser. All times are in
+// seconds on the audio context's clock, as heard: a sound that the context plays at a time is heard at that time.
 
 /** @typedef {{ time: number, beat: number, pace: number, until: number }} BeatLine at `time` it is this beat, and beats pass at `pace` a second, up to beat `until` */
-/** @typedef {{ time: number, position: number, rate: number }} SongLine at `time` this position of the song is to be heard, in seconds from its beginning, and positions pass at this rate */
-/** @typedef {{ page: number, audio: number }} Hearing at this time of the page, in seconds, what the context plays at this time of its own is heard */
+/** @typedef {{ time: number, position: number, rate: number }} SongLine at `time` the song should be at `position`, in seconds from its beginning, and positions pass at `rate` */
+/** @typedef {{ page: number, audio: number }} Hearing at time `page` of the page, in seconds, the sound of time `audio` of the context is audible */
 /**
- * What plays: the song itself from a position on, at a speed; or grains of it up to a time, made for a line.
+ * A sound that plays: the song itself from a position on, at a speed; or grains of it up to a time, made for a line.
  * @typedef {{ kind: "song", time: number, position: number, speed: number }} PlaysSong
  * @typedef {{ kind: "grains", until: number, line: SongLine, next: number | null }} PlaysGrains `next`: the position that follows the last grain
  * @typedef {PlaysSong | PlaysGrains | null} Plays
@@ -28,7 +28,7 @@ const FINEST = 0.0001 // of the speed: smaller changes are not worth it
 const SMEAR = 0.01 // seconds by which a grain may be off at its ends
 const SHORTEST = 0.03 // seconds of a grain
 const LONGEST = 0.25
-const BEGINNING = 0.5 // seconds after which a browser that doesn't say what is heard at least knows its latency
+const BEGINNING = 0.5 // seconds after which a browser that doesn't report what is audible at least knows its latency
 const KEPT = 15 // hearings
 const OLD = 5 // seconds after which one no longer counts: two clocks drift
 const MOVED = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
@@ -37,8 +37,8 @@ const SAME = 0.003 // seconds by which clicks may be off before they are schedul
 const LATE = 0.05 // seconds by which a click may be late: beyond that, there is none
 
 /**
- * What is heard now, as a browser says it: which time of its own the context plays when. A browser that doesn't say that
- * may know how late it is heard, but not while it has only begun: then null.
+ * The sound that is heard now, as the browser reports it: a time of the context, and the time at which it is audible. A
+ * browser that doesn't report that may know its latency, but not while it has only begun: then null.
  * @param {{ contextTime?: number, performanceTime?: number }} stamp of the output, the page's in milliseconds
  * @param {{ currentTime: number, outputLatency?: number, baseLatency?: number }} context
  * @param {number} now of the page, in seconds
@@ -50,8 +50,8 @@ export function hearing({ contextTime = 0, performanceTime = 0 }, { currentTime,
 }
 
 /**
- * The hearings to go by after another one. If what is heard has moved, such as after a sleep or to another loudspeaker,
- * those before don't count; a single one that is far off says only that the machine was busy.
+ * The hearings that count after another one. If the sound has moved, such as after a sleep or to another loudspeaker,
+ * earlier ones don't count; a single one that is far off shows only that the machine was busy.
  * @param {Hearing[]} hearings
  * @param {Hearing} hearing
  */
@@ -62,7 +62,7 @@ export function heard(hearings, hearing) {
   return moved ? latest : all
 }
 
-/** How many seconds the audio context's clock is ahead of the page's, for what is heard. @param {Hearing[]} hearings */
+/** Seconds by which the audio context's clock is ahead of the page's, for audible sound. @param {Hearing[]} hearings */
 export function shift(hearings) {
   const shifts = hearings.map(({ page, audio }) => audio - page).sort((one, two) => one - two)
   return shifts[Math.floor(shifts.length / 2)] ?? 0
@@ -102,7 +102,7 @@ function timeAt({ time: begun, beat: first, pace }, beat) {
 }
 
 /**
- * What is to be heard of a song; null if nothing is.
+ * The part of a song that should be heard; null if none should.
  * @param {BeatLine | null} line
  * @param {{ firstBeat: number, tempo: number }} song where beat 0 is in it, and the tempo at which it has its own speed
  * @returns {SongLine | null}
@@ -120,7 +120,7 @@ export function positionAt({ time: begun, position, rate }, time) {
 }
 
 /**
- * What has to be done so that the right position is heard: nothing, a bend, a jump with a fade, or grains, which keep
+ * The steps to get to the right position: nothing, a bend, a jump with a fade, or grains, which keep
  * the pitch at another speed. `now` is the earliest time for which something can be scheduled, and `ahead` the time up
  * to which it should be. `length` is that of the song, and `align` finds the position near `wanted` at which a grain
  * joins best what comes after `from`.
@@ -172,7 +172,7 @@ function grains(plays, line, { now, ahead, length, align, acts }) {
   return [{ kind: "grains", until, line, next }, acts]
 }
 
-/** How long a grain is, in seconds: short enough that nothing in it is heard too early or too late. @param {number} rate */
+/** The length of a grain in seconds: short enough that nothing in it is heard too early or too late. @param {number} rate */
 export function grainLength(rate) {
   return Math.min(Math.max((2 * SMEAR * rate) / Math.abs(1 - rate), SHORTEST), LONGEST)
 }

@@ -24,7 +24,7 @@ export class Sound {
   #waveform = new Waveform((firstBeat) => this.#moveSong(firstBeat), () => this.#tellFirstBeat())
   /** @type {number[]} */
   #taps = []
-  /** Where people have moved the song, and what the score said then. @type {{ name: string, firstBeat: number, told: number } | null} */
+  /** The place to which people have moved the song, and the score's place then. @type {{ name: string, firstBeat: number, told: number } | null} */
   #placed = null
   /** Has beat 0 written into improv.toml, and a tempo into the program; null if nobody can. @type {{ firstBeat: (seconds: number) => void, tempo: (tempo: number) => void } | null} */
   write = null
@@ -32,7 +32,7 @@ export class Sound {
   #audio = null
   /** @type {Audio | null} */
   #loaded = null
-  #open = false // whether the server is heard
+  #open = false // true while the page is connected
   /** @type {Pick<Messages["score"], "tempo" | "bar" | "generation"> | null} */
   #score = null
   /** @type {Music | null} */
@@ -77,12 +77,12 @@ export class Sound {
     if (settings.get("clicks", false)) this.#setClicks(true)
   }
 
-  /** What plays, for whoever measures it. */
+  /** The sound that plays, for measurements. */
   get audio() {
     return this.#loaded
   }
 
-  /** Whether the server is heard: without it, nobody knows whether robots still dance. @param {boolean} open */
+  /** Takes the state of the connection: without the server, nobody knows whether robots still dance. @param {boolean} open */
   connect(open) {
     this.#open = open
     if (open && this.#music) this.#load(this.#music)
@@ -116,7 +116,7 @@ export class Sound {
     this.#run()
   }
 
-  /** Whether there is something to play. */
+  /** True if there is something to play. */
   get #has() {
     return this.#clicks || this.#song !== null
   }
@@ -131,7 +131,7 @@ export class Sound {
     return this.#dropped?.name ?? this.#served?.file ?? ""
   }
 
-  /** Where beat 0 is in the song: where people have moved it, until improv.toml says something new. */
+  /** The place of beat 0 in the song: the one to which people have moved it, until improv.toml has a new one. */
   get #firstBeat() {
     const told = this.#music?.first_beat ?? 0
     return this.#placed?.name === this.#name && this.#placed.told === told ? this.#placed.firstBeat : told

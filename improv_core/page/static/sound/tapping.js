@@ -3,7 +3,7 @@
 
 export const ENOUGH = 8 // taps
 const KEPT = 32
-const PAUSE = 2.5 // seconds after which taps begin anew
+const PAUSE = 2.5 // seconds after which taps start over
 const [SLOWEST, FASTEST] = [20, 400] // beats a minute
 
 /**

@@ -27,7 +27,7 @@ export function shapeOf(buffer) {
 }
 
 /**
- * How loud the song is at each pixel of a stretch of the timeline; -1 where there is no song.
+ * The loudness of the song at each pixel of a stretch of the timeline; -1 where there is no song.
  * @param {Shape} shape
  * @param {Fit} fit
  * @param {Stretch} stretch
@@ -45,7 +45,7 @@ export function heights({ loud, perSecond, seconds }, { firstBeat, tempo }, { le
 }
 
 /**
- * Where beat 0 is after the song was moved by so many pixels to the right, in seconds, to the millisecond.
+ * The place of beat 0 after the song was moved by so many pixels to the right, in seconds, to the millisecond.
  * @param {Fit} fit
  * @param {number} scale
  * @param {number} pixels

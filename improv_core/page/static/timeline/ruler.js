@@ -24,7 +24,7 @@ export const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", 
 const LEAST_BEAT = 6 // pixels between the lines of beats within a bar
 
 /**
- * Draws lines at beats, or at bars and thinner ones at their beats, and their numbers. Where there is little room, only
+ * Draws lines at beats, or at bars and thinner ones at their beats, and their numbers. With little room, only
  * every second one, fourth, or eighth. Scenes begin with their names.
  * @param {Pen} pen
  * @param {Ruler} ruler

@@ -42,7 +42,7 @@ export class TimelineRows {
   }
 
   /**
-   * Where a row begins, in pixels.
+   * The start of a row, in pixels.
    * @param {Heights} heights
    * @param {number} index
    */

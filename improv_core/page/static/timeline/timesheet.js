@@ -343,7 +343,7 @@ export class TimelineSheet {
   }
 
   /**
-   * Whether a lane holds the word of the previous item while another lane moves on.
+   * Returns whether a lane holds the word of the previous item while another lane moves on.
    * @param {Shape} before
    * @param {Shape} now
    * @param {number} at

@@ -10,7 +10,7 @@ const KEY = "improv.class"
 const IN_LINK = /^#class=([A-Za-z0-9]{1,12})$/
 const AGAIN = 1100 // milliseconds: one dance in a second
 
-/** Whether this page belongs to a class. */
+/** True if this page belongs to a class. */
 export const isClass = document.querySelector('meta[name="improv-class"]') !== null
 
 export class Class {

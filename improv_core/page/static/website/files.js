@@ -72,7 +72,7 @@ export async function textOf(file) {
   }
 }
 
-/** Whether somebody has closed the window in which a file is chosen. @param {unknown} problem */
+/** Returns whether somebody has closed the window in which people choose a file. @param {unknown} problem */
 function wasLeft(problem) {
   return problem instanceof DOMException && problem.name === "AbortError"
 }

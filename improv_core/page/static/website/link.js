@@ -24,7 +24,7 @@ export async function fragmentOf({ text, toml, beat }) {
   return `#${KEY}${inBase64(await piped(bytes, new CompressionStream("deflate-raw"), Infinity))}`
 }
 
-/** Whether a link with this fragment is too long to be passed on. @param {string} link */
+/** Returns whether a link with this fragment is too long to pass on. @param {string} link */
 export const isTooLong = (link) => link.length > LONGEST
 
 /**
@@ -66,7 +66,7 @@ export function decoded(fragment) {
 }
 
 /**
- * What a stream makes of bytes; null if that is more than `most`.
+ * The output of a stream for bytes; null if that is more than `most`.
  * @param {Uint8Array<ArrayBuffer>} bytes
  * @param {CompressionStream | DecompressionStream} stream
  * @param {number} most

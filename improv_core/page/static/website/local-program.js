@@ -13,7 +13,7 @@ turtle1 $ repeat 4 (forward left)
 const NO_ROOM = "this browser has no room for another dance: save yours as a file, with Share, and open the link again"
 
 /**
- * How a program was saved last, its improv.toml, and whether a link brought both, and nobody has changed them since then.
+ * A program as saved last, its improv.toml, and whether a link brought both, and nobody has changed them since then.
  * @typedef {{ text: string, revision: string, toml: string, linked?: boolean }} Program
  */
 
@@ -21,7 +21,7 @@ export const path = "dance.improv"
 
 /**
  * The program to begin with, the beat at which it begins first, and a line if the address holds one that can't be
- * opened. What a link brings takes the place of what was kept, which the page then offers, unless that came by a link, too.
+ * opened. A program from a link replaces the kept one, which the page then offers, unless it came by a link, too.
  * @returns {Promise<{ program: Program, beat: number, problem: string }>}
  */
 export async function openProgram() {

@@ -19,7 +19,7 @@ export class Share {
 
   /**
    * @param {Saving} saving has the text on the page
-   * @param {() => number} getBeat where the dance stands, if somebody has paused it: whoever opens the link begins there
+   * @param {() => number} getBeat the position of a paused dance: people who open the link begin there
    */
   constructor(saving, getBeat) {
     this.#saving = saving

@@ -171,7 +171,7 @@ class Performance:
             name, simulated = name_of(document.uri), bool(only and only.ghost)
             generation = await playback.play(PlayScore(ready.score, name, asked, when, bar, simulated=simulated))
         except StageError as error:
-            self._say_why(error)
+            self._report_failure(error)
             return
         if generation is None:
             if self._playback not in (None, playback):  # others replaced the stages that it waited for
@@ -231,7 +231,7 @@ class Performance:
         try:
             await playback.open()
         except StageError as error:
-            self._say_why(error)
+            self._report_failure(error)
             return None
         if not playback.state.page:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
@@ -285,7 +285,7 @@ class Performance:
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
-        self._rest()
+        self._stop_followers()
         playback, self._playback = self._playback, None
         await asyncio.gather(*self._closing, *([playback.close()] if playback else []))
 
@@ -328,7 +328,7 @@ class Performance:
         elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
             if self._only and self._only.moved:
                 self._editor.warn("this rehearsal doesn't begin at the starts: play the program to move them")
-            elif asked := _in_program(message, self._only):
+            elif asked := _without_ghost(message, self._only):
                 self._editor.soon(self._placing.offer(self.playing.latest.uri, asked))
         elif message["type"] == "fault":
             if leads:
@@ -339,7 +339,7 @@ class Performance:
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
             if message["type"] == "gone" and leads:
-                self._rest()
+                self._stop_followers()
                 self.playing.gone()
                 self._hinting.clear()
             if message["type"] == "gone":
@@ -376,14 +376,14 @@ class Performance:
         if message["state"] in ("stopped", "ended"):
             self.keys.release()
 
-    def _rest(self) -> None:
+    def _stop_followers(self) -> None:
         """Stop all objects that follow the performance."""
         self._progress.stop()
         self._hinting.stop()
         self.live.stop()
         self.keys.release()
 
-    def _say_why(self, error: StageError) -> None:
+    def _report_failure(self, error: StageError) -> None:
         self._editor.report(f"Improv can't play: {error}")
 
     def _show(self, playback: Playback) -> None:
@@ -391,7 +391,7 @@ class Performance:
         self._editor.soon(show_page(self._editor, playback))
 
 
-def _in_program(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
+def _without_ghost(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
     """Return the part of a request that can be written: a ghost is in no program."""
     if asked["type"] == "form" or not only or not only.ghost:
         return asked

@@ -21,7 +21,7 @@ from improv_ls.documents import Document, RobotsFile, name_of, robots_file_now
 from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
-UNSUNG = "its section [music] is missing, or written in an unusual form"
+SONG_NOT_WRITTEN = "its section [music] is missing, or written in an unusual form"
 """The reason in a message if `first_beat` could not be written."""
 
 
@@ -47,7 +47,7 @@ class Placing:
             name = name_of(uri)
             edits = changed.edits if changed else None
             if edits is None:
-                why = UNSUNG if asked["type"] == "tune" else UNPLACED
+                why = SONG_NOT_WRITTEN if asked["type"] == "tune" else UNPLACED
                 self._editor.warn(f"{name} was not changed: {why}")
             elif not self._editor.can("workspace.apply_edit"):
                 lines = " and ".join(f"`{line}`" for edit in edits for line in edit.text.split("\n") if line.strip())

@@ -25,16 +25,16 @@ class TypedAnswers:
     async def to(self, question: str) -> str:
         """Ask a question and return the line that answers it, without spaces around it. Raises CommandError if nobody
         can answer."""
-        self._drop()
+        self._drop_typed()
         self.say(question)
         while b"\n" not in self._read:
-            if not (more := await _more()):
+            if not (more := await _next_bytes()):
                 raise CommandError("no answer: nothing was changed")
             self._read += more
         line, self._read = self._read.split(b"\n", 1)
         return line.decode(errors="replace").strip()
 
-    def _drop(self) -> None:
+    def _drop_typed(self) -> None:
         """Drop lines that people typed before the question: an answer may move robots, so it must be meant."""
         if os.name != "nt" and sys.stdin and sys.stdin.isatty():
             import termios
@@ -43,7 +43,7 @@ class TypedAnswers:
             termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 
 
-async def _more() -> bytes:
+async def _next_bytes() -> bytes:
     """Read the next bytes on a thread that can be abandoned, so that Ctrl-C ends the command at once."""
     loop = asyncio.get_running_loop()
     found: asyncio.Future[bytes] = loop.create_future()

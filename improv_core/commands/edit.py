@@ -160,20 +160,20 @@ class _Desk:
 
     async def follow(self) -> None:
         """Report changes of the file or its `improv.toml` by other programs, forever."""
-        held = self._held()
+        contents = self._contents()
         async for _ in changes(self._path.parent):
-            if self._held() == held:  # not the times: another program may set them, and clocks are coarse
+            if self._contents() == contents:  # not the times: another program may set them, and clocks are coarse
                 continue
             await settle(self._path)
-            held = self._held()
-            self._look()
+            contents = self._contents()
+            self._show_changes()
 
-    def _held(self) -> Sequence[bytes]:
+    def _contents(self) -> Sequence[bytes]:
         """Return the content of the file, its `improv.toml`, and the URDFs that it names, or why they can't be read."""
         files = [self._path, find_robots_file(self._path.parent), *self._robots.urdfs]
         return [_content(path) for path in files if path]
 
-    def _look(self) -> None:
+    def _show_changes(self) -> None:
         """Show pages the content of the file and its `improv.toml`, if it is new."""
         robots = robots_or_problem(self._path.parent)
         try:
@@ -197,7 +197,7 @@ class _Desk:
         except WriteError as problem:
             self._performing.screen.complain(f"improv: {problem}")
             self._answer(page, {"type": "written", "number": ask["number"], "revision": "", "problem": str(problem)})
-            self._look()  # the page has to choose
+            self._show_changes()  # the page has to choose
             return
         revision = self._version.revision
         self._answer(page, {"type": "written", "number": ask["number"], "revision": revision, "problem": ""})

@@ -58,7 +58,7 @@ class NewFile:
         """Finish writing. Raises OSError."""
         self.file.flush()
         if not private:
-            _take_after(self.file.fileno(), self.target)
+            _copy_attributes(self.file.fileno(), self.target)
         os.fsync(self.file.fileno())
         self.file.close()
 
@@ -178,7 +178,7 @@ def _locked(name: str) -> int | None:
     return opened
 
 
-def _take_after(new: int, target: Path) -> None:
+def _copy_attributes(new: int, target: Path) -> None:
     """Give a new file the owner, the group, the permissions, and the attributes of the file it replaces, or the usual
     permissions if there is none. Raises OSError."""
     if sys.platform == "win32":

@@ -101,7 +101,7 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
         yield name, path.read_bytes()
     yield "examples.json", json.dumps(_examples()).encode()
     yield from _songs().items()
-    docs = _brought("docs")
+    docs = _repository_folder("docs")
     texts = [(docs / name).read_text(encoding="utf-8") for name in ("tutorial.md", "lesson.md")]
     pages = guide(*texts)
     yield "guide.json", json.dumps(pages).encode()
@@ -154,7 +154,7 @@ def _index(loaded: Mapping[str, bytes]) -> str:
 
 def _examples() -> list[Mapping[str, str]]:
     """Return the programs of the gallery: those without an `improv.toml` first, starting with the simplest."""
-    root = _brought("examples")
+    root = _repository_folder("examples")
     folders = {"": root, **{each.name: each for each in root.iterdir() if each.is_dir()}}
     found = [
         (folder, each, (inside / FILE_NAME).read_text(encoding="utf-8") if folder else "")
@@ -167,7 +167,7 @@ def _examples() -> list[Mapping[str, str]]:
 
 def _songs() -> Mapping[str, bytes]:
     """Return the songs of the gallery, by the paths at which the page looks for songs that an `improv.toml` names."""
-    root = _brought("examples")
+    root = _repository_folder("examples")
     inside = [each for folder in root.iterdir() if folder.is_dir() for each in folder.iterdir()]
     return {f"songs/{each.name}": each.read_bytes() for each in inside if is_song(each.name)}
 
@@ -178,7 +178,7 @@ def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
     return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": picture}
 
 
-def _brought(name: str) -> Traversable:
+def _repository_folder(name: str) -> Traversable:
     """Return a folder of the repository that the wheel contains."""
     ours = resources.files("improv_core.website") / name
     return ours if ours.is_dir() else Path(__file__).parents[2] / name

@@ -29,7 +29,7 @@ def play(ls: Session, *arguments: Any) -> None:
     """
     refresh_robots(ls)
     if file := ls.robots_files.get(_path(arguments)):
-        _try(ls, file, arguments[1:])
+        _play_trial(ls, file, arguments[1:])
         return
     document, rest = _program(ls, arguments)
     if not document:
@@ -178,7 +178,7 @@ def _wanted(ls: Session, document: Document, rest: Sequence[Any]) -> Span | str 
     return to_span(lines, place, ls.editor.encoding) if place else None
 
 
-def _try(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:
+def _play_trial(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:
     """Have a robot of an `improv.toml` take a step."""
     if len(rest) == 1 and isinstance(rest[0], str) and rest[0] in read_robots(file.lines.text).robots:
         analysis = trial(file.lines.text, path_of(file.uri), rest[0])

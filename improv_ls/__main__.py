@@ -33,7 +33,7 @@ def main() -> None:
 
 
 def _load_types() -> None:
-    """Load lsprotocol's types without what nothing here needs: their slots and their `repr`s.
+    """Load lsprotocol's types without the parts that nothing here needs: their slots and their `repr`s.
 
     That takes 0.1 s and 5 MB less. Their code is compiled each time, and its source kept for tracebacks.
     """

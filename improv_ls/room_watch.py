@@ -1,4 +1,4 @@
-"""Has the rooms of open programs checked, one at a time, whenever nobody has typed for a moment."""
+"""Has the meetings in open programs checked, one program at a time, whenever nobody has typed for a moment."""
 
 from __future__ import annotations
 

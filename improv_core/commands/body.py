@@ -34,7 +34,7 @@ from improv_core.robots.urdf_sections import sections
 def command(file: Path | None, topic: str | None, profile: str | None, parts: tuple[str, ...]) -> None:
     """Print the sections of improv.toml for a robot's body, from its URDF.
 
-    FILE is a URDF. Check what is printed before you add it to improv.toml: a URDF doesn't say which direction of a part
+    FILE is a URDF. Check the output before you add it to improv.toml: a URDF doesn't say which direction of a part
     a joint is, so each is a proposal.
     """
     tips = dict(map(_tip, parts))

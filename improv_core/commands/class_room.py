@@ -53,8 +53,8 @@ NOWHERE = ("192.0.2.1", 9)
 def command(site: Path, address: str | None, port: int, file: Path | None) -> None:
     """Let a class write dances on tablets, and play them in the simulator.
 
-    SITE is a folder that `improv site` has built. Everybody on the room's network can load it from this machine; who
-    knows the room's code can send dances. Only this machine has the teacher's page. Ctrl-C ends the class, and nothing
+    SITE is a folder that `improv site` has built. Everybody on the room's network can load it from this machine, and
+    send dances with the room's code. Only this machine has the teacher's page. Ctrl-C ends the class, and nothing
     of it is kept.
     """
     robots = _robots(file) if file else None

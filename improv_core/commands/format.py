@@ -21,7 +21,7 @@ from improv_core.storage.compare_and_swap import swap_text
 from improv_core.syntax.formatter import format_text
 
 PAGES = ".md"
-# Every fenced block, so that a fence shown inside a longer one is not mistaken for a block of its own.
+# Every fenced block, so that a fence shown inside a longer one does not count as a block.
 _BLOCK = re.compile(
     r"^(?P<head>(?P<indent>[ \t]*)(?P<fence>`{3,}|~{3,})(?P<language>[^`\r\n]*)\r?\n)"
     r"(?P<code>.*?)(?P<foot>^[ \t]*(?P=fence)[`~]*[ \t]*\r?$)",

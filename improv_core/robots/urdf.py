@@ -26,7 +26,7 @@ MOST_ELEMENTS = 200_000
 DEEPEST = 100
 """Elements within one another; in a URDF, four are."""
 LONGEST_TAG = 200_000
-"""Bytes of a tag or of a text: what lies between two `<`."""
+"""Bytes of a tag or of a text: everything between two `<`."""
 
 
 class UrdfError(Exception):

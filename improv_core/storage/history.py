@@ -1,7 +1,7 @@
-"""The programs that played, each in a file of its own in a folder that only its user can read.
+"""The programs that played, each in its own file in a folder that only its user can read.
 
-A file is named for when it played, and its first line is a comment that says so. The rest is the program, word for
-word: people can read and copy it with any tool. No file is ever changed, so several processes need no lock.
+The name of a file is the time when it played, and its first line is a comment with that time. The rest is the program,
+word for word: people can read and copy it with any tool. No file is ever changed, so several processes need no lock.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Writes the language's words into the files that color them without a server: `python editors/generate.py`.
+"""Write the language's words into the files that color them without a server: `python editors/generate.py`.
 
 The words come from `improv_core/syntax/vocabulary.py`. It also writes the JSON schema of `improv.toml`, for TOML tools,
 from `improv_core/robots/schema.py`. `--check` writes nothing, and fails if a file is out of date.
@@ -26,7 +26,7 @@ GROUPS = {
     "conditional": of_kind(Kind.IF, Kind.ELSE, Kind.NOT),
     "plane": of_kind(Kind.PLANE),
 }
-"""The words that have the same color."""
+"""Words that have the same color."""
 
 
 def main() -> None:
@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def files() -> Iterator[tuple[Path, str]]:
-    """Each file that is written, and its text."""
+    """Yield each generated file and its text."""
     yield EDITORS / "tree-sitter-improv" / "words.json", _tree_sitter()
     yield EDITORS.parent / "docs" / "improv.schema.json", json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     yield EDITORS / "emacs" / "improv-words.el", _emacs()
@@ -87,7 +87,7 @@ def _kate() -> Iterator[tuple[str, str]]:
 
 
 def _rewritten(file: str, lists: Iterator[tuple[str, str]]) -> tuple[Path, str]:
-    """A file with generated word lists: each list follows the text that its pattern matches."""
+    """Return a file with generated word lists: each list follows the text that its pattern matches."""
     path = EDITORS / file
     text = path.read_text(encoding="utf-8")
     for pattern, words in lists:

@@ -1,4 +1,4 @@
-"""Puts the launch file and the command where ROS 2 looks for them. Improv itself comes from pip."""
+"""Install the launch file and the command where ROS 2 looks for them. Improv itself comes from pip."""
 
 from setuptools import setup
 

@@ -1,4 +1,4 @@
-"""A program with every kind of word, and how an editor colors it by its own means, without a server or a grammar."""
+"""A program with every kind of word, and its colors in an editor without a server or a grammar."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PROGRAM = "".join(" ".join(word for word, _ in line) + "\n" for line in _WORDS)
 
 
 def expected(colors: Mapping[str, str], plain: str = "") -> list[list[str]]:
-    """Each word of the program and its color, given the color of each kind. Words of no kind are plain."""
+    """Return each word of the program and its color, given the color of each kind. Words of no kind are plain."""
     return [[word, colors[kind] if kind else plain] for line in _WORDS for word, kind in line]
 
 
@@ -54,11 +54,11 @@ endfor
 call writefile([json_encode(s:found)], $IMPROV_COLORS)
 qall!
 """
-"""Writes each word and its syntax group, in Vim and in Neovim."""
+"""A script that writes each word and its syntax group, in Vim and in Neovim."""
 
 
 def in_vim_syntax() -> list[list[str]]:
-    """What SCRIPT finds in a program that is colored by `improv.vim`."""
+    """Return the words and groups that SCRIPT writes for a program that `improv.vim` colors."""
     kinds = {kind for line in _WORDS for _, kind in line}
     found = expected({kind: f"improv{kind.capitalize()}" for kind in kinds})
     head = len(_WORDS[0]) + next(index for index, (word, _) in enumerate(_WORDS[1]) if word == "=")
@@ -68,7 +68,7 @@ def in_vim_syntax() -> list[list[str]]:
 
 
 def written(folder: Path) -> tuple[Path, Path, dict[str, str]]:
-    """The program and the script as files, and the environment that says where the script writes what it finds."""
+    """Write the program and the script to files. Return their paths, and variables that name the script's output."""
     program, script = folder / "colors.improv", folder / "colors.vim"
     program.write_text(PROGRAM)
     script.write_text(SCRIPT)

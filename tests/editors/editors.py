@@ -1,4 +1,4 @@
-"""Where the editors are, and what they have started."""
+"""The paths of the editors, and the processes that they have started."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from tests.processes import wait_until_gone
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 240.0
-"""Seconds a whole session in an editor may take, on a busy machine."""
+"""Seconds that a whole session in an editor may take on a busy machine."""
 END_LIMIT = 60.0
-"""Seconds after which nothing that an editor has started may run any more."""
+"""Seconds after which no process that an editor has started may still run."""
 
 
 def find(variable: str, fetched: str) -> str:
-    """The editor that the environment names, or that fetch.sh has unpacked."""
+    """Return the path of the editor that the environment names, or that fetch.sh has unpacked."""
     path = os.environ.get(variable) or str(ROOT / ".cache" / fetched)
     if not Path(path).is_file():
         lacking(f"no {path}: run tests/editors/fetch.sh {fetched.split('/')[0]}, or set {variable}")
@@ -31,7 +31,7 @@ def find(variable: str, fetched: str) -> str:
 
 @contextmanager
 def nothing_left() -> Iterator[dict[str, str]]:
-    """An environment for an editor; on leaving, the editor and all it has started must come to an end."""
+    """Yield an environment for an editor. On exit, the editor and all processes that it has started must end."""
     env = {**os.environ, "IMPROV_TEST": str(uuid4())}
     yield env
     processes = {}
@@ -42,12 +42,12 @@ def nothing_left() -> Iterator[dict[str, str]]:
 
 
 def noting_browser(path: Path, page: Path) -> None:
-    """Make a person's browser: all it does is to note the address in a file."""
+    """Make a browser that only writes the address to a file."""
     program(path, f'echo "$1" >"{page}.new" && mv "{page}.new" "{page}"')
 
 
 def slow_server(folder: Path) -> tuple[Path, Path]:
-    """A server that starts only once a file is there, its gate: the paths of both."""
+    """Make a server that starts only once a file, its gate, exists. Return the paths of both."""
     server, gate = folder / "slow-improv-ls", folder / "gate"
     wait = f'while [ ! -e "{gate}" ]; do kill -0 $PPID || exit; sleep 0.1; done'
     server.write_text(f'#!/bin/sh\n{wait}\nexec "{sys.executable}" -m improv_ls "$@"\n')
@@ -56,7 +56,7 @@ def slow_server(folder: Path) -> tuple[Path, Path]:
 
 
 def started_from(env: Mapping[str, str]) -> dict[int, dict[str, str]]:
-    """The processes that have inherited this environment, each with its own environment."""
+    """Return the processes that have inherited this environment, each with its own environment."""
     found = {}
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -70,14 +70,14 @@ def started_from(env: Mapping[str, str]) -> dict[int, dict[str, str]]:
 
 
 def program_of(pid: int) -> str:
-    """The name of the program that a process runs; nothing if it has ended."""
+    """Return the name of the program that a process runs, or an empty text if it has ended."""
     with suppress(OSError):
         return Path(f"/proc/{pid}/exe").resolve().name
     return ""
 
 
 def servers_from(env: Mapping[str, str]) -> list[int]:
-    """The language servers among the processes that have inherited this environment, even those that have not begun."""
+    """Return the language servers that have inherited this environment, even those that are only about to start."""
 
     def is_server(pid: int) -> bool:
         try:
@@ -91,7 +91,7 @@ def servers_from(env: Mapping[str, str]) -> list[int]:
 
 
 def kill_servers(env: Mapping[str, str]) -> list[int]:
-    """Kill the language servers of an editor; which they were."""
+    """Kill the language servers of an editor. Return their process ids."""
     killed = servers_from(env)
     for pid in killed:
         os.kill(pid, signal.SIGKILL)

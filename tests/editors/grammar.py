@@ -12,12 +12,12 @@ from tests.needs import need
 
 
 def tool() -> str:
-    """tree-sitter's command line."""
+    """Return the path of tree-sitter's command line."""
     return find("TREE_SITTER", "tree-sitter/usr/bin/tree-sitter")
 
 
 def run(commands: str, env: Mapping[str, str]) -> None:
-    """Run what a page of instructions says, in the repository, in this environment beside the process's own."""
+    """Run commands from a page of instructions in the repository; this environment adds to the process's own."""
     need("node"), need("cc")
     path = f"{Path(tool()).parent}:{os.environ['PATH']}"
     done = subprocess.run(

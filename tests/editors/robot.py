@@ -1,4 +1,4 @@
-"""Watches the simulated robots as their page does: `python -m tests.editors.robot URL moves|stands`.
+"""Watch the simulated robots as their page does: `python -m tests.editors.robot URL moves|stands`.
 
 The URL has a ticket that nothing else has used, or the page's token.
 """
@@ -20,15 +20,15 @@ from aiohttp import ClientWebSocketResponse
 from tests.page import connected, live_behind
 
 LIMIT = 60.0
-"""Seconds a robot may take to do what is waited for, on a busy machine."""
+"""Seconds to wait for a robot on a busy machine."""
 AWAY = 0.5
-"""A robot so many meters from where it was first seen has moved."""
+"""Meters from its first pose after which a robot counts as moved."""
 STILL = 1.0
-"""A robot that keeps its pose for so many seconds stands; a page hears of every change within 1/60 s."""
+"""Seconds with the same pose after which a robot stands; a page gets every change within 1/60 s."""
 
 
 async def moves(url: str) -> None:
-    """Return once a robot is away from where it was."""
+    """Return once a robot has moved."""
     async with asyncio.timeout(LIMIT), _live(url) as live:
         start: dict[int, Sequence[float]] = {}
         async for poses in _poses(live):
@@ -38,8 +38,8 @@ async def moves(url: str) -> None:
 
 
 async def stands(url: str) -> None:
-    """Return once no robot moves any more."""
-    end = time.monotonic() + LIMIT - 2 * STILL  # before the other limit, which says nothing
+    """Return once all robots stand."""
+    end = time.monotonic() + LIMIT - 2 * STILL  # before the other limit, which ends without a message
     async with asyncio.timeout(LIMIT), _live(url) as live:
         poses = _poses(live)
         assert (latest := await anext(poses)), "there is no robot"
@@ -59,7 +59,7 @@ async def _live(url: str) -> AsyncIterator[ClientWebSocketResponse]:
 
 
 def _address(url: str) -> str:
-    """The address of the WebSocket. A ticket works once, so this is kept in a file for the next process."""
+    """Return the address of the WebSocket. A ticket works once, so a file keeps the address for the next process."""
     if "?token=" in url:
         return url.replace("/?", "/live?")
     kept = Path(tempfile.gettempdir(), f"improv-robot-{sha256(url.encode()).hexdigest()}")
@@ -69,7 +69,7 @@ def _address(url: str) -> str:
 
 
 async def _poses(live: ClientWebSocketResponse) -> AsyncIterator[Mapping[int, Sequence[float]]]:
-    """x, y, z and heading of each robot, whenever one has changed."""
+    """Yield x, y, z, and heading of each robot, whenever one has changed."""
     while True:
         message = await live.receive_json()
         if message["type"] == "poses":

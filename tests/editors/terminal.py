@@ -13,7 +13,7 @@ from typing import TypeVar
 from tests.needs import need
 
 PATIENCE = 60.0
-"""Seconds that anything on the screen may take to come."""
+"""Seconds until an expected text must be on the screen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 
 def until(what: Callable[[], T], problem: Callable[[], str]) -> T:
-    """Wait for something to be true; what it is then. A test fails with the problem if it takes too long."""
+    """Wait for something to be true, and return it. If it takes too long, the test fails with the problem."""
     end = time.monotonic() + PATIENCE
     while not (found := what()):
         assert time.monotonic() < end, problem()
@@ -39,14 +39,14 @@ def until(what: Callable[[], T], problem: Callable[[], str]) -> T:
 
 
 def written(file: Path) -> str:
-    """The text of a file, once there is any."""
+    """Wait until a file has text, and return it."""
     until(lambda: file.exists() and file.stat().st_size > 0, lambda: f"nothing has written {file}")
     return file.read_text(encoding="utf-8").strip()
 
 
 class Terminal:
-    """A command in a terminal of its own, which ends with it: `type` keys by their names, `write` a text, `see` what
-    stands there."""
+    """A command in its own terminal, which ends with it: `type` keys by their names, `write` a text, `see` a text on
+    the screen."""
 
     def __init__(
         self, socket: Path, command: list[str], env: Mapping[str, str], size: tuple[int, int] = (120, 24)
@@ -76,16 +76,16 @@ class Terminal:
         )
 
     def screen(self, colors: bool = False) -> str:
-        """What stands there, with the terminal's color sequences or without."""
+        """Return the text of the screen, with or without the terminal's color sequences."""
         return self._run("capture-pane", "-p", *(["-e", "-N"] if colors else []))
 
     def cursor(self) -> tuple[int, int]:
-        """Its column and line, from 0."""
+        """Return the cursor's column and line, from 0."""
         column, line = self._run("display-message", "-p", "#{cursor_x} #{cursor_y}").split()
         return int(column), int(line)
 
     def background(self, word: str) -> str:
-        """How the first such word is colored behind its letters."""
+        """Return the background color of the first such word."""
         for line in cells(self.screen(colors=True)):
             start = "".join(cell.letter for cell in line).find(word)
             if start >= 0:
@@ -99,7 +99,7 @@ class Terminal:
 
 
 def cells(screen: str) -> list[list[Cell]]:
-    """The letters of a captured screen, line by line, without its color sequences."""
+    """Return the letters of a captured screen, line by line, without its color sequences."""
     lines: list[list[Cell]] = []
     pen = Cell("")
     for line in screen.splitlines():

@@ -1,4 +1,4 @@
-"""A real Emacs with the package: what a person sees, the robot that moves, and nothing left after the end."""
+"""A real Emacs with the package: its screen, the robot's movement, and no process left after the end."""
 
 from __future__ import annotations
 
@@ -115,13 +115,13 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
     program = PROGRAM.replace("120", "30").replace("lft", "left")
     with nothing_left() as env:
         environment = surroundings(env, tmp_path, program)
-        init = tmp_path / ".emacs.d" / "early-init.el"  # it is not to compile what it needs for the terminal
+        init = tmp_path / ".emacs.d" / "early-init.el"  # so that it doesn't compile its files for the terminal
         init.parent.mkdir()
         init.write_text("(setq native-comp-jit-compilation nil)")
         options = ["--no-site-file", "--no-splash", "-nw"]
         line = [emacs, *options, "-l", str(SCRIPTS / "init.el"), environment["IMPROV_PROGRAM"]]
         with Terminal(tmp_path / "tmux", line, environment) as terminal:
-            terminal.see("[eglot:")  # in the mode line, once the server is at work
+            terminal.see("[eglot:")  # in the mode line, once the server runs
             plain = terminal.background("left")
 
             def wait_until_lit(word: str) -> None:
@@ -147,7 +147,7 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
             terminal.type("yes", "Enter")
 
 
-def test_indents_what_stands_in_brackets(emacs: str, tmp_path: Path) -> None:
+def test_lines_in_brackets_are_indented(emacs: str, tmp_path: Path) -> None:
     flat = "".join(line.lstrip() + "\n" for line in INDENTED.splitlines())
     done = run(command(emacs, "indent.el"), tmp_path, surroundings(os.environ, tmp_path, PROGRAM), flat)
     assert done.stdout == INDENTED, done.stderr
@@ -208,14 +208,14 @@ def command(emacs: str, *scripts: str) -> list[str]:
 
 
 def run(line: list[str], folder: Path, env: Mapping[str, str], text: str = "") -> subprocess.CompletedProcess[str]:
-    """Run an Emacs in batch to its end, which must be a good one."""
+    """Run an Emacs in batch mode, which must succeed."""
     done = subprocess.run(line, cwd=folder, env=env, input=text, capture_output=True, text=True, timeout=LIMIT)
     assert done.returncode == 0, done.stdout + done.stderr
     return done
 
 
 def surroundings(env: Mapping[str, str], folder: Path, program: str) -> dict[str, str]:
-    """The environment of an Emacs that opens a program in a folder of its own."""
+    """Return the environment of an Emacs that opens a program in its own folder."""
     path = folder / "dance.improv"
     path.write_text(program)
     return {

@@ -1,4 +1,4 @@
-"""A real Helix in a terminal, set up as its page says: what a person sees, the robot that moves, nothing left."""
+"""A real Helix in a terminal, set up as its page says: its screen, the robot's movement, no process left."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ COLORS = {
 
 @pytest.fixture(scope="module")
 def settings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The settings that the commands of Helix's page make, in a home where nothing was."""
+    """The settings that the commands on Helix's page make in an empty home."""
     _helix()
     home = tmp_path_factory.mktemp("helix")
     for commands in 2 * _blocks("sh"):  # they can be repeated
@@ -71,13 +71,13 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def home(settings: Path, tmp_path: Path) -> Path:
-    """A home of the test's own, in which Helix is set up."""
+    """Return the test's own home, in which Helix is set up."""
     shutil.copytree(settings, tmp_path / ".config")
     return tmp_path
 
 
 def test_colors_and_indentation(home: Path) -> None:
-    """The theme gives each scope a color of its own, so that the screen tells the scope of each word."""
+    """The theme gives each scope its own color, so that the screen shows the scope of each word."""
     expected = {
         **dict.fromkeys(["beat", "at"], "keyword"),
         **dict.fromkeys(["60", "3", "2", "4"], "constant.numeric"),
@@ -198,7 +198,7 @@ def _helps_in_improv_toml(terminal: Terminal, folder: Path) -> None:
 
 @pytest.mark.timeout(LIMIT)
 def test_the_address_of_the_page_stays_where_no_browser_can_open(home: Path) -> None:
-    """As `xdg-open` does without a screen: it looks for a while, and then it fails, and Helix would say so instead."""
+    """Without a screen, `xdg-open` looks for a browser for a while and fails. Helix would show that error instead."""
     program = "beat 120\nturtle1 $ repeat forward\nx = left\n"
     with helix(home, program, _config(), screen=False) as (terminal, _):
         (home / "xdg-open").write_text(f'#!/bin/sh\ntouch "{home}/asked"\nexit 3\n')
@@ -213,7 +213,7 @@ def test_the_address_of_the_page_stays_where_no_browser_can_open(home: Path) -> 
 
 @pytest.mark.timeout(LIMIT)
 def test_a_server_that_is_late_or_killed_and_a_killed_helix(home: Path) -> None:
-    """Helix tells no server of a save that it could not hear, and starts none again by itself: its page says so."""
+    """Helix sends a server no save from before its start, and restarts no killed server: its page says so."""
     server, gate = slow_server(home)
     (home / "improv-ls").symlink_to(server)
     with helix(home, "x = left\nturtle1 $ repeat forward\n", _config()) as (terminal, env):
@@ -221,7 +221,7 @@ def test_a_server_that_is_late_or_killed_and_a_killed_helix(home: Path) -> None:
         terminal.type(":w", "Enter")
         terminal.see("written")
         gate.touch()
-        terminal.see("●")  # the server is at work, and has not heard of the save
+        terminal.see("●")  # the server runs, and has not got the save
         assert "▶" not in terminal.screen()
         terminal.type(":w", "Enter")
         _beat(terminal)
@@ -252,7 +252,7 @@ def test_with_autosave_a_key_plays(home: Path) -> None:
         terminal.type("u")
         terminal.see("●", there=False)
         until(lambda: program.read_text(encoding="utf-8").startswith("turtle1"), terminal.screen)
-        terminal.type(" ", "k")  # the server has heard of both saves
+        terminal.type(" ", "k")  # the server has got both saves
         terminal.see("everything it plays")
         assert "▶" not in terminal.screen()
         assert not re.search(r"beat \d+/", terminal.screen())
@@ -266,7 +266,7 @@ def test_with_autosave_a_key_plays(home: Path) -> None:
 def helix(
     home: Path, program: str, config: str, screen: bool = True, settings: str = ""
 ) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
-    """A terminal in which Helix shows the program, and Helix's environment."""
+    """Yield a terminal in which Helix shows the program, and Helix's environment."""
     folder = home / ".config" / "helix"
     (folder / "config.toml").write_text(config, encoding="utf-8")
     with (folder / "languages.toml").open("a", encoding="utf-8") as languages:
@@ -289,7 +289,7 @@ def _helix() -> str:
 
 
 def _settings_in(home: Path) -> dict[str, str]:
-    """The environment in which programs look for their settings in this home."""
+    """Return the environment in which programs look for their settings in this home."""
     return {"HOME": str(home), **{f"XDG_{kind}_HOME": "" for kind in ("CONFIG", "CACHE", "DATA", "STATE")}}
 
 
@@ -302,7 +302,7 @@ def _blocks(language: str) -> list[str]:
 
 
 def _beat(terminal: Terminal, least: int = 1) -> int:
-    """The beat in the status line, once it is there and not below that."""
+    """Wait for a beat in the status line that is at least this, and return it."""
 
     def seen() -> int:
         beats = re.findall(r"beat (\d+)/∞", terminal.screen())
@@ -316,7 +316,7 @@ def _escape(terminal: Terminal) -> None:
 
 
 def _scopes(screen: str) -> dict[str, str]:
-    """The words that have a color of the theme, and its scope."""
+    """Return the words that have a color of the theme, and its scope."""
     scopes = {";".join(str(part) for part in bytes.fromhex(color[1:])): scope for scope, color in COLORS.items()}
     found, scope = {}, None
     for codes, word in re.findall(r"\x1b\[([\d;]*)m|([^\s\x1b]+)", screen):

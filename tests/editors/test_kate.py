@@ -33,7 +33,7 @@ def test_session(tmp_path: Path) -> None:
         env |= _set_up(tmp_path, page) | {"DISPLAY": display}
         editor = subprocess.Popen([kate, str(program)], cwd=tmp_path, env=env, stderr=subprocess.DEVNULL)
         try:
-            # The server makes ready to play as soon as it has the program.
+            # The server prepares to play as soon as it has the program.
             until(lambda: any("IMPROV_PAGE_TOKEN" in its for its in started_from(env).values()), lambda: "no stage")
             _press(env, "ctrl+End", "numbersign", "ctrl+s")
             asyncio.run(robot.moves(written(page)))
@@ -45,7 +45,7 @@ def test_session(tmp_path: Path) -> None:
 
 
 def _set_up(home: Path, page: Path) -> dict[str, str]:
-    """Copy the recipe's files, and give Kate a browser that only notes the address; its environment."""
+    """Copy the recipe's files, and make a browser that only writes the address to a file. Return the environment."""
     given = json.loads((FOLDER / "settings.json").read_text(encoding="utf-8"))
     given["servers"]["improv"]["settings"] = {"improv": {"backend": "sim"}}
     syntax, client = home / "data/org.kde.syntax-highlighting/syntax", home / "config/kate/lspclient"
@@ -69,7 +69,7 @@ def _set_up(home: Path, page: Path) -> dict[str, str]:
 
 @contextmanager
 def _screen() -> Iterator[str]:
-    """An X server without a monitor; its display."""
+    """Run an X server without a monitor, and yield its display."""
     reads, writes = os.pipe()
     command = [need("Xvfb"), "-displayfd", str(writes), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[writes], stderr=subprocess.DEVNULL) as server:

@@ -1,4 +1,4 @@
-"""Real Neovims with the plugin: what a person sees, the robot that moves, and nothing left after the end."""
+"""Real Neovims with the plugin: their screens, the robot's movement, and no process left after the end."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
 
 @dataclass(frozen=True, slots=True)
 class Neovim:
-    """A Neovim that a person has set up as the README says, and a folder with a wrong program."""
+    """A Neovim that is set up as the README says, and a folder with a wrong program."""
 
     name: str
     path: str
@@ -60,7 +60,7 @@ class Neovim:
 
     @contextmanager
     def at_work(self) -> Iterator[dict[str, str]]:
-        """Its environment; in the end, nothing may be left of it."""
+        """Yield its environment. On exit, none of its processes may be left."""
         with nothing_left() as env:
             env |= {f"XDG_{kind}_HOME": str(self.folder / kind) for kind in ("CONFIG", "DATA", "STATE", "CACHE")}
             env |= {
@@ -75,7 +75,7 @@ class Neovim:
             yield env
 
     def check(self, *parts: str, **env: str) -> None:
-        """Go through the parts of a session, written in Lua, with the program open."""
+        """Run a session, written in Lua, with the program open."""
         session = [word for part in parts for word in ("-c", f"luafile {SCRIPTS / part}")]
         with self.at_work() as its:
             done = subprocess.run(
@@ -101,10 +101,10 @@ def neovim(request: pytest.FixtureRequest, tmp_path: Path) -> Neovim:
 @pytest.mark.parametrize("neovim", VARIABLES, indirect=True)
 @pytest.mark.timeout(LIMIT + 60)
 def test_session(neovim: Neovim) -> None:
-    shutil.copytree(PLUGIN / "doc", neovim.folder / "doc")  # the tags are written beside it
+    shutil.copytree(PLUGIN / "doc", neovim.folder / "doc")  # Neovim writes the tags beside it
     report = neovim.folder / "report"
     parts = ["session.lua", "health.lua"]
-    if neovim.name != "nvim-0.11":  # what that does differently shows in those
+    if neovim.name != "nvim-0.11":  # its differences show in the other versions
         parts += ["words.lua", "helps.lua", "robots.lua"]
     neovim.check(*parts, IMPROV_REPORT=str(report), IMPROV_DOC=str(neovim.folder / "doc"))
     said = report.read_text(encoding="utf-8")
@@ -115,7 +115,7 @@ def test_session(neovim: Neovim) -> None:
 
 @pytest.mark.parametrize("neovim", ["nvim-0.12"], indirect=True)
 @pytest.mark.timeout(LIMIT + 60)
-def test_what_is_asked_for_while_the_server_starts(neovim: Neovim) -> None:
+def test_requests_wait_for_a_server_that_starts(neovim: Neovim) -> None:
     neovim.program.write_text("turtle1 $ repeat forward\n")
     server, gate = slow_server(neovim.folder)
     neovim.check("late.lua", IMPROV_SLOW=str(server), IMPROV_GATE=str(gate))
@@ -131,7 +131,7 @@ def test_colors_before_the_server_answers(neovim: Neovim) -> None:
 
 @pytest.mark.timeout(LIMIT + 60)
 def test_screen(neovim: Neovim) -> None:
-    """In a window of the usual width: nothing asks for ENTER, which would hold up all messages."""
+    """In a window of the usual width, no message asks for ENTER, which would hold up all others."""
     server, gate = slow_server(neovim.folder)
     neovim.program.write_text(PROGRAM.replace("lft", "left"))
     with neovim.at_work() as env:
@@ -170,7 +170,7 @@ def _a_person_sees_errors_beats_and_the_words_that_play(neovim: Neovim, terminal
     terminal.write("/lft\ncwleft\x1b:w\n")
     terminal.see("E turtle1", there=False)
 
-    # Nobody types any more: the words and the status line go on by themselves.
+    # Without another key, the words and the status line keep changing.
     terminal.see("∞, 120 beats/min, simulator")
     beat = next(word for word in terminal.screen().split() if word.endswith("/∞,"))
     terminal.see(beat, there=False)
@@ -221,7 +221,7 @@ def _await_light(terminal: Terminal, word: str, dark: str) -> None:
 
 
 def _keep(name: str, screen: str) -> None:
-    """Keep what was seen, for people, where the environment says so."""
+    """Save the screen for people, in the folder that the environment names."""
     if folder := os.environ.get("IMPROV_ARTIFACTS"):
         Path(folder).mkdir(parents=True, exist_ok=True)
         (Path(folder) / name).write_text(screen, encoding="utf-8")

@@ -17,19 +17,19 @@ PACKAGE = ElementTree.parse(FOLDER / "package.xml").getroot()
 
 
 def calls(path: Path, name: str) -> list[ast.Call]:
-    """All calls of a function in a file."""
+    """Return all calls of a function in a file."""
     nodes = ast.walk(ast.parse(path.read_text("utf-8")))
     return [node for node in nodes if isinstance(node, ast.Call) and ast.unparse(node.func) == name]
 
 
-def test_the_manifest() -> None:
+def test_the_manifest_agrees_with_the_package() -> None:
     assert PACKAGE.get("format") == "3"
     assert [PACKAGE.findtext(tag) for tag in ("name", "version", "license")] == ["improv", __version__, "MIT"]
     assert PACKAGE.findtext("export/build_type") == "ament_python"
     assert {"rclpy", *MESSAGES_OF_ROS} <= {element.text for element in PACKAGE.findall("exec_depend")}
 
 
-def test_what_is_installed_is_there_and_where_ros_looks() -> None:
+def test_installed_files_exist_and_are_where_ros_looks() -> None:
     (setup,) = calls(FOLDER / "setup.py", "setup")
     named = {word.arg: ast.literal_eval(word.value) for word in setup.keywords}
     assert (named["name"], named["version"]) == ("improv", __version__)

@@ -1,4 +1,4 @@
-"""The tree-sitter grammar reads programs as our parser does; where one has mistakes, all statements without any."""
+"""The tree-sitter grammar reads programs as our parser does; of a program with mistakes, all correct statements."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ CONFORMANCE = [
     case["program"] for case in json.loads((ROOT / "tests" / "conformance.json").read_text("utf-8"))["cases"]
 ]
 PROGRAMS = [
-    *(program for program in CONFORMANCE if "left = " not in program),  # built-in words can't be defined any more
+    *(program for program in CONFORMANCE if "left = " not in program),  # built-in words can no longer be defined
     *(path.read_text("utf-8") for path in sorted((ROOT / "examples").glob("*.improv"))),
     *(f"r $ {word.usage.replace('movement', '(up)')}" for word in WORDS.values() if word.kind != Kind.BEAT),
     "x = forward # an (open [bracket\n\n\n# in a comment = $\ny = x\r\nr $ y\rs $ x",
@@ -72,11 +72,11 @@ PROGRAMS = [
     "r $ if near left\nelse at 3\n|| bar 3\nroom 1 2\nr $ [at 1\n(room 2 left)\nroom]\nbar 3\ncircle line $ in",
     "f (\n# why\n  m\n) = m\nf\tn = ramp .5*n n m\nm = n\ng (n) = n repeat n\nbeat 30*2",
 ]
-"""All are right."""
+"""Programs without mistakes."""
 
 
 class Tree(NamedTuple):
-    """What a piece of a program is, where it is, and what is in it."""
+    """A piece of a program: its kind, its place, and its parts."""
 
     kind: str
     start: int
@@ -86,7 +86,7 @@ class Tree(NamedTuple):
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where a person has installed the grammar for Neovim, as its page says."""
+    """Return a home in which the grammar is installed for Neovim, as its page says."""
     home = tmp_path_factory.mktemp("grammar")
     (install,) = re.findall(r"```sh\n(.*?)```", (GRAMMAR / "README.md").read_text("utf-8"), re.DOTALL)
     grammar.run(install, environment_in(home))
@@ -145,10 +145,10 @@ def test_a_mistake_stays_in_its_statement(program: str, mistakes: int, parser: t
     assert check(parser, program) == mistakes
 
 
-def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
-    """Where a line is wrong, tree-sitter's recovery rarely takes a neighbor along: in 8 of 18,000 such programs.
+def test_random_typos_rarely_affect_other_statements(parser: tree_sitter.Parser) -> None:
+    """Tree-sitter's recovery from a wrong line rarely breaks a neighbor: in 8 of 18,000 such programs.
 
-    Four of these are here.
+    Four of the 8 are here.
     """
     chance = random.Random(1)
     pieces = [*"()[]\n\n\r$=|,#2- ", "||", "repeat ", "fast", "forward", "x", "beat ", "YZ", "r $ ", "x = "]
@@ -170,8 +170,8 @@ def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
 
 
 @pytest.mark.parametrize("program", PROGRAMS[-20:])
-def test_typed_letter_by_letter(program: str, parser: tree_sitter.Parser) -> None:
-    """As in editors: each tree is made from the one before."""
+def test_a_program_typed_letter_by_letter_is_read_alike(program: str, parser: tree_sitter.Parser) -> None:
+    """As in editors, each tree is made from the one before."""
     source = program.encode()
     tree = parser.parse(b"")
     for end in range(1, len(source) + 1):
@@ -347,7 +347,7 @@ end
 io.stdout:write(vim.json.encode(found))
 vim.cmd("qa!")
 """
-"""What colors each word on the screen, as Neovim's :Inspect tells it."""
+"""A script that writes the group that colors each word on the screen, as Neovim's :Inspect shows it."""
 
 LEAVES = {
     *("beat", "name", "robot", "parameter", "sense", "transformer", "primitive", "plane", "comment"),
@@ -367,11 +367,11 @@ KINDS = {
     "SCENE": "---",
     **{kind.value: "transformer" for kind in TRANSFORMERS},
 }
-"""Our tokens in the kinds of the grammar; signs and brackets are what they look like."""
+"""Our tokens in the kinds of the grammar. The kind of a sign or a bracket is its text."""
 
 
 def check(parser: tree_sitter.Parser, program: str) -> int:
-    """Both read the program alike; returns how many of its statements have mistakes, on which they may differ."""
+    """Check that both read the program alike. Return the number of statements with mistakes, which may differ."""
     trees, words, comments = theirs(parser, program)
     assert comments == [comment.span() for comment in re.finditer(COMMENT, program)]
     mistakes = 0
@@ -386,13 +386,13 @@ def check(parser: tree_sitter.Parser, program: str) -> int:
 
 
 def is_right(statement: Statement) -> bool:
-    """Whether it has the form of a statement; our parser leaves it to others what stands before the sign."""
+    """Return whether it has the form of a statement. Our parser doesn't check the words before the sign."""
     heads = [*(head.text for head in statement.heads), *(parameter.name for parameter in statement.parameters)]
     return not statement.diagnostics and all(is_name(head) and head not in WORDS for head in heads)
 
 
 def tree_of(statement: Statement, start: int) -> Tree:
-    """Our tree of a statement, in the kinds of the grammar."""
+    """Return our tree of a statement, in the kinds of the grammar."""
     assert statement.sign
     words = words_of(statement, start)
     if kind := LINES.get(statement.sign.type, ""):
@@ -407,7 +407,7 @@ def tree_of(statement: Statement, start: int) -> Tree:
 
 
 def _node(node: Node, movements: Collection[str], start: int) -> Tree:
-    """Our tree of a movement. `movements` are the parameters that are movements."""
+    """Return our tree of a movement. `movements` are the parameters that are movements."""
     kind = type(node).__name__.lower()
     parts = [_node(child, movements, start) for child in children(node)]
     if isinstance(node, Name) and node.text in movements:
@@ -441,7 +441,7 @@ def _condition(condition: Condition, start: int) -> Tree:
 
 
 def words_of(statement: Statement, start: int) -> list[Tree]:
-    """All words of a statement, each as what it is. A number is one word, whatever it is made of."""
+    """Return all words of a statement, and their kinds. A number is one word, even if it has several tokens."""
     tree = statement.body
     numbers = [statement.number] if statement.number else []
     senses = []
@@ -469,7 +469,7 @@ def words_of(statement: Statement, start: int) -> list[Tree]:
 
 
 def _numbers_in(value: object) -> list[Number]:
-    """The numbers of what a line of the opening says."""
+    """Return the numbers in a line of the opening."""
     if isinstance(value, Number):
         return [value]
     parts = value if isinstance(value, tuple) else [getattr(value, name) for name in getattr(value, "__slots__", ())]
@@ -481,7 +481,7 @@ def _word(kind: str, token: Token, start: int) -> Tree:
 
 
 def theirs(parser: tree_sitter.Parser, program: str) -> tuple[list[Tree], list[Tree], list[tuple[int, int]]]:
-    """The grammar's trees of the statements, all words, and the comments."""
+    """Return the grammar's trees of the statements, all words, and the comments."""
     source = program.encode()
     offsets = {place: index for index, place in enumerate(accumulate((len(c.encode()) for c in program), initial=0))}
     words: list[Tree] = []
@@ -505,7 +505,7 @@ def theirs(parser: tree_sitter.Parser, program: str) -> tuple[list[Tree], list[T
 
 
 def captures(parser: tree_sitter.Parser, query: Path, program: str) -> dict[str, list[str]]:
-    """What a query finds: its names, and the texts that each is given to."""
+    """Return the names in a query's matches, and the texts that have each name."""
     from tree_sitter import Query, QueryCursor
 
     assert parser.language

@@ -1,4 +1,4 @@
-"""A real Vim with ALE, set up as its page says: what a person sees, the robot that moves, nothing left."""
+"""A real Vim with ALE, set up as its page says: its screen, the robot's movement, no process left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The editors color the words that the language has: no more, no fewer, and each as what it is."""
+"""The editors color exactly the words of the language, each by its kind."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ GENERATED = {
     "emacs/improv-words.el": (' "up" "down"', ' "up" "down" "spin"'),
     "tree-sitter-improv/words.json": (', "up", "down"', ', "up", "down", "spin"'),
 }
-"""A file with words, and how a list in it changes by a word."""
+"""A file with words, and the change of a list in it when the language gets a word."""
 SNIPPETS = sorted((ROOT / "editors").glob("*/snippets/*.json"))
 
 

@@ -1,4 +1,4 @@
-"""A real VS Code: what a person sees, and the robot that moves."""
+"""A real VS Code: its window, and the robot's movement."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.slow("drives VS Code")
 PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
 LINK = "[Click](command:workbench.action.terminal.new)"
-"""In a notification, it would run any command with one click, even in a workspace that is not trusted."""
+"""A link in a notification would run any command with one click, even in a workspace that is not trusted."""
 IS_LIT = """text => {
   const boxes = selector => [...document.querySelectorAll(selector)].map(
     each => [each.textContent.trim(), each.getBoundingClientRect()])
@@ -43,12 +43,12 @@ IS_LIT = """text => {
   const words = boxes(".view-line span:not(:has(span))")
   return words.some(([word, its]) => word === text && lit.some(([, light]) => near(light, its)))
 }"""
-"""Whether a word of the program is lit, and nothing beside it."""
+"""A function that returns whether a word of the program is highlighted without its neighbors."""
 
 
 @pytest.fixture(scope="module")
 def vscode(tmp_path_factory: pytest.TempPathFactory) -> Iterator[VSCode]:
-    """A VS Code that finds no server on the `PATH`. What pip installs there are no packages from the network."""
+    """A VS Code that finds no server on the `PATH`. There, pip installs no packages from the network."""
     with nothing_left() as env:
         folders = [each for each in env["PATH"].split(os.pathsep) if not (Path(each) / "improv-ls").exists()]
         env |= {"PATH": os.pathsep.join(folders), "PYTHONPATH": str(Path(pygls.__file__).parents[1])}
@@ -108,7 +108,7 @@ def _wrong_servers_are_replaced_and_notifications_hold_no_links(page: Page, vsco
 
 
 @pytest.mark.timeout(2 * LIMIT)
-def test_what_is_asked_for_while_the_server_starts(vscode: VSCode, tmp_path: Path) -> None:
+def test_requests_wait_for_a_server_that_starts(vscode: VSCode, tmp_path: Path) -> None:
     server, gate = slow_server(tmp_path)
     settings = {"improv.server.path": str(server), "improv.backend": "sim", "security.workspace.trust.enabled": False}
     env = vscode.env
@@ -119,7 +119,7 @@ def test_what_is_asked_for_while_the_server_starts(vscode: VSCode, tmp_path: Pat
         page.keyboard.type(" ")
         page.keyboard.press("Control+S")
         until(lambda: "left) \n" in (tmp_path / "work" / "dance.improv").read_text(), lambda: "it is never saved")
-        expect(page.locator(".tab.active")).not_to_have_class(re.compile(r"\bdirty\b"))  # VS Code knows that, too
+        expect(page.locator(".tab.active")).not_to_have_class(re.compile(r"\bdirty\b"))  # VS Code has noticed that
         page.keyboard.type("(rig")
         gate.touch()
         _plays(page)  # what was saved, not what was half typed
@@ -134,7 +134,7 @@ def test_what_is_asked_for_while_the_server_starts(vscode: VSCode, tmp_path: Pat
         _a_killed_server_says_that_the_dance_ended(page, env)
         _a_server_that_is_killed_again_and_again_is_started_by_a_save(page, env)
         _a_save_is_played_by_the_next_server_while_the_one_before_ends(page, env)
-        _what_is_asked_for_between_restarts_is_played_by_one_server(page, env, gate)
+        _one_server_plays_the_requests_between_restarts(page, env, gate)
         _repeat_is_offered_once(page)
         _robots_files_have_colors(page, tmp_path / "work")
         assert _stages(env)  # and it ends with the window
@@ -142,7 +142,7 @@ def test_what_is_asked_for_while_the_server_starts(vscode: VSCode, tmp_path: Pat
 
 @pytest.mark.timeout(2 * LIMIT)
 def test_colors_and_snippets_where_no_server_can_run(vscode: VSCode, tmp_path: Path) -> None:
-    """In the extension host of the browser, as on vscode.dev. And the extension's page, with its picture."""
+    """In the browser's extension host, as on vscode.dev. Also, the extension's page has its picture."""
     settings = {"remote.extensionKind": {"improv.improv": ["web"]}, "security.workspace.trust.enabled": False}
     with vscode.window(tmp_path / "work", PROGRAM, settings) as page:
         word(page, "forward").click()
@@ -167,7 +167,7 @@ def test_colors_and_snippets_where_no_server_can_run(vscode: VSCode, tmp_path: P
 
 @pytest.mark.timeout(2 * LIMIT)
 def test_session(vscode: VSCode, tmp_path: Path) -> None:
-    """The last of these tests: it ends with the VS Code that they share being killed."""
+    """The last of these tests, because it kills the VS Code that they share."""
     settings = {"improv.server.path": SERVER, "improv.backend": "sim"}
     with vscode.window(tmp_path / "work", PROGRAM, settings) as page:
         _nothing_moves_in_a_workspace_that_is_not_trusted(page, vscode.env)
@@ -201,23 +201,23 @@ def _retype(page: Page, old: str, new: str) -> None:
 
 
 def _select(page: Page, name: str) -> None:
-    """Lines may move while a machine is busy between the two clicks, which then hit two places."""
+    """Select a word. Lines may move between two clicks on a busy machine, which then hit two places."""
     selected = page.get_by_role("button", name=f"({len(name)} selected)")
     _until_visible(selected, lambda: word(page, name).dblclick())
 
 
 def _open_actions(page: Page) -> None:
-    """Whatever changes while VS Code waits for the actions, such as what a save colors, keeps their menu closed."""
+    """Open the actions. A change while VS Code waits for them, such as colors after a save, keeps their menu closed."""
     _until_visible(page.locator(".action-widget"), lambda: page.keyboard.press("Control+."))
 
 
 def _offered_as_it_is_typed(page: Page, letter: str, offered: Locator) -> None:
-    """Completion comes by itself. On a machine so busy that VS Code gives up on it, it comes with the next letter."""
+    """Completions come by themselves. If a busy machine makes VS Code give up, they come with the next letter."""
     _until_visible(offered, lambda: page.keyboard.type(letter), lambda: page.keyboard.press("Backspace"))
 
 
 def _until_visible(shown: Locator, ask: Callable[[], object], take_back: Callable[[], object] = lambda: None) -> None:
-    """Ask for something, again and again if it does not show soon."""
+    """Ask for something, and again if it doesn't show soon."""
     for _ in range(10):
         ask()
         with suppress(AssertionError):
@@ -335,7 +335,7 @@ def _words_are_checked_and_explained(page: Page) -> None:
     keep_picture(page, "hover")
     page.keyboard.press("Escape")
     word(page, "lft").hover()
-    expect(page.locator(".monaco-hover:visible a", has_text="unknown-name")).to_be_visible()  # leads to its section
+    expect(page.locator(".monaco-hover:visible a", has_text="unknown-name")).to_be_visible()  # links to its section
     page.keyboard.press("Escape")
 
     word(page, "lft").dblclick()
@@ -414,13 +414,13 @@ def _a_save_is_played_by_the_next_server_while_the_one_before_ends(page: Page, e
     _plays(page)
 
 
-def _what_is_asked_for_between_restarts_is_played_by_one_server(page: Page, env: Mapping[str, str], gate: Path) -> None:
+def _one_server_plays_the_requests_between_restarts(page: Page, env: Mapping[str, str], gate: Path) -> None:
     gate.unlink()
     with _halted_server(env) as ending:
         _restart(page)
         _restart(page)
         run_command(page, "Improv: Show Versions")
-        expect(_toast(page, "no language server")).to_be_visible()  # then both restarts have been heard
+        expect(_toast(page, "no language server")).to_be_visible()  # then the extension has handled both restarts
     run_command(page, "Notifications: Clear All Notifications")
     (starting,) = until(lambda: _only_server(env, [ending]), lambda: "the server before it does not end")
     word(page, "forward").click()
@@ -433,7 +433,7 @@ def _what_is_asked_for_between_restarts_is_played_by_one_server(page: Page, env:
 
 @contextmanager
 def _halted_server(env: Mapping[str, str]) -> Iterator[int]:
-    """While the server is halted. If that takes longer than ten seconds on a busy machine, VS Code kills it."""
+    """Halt the server. If that takes longer than ten seconds on a busy machine, VS Code kills it."""
     (server,) = until(lambda: _only_server(env, ()), lambda: "there is no server, or more than one")
     os.kill(server, signal.SIGSTOP)
     yield server
@@ -442,13 +442,13 @@ def _halted_server(env: Mapping[str, str]) -> Iterator[int]:
 
 
 def _restart(page: Page) -> None:
-    """What the status bar says of the dance before may stay for a moment."""
+    """Restart the server. The status bar may show the previous dance for a moment."""
     run_command(page, "Improv: Restart Language Server")
     expect(_status(page)).to_have_text("Starting Improv…")
 
 
 def _only_server(env: Mapping[str, str], before: Collection[int]) -> list[int]:
-    """The server, if there is no other one, such as from before, nor a process that it is just starting."""
+    """Return the server, unless another one is there, such as an earlier one or a process that it is just starting."""
     found = servers_from(env)
     return found if len(found) == 1 and found[0] not in before else []
 
@@ -481,12 +481,12 @@ def _the_one_before_plays_and_the_history_shows_it(page: Page) -> None:
 
 
 def _top(shown: Locator) -> float:
-    """How far down on the screen it is, in pixels: VS Code draws lenses in any order."""
+    """Return its distance from the top of the screen in pixels: VS Code draws lenses in any order."""
     return float(shown.evaluate("each => each.getBoundingClientRect().top"))
 
 
 def _only_a_line_plays(page: Page) -> None:
-    """By a key, and by the context menu. No line moves meanwhile, as it would if lenses came."""
+    """Play only a line, by a key and by the context menu. No line moves meanwhile, as it would if lenses came."""
     page.get_by_role("tab", name="dance.improv").click()  # the history has opened another
     expect(page.locator(".view-line", has_text="A line above")).to_have_count(1)
     lit = page.locator(".view-overlays [class*=TextEditorDecorationType]")
@@ -506,7 +506,7 @@ def _only_a_line_plays(page: Page) -> None:
     page.keyboard.press("Shift+F10")
     _choose_in_menu(page, "Play This Line or Selection")
     expect(page.locator(".monaco-menu")).to_have_count(0)
-    expect(page.locator(".monaco-editor.focused")).to_have_count(1)  # the next key is for the program again
+    expect(page.locator(".monaco-editor.focused")).to_have_count(1)  # the next key goes to the program again
     expect(lit).to_have_count(1)
     page.wait_for_function(IS_LIT, arg="left")
     page.keyboard.press("Control+Enter")
@@ -525,7 +525,7 @@ def _only_a_line_plays(page: Page) -> None:
 
 
 def _kill_the_editor(env: Mapping[str, str]) -> None:
-    """The whole of it at once, with no time to say anything; the stage stops its robots before it ends."""
+    """Kill all of its processes at once, with no time for a message; the stage stops its robots before it ends."""
     assert _stages(env)
     for pid in started_from(env):
         with suppress(OSError):
@@ -534,7 +534,7 @@ def _kill_the_editor(env: Mapping[str, str]) -> None:
 
 
 def _explained(page: Page, name: str) -> Locator:
-    """What is shown with the mouse over a word. Lines may still move from under it, as what is above them comes."""
+    """Show the hover of a word. Lines may still move from under the mouse as lenses above them come."""
     hover = page.locator(".monaco-hover:visible", has_text=f"{name}: ")
 
     def point() -> None:
@@ -562,7 +562,7 @@ def _frame(page: Page) -> Frame:
 
 
 def _robots(frame: Frame) -> str:
-    """The page's own address with its token: the frame has it from code-server's proxy."""
+    """Return the page's own address with its token: the frame has the address of code-server's proxy."""
     token = frame.evaluate("import('./net/token.js').then(({ token }) => token)")
     return f"http://127.0.0.1:{urlsplit(frame.url).path.split('/')[2]}/?token={quote(token)}"
 

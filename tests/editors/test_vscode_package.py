@@ -19,7 +19,7 @@ from tests.needs import need
 
 FOLDER = ROOT / "editors" / "vscode"
 LARGEST = 250_000
-"""Bytes of what is in the .vsix beside the wheel, compressed."""
+"""Bytes of all other files in the .vsix than the wheel, compressed."""
 LARGEST_WHEEL = 1_500_000
 """Bytes of the wheel, which grows with Improv."""
 CONTENTS = {

@@ -1,4 +1,4 @@
-"""`ros2 launch improv dance.launch.py file:=/path/to/dance.improv`: plays a program, again whenever it is saved."""
+"""`ros2 launch improv dance.launch.py file:=/path/to/dance.improv`: play a program, and again after each save."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
@@ -8,7 +8,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 
 def generate_launch_description() -> LaunchDescription:
-    """What `ros2 launch` asks for."""
+    """Return the node that plays, and its arguments, for `ros2 launch`."""
     return LaunchDescription(
         [
             DeclareLaunchArgument("file", description="the program, with its whole path"),

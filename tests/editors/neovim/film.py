@@ -19,14 +19,14 @@ from tests.editors.editors import ROOT, find, nothing_left
 from tests.editors.terminal import Cell, Terminal, cells
 
 SIZE = (64, 11)
-"""Columns and lines."""
+"""The size of the screen in columns and lines."""
 KEY = 0.07
 """Seconds between two keys, as somebody types."""
 FRAME = 0.1
 """Seconds between two looks at the screen."""
 FONTS = Path("/usr/share/fonts/truetype/dejavu")
 HEIGHT = 16
-"""Of a letter, in pixels."""
+"""The size of a letter, in pixels."""
 EDGE = 8
 """Pixels around the screen."""
 COLOR, BACKGROUND = "2;224;226;234", "2;20;22;27"
@@ -40,7 +40,7 @@ vim.o.statusline = " %f%=%{{v:lua.require'improv'.statusline()}} "
 vim.o.showmode, vim.o.ruler, vim.o.showcmd = false, false, false
 vim.diagnostic.config {{ virtual_text = true, signs = false }}
 """
-SCRIPT: tuple[tuple[str, float], ...] = (  # what is typed, and for how many seconds we look on
+SCRIPT: tuple[tuple[str, float], ...] = (  # the typed keys, and the seconds to film after them
     ("i# Two robots, one square", 0.2),
     ("\n", 0.1),
     ("beat 90\n\n", 0.2),
@@ -59,7 +59,7 @@ SCRIPT: tuple[tuple[str, float], ...] = (  # what is typed, and for how many sec
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What is on the screen at a second."""
+    """The screen and the cursor at a time in seconds."""
 
     time: float
     screen: str
@@ -124,7 +124,7 @@ def _drawn(look: Look) -> Image.Image:
 
 
 def _with_one_palette(images: list[Image.Image]) -> list[Image.Image]:
-    """As few colors as look well, the same in all: only what changes is then written."""
+    """Give all pictures one small palette, so that the file holds only the changes between them."""
     width, height = images[0].size
     few = images[:: len(images) // 8]
     together = Image.new("RGB", (width, height * len(few)))

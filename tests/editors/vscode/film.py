@@ -30,7 +30,7 @@ FRAME = 0.25
 """Seconds between two looks at the window, at least."""
 QUALITY = 30
 ASIDE = (300, 500)
-"""Where the mouse points at nothing, in pixels."""
+"""A point at which the mouse is over nothing, in pixels."""
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
 SETTINGS = {"improv.server.path": SERVER, "improv.backend": "sim", "improv.codeLens": False}
 PROGRAM = "# Two robots, one square\nbeat 90\n\nsquare = repeat 4 (forward left)\nturtle1 $ repeat square\n"
@@ -38,7 +38,7 @@ PROGRAM = "# Two robots, one square\nbeat 90\n\nsquare = repeat 4 (forward left)
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What the window shows at a second."""
+    """A picture of the window at a time in seconds."""
 
     time: float
     picture: bytes
@@ -65,14 +65,14 @@ def _prepare(page: Page) -> None:
     run_command(page, "View: Toggle Minimap")
     page.keyboard.press("Control+End")
     page.mouse.move(*ASIDE)
-    time.sleep(2)  # until nothing moves by itself any more
+    time.sleep(2)  # until nothing moves by itself
 
 
 def _session(page: Page) -> Iterator[Look]:
     yield from look(page, 0.5)
     yield from _type(page, "turtle2 $ repeat retrograde square")
     yield from look(page, 1)
-    for _ in range(2):  # what is offered, and what the word takes
+    for _ in range(2):  # the completions, and the word's parameters
         page.keyboard.press("Escape")
     page.keyboard.press("Alt+.")
     with suppress(AssertionError):

@@ -1,4 +1,4 @@
-"""Takes the picture on the extension's page: `python -m tests.editors.vscode.picture FILE.png`."""
+"""Take the picture on the extension's page: `python -m tests.editors.vscode.picture FILE.png`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ turtle1 $ repeat square
 turtle2 $ repeat retrograde square
 """
 DRAWN = 6
-"""The beat at which much of the square is drawn, and robots don't meet."""
+"""A beat at which much of the square is drawn, and the robots don't meet."""
 
 
 def main() -> None:

@@ -41,12 +41,12 @@ QUIET = {
     "workbench.tips.enabled": False,
 }
 PATIENCE = 60.0
-"""Seconds that anything on the screen may take to come."""
+"""Seconds until an expected element must be on the screen."""
 
 
 @cache
 def packaged() -> Path:
-    """The extension as a .vsix, made anew if what goes into it has changed. No two processes make it at once."""
+    """Return the extension as a .vsix, made again if its sources have changed. No two processes make it at once."""
     need_extension()
     package, made_of = FOLDER / "improv.vsix", FOLDER / "dist" / "made-of"
     with _alone():
@@ -68,14 +68,14 @@ def bundle(folder: Path, *scripts: Path) -> None:
 
 @contextmanager
 def _alone() -> Iterator[None]:
-    """While no other process is here: tests run side by side, and all build in one folder."""
+    """Keep other processes out: tests run side by side, and all build in one folder."""
     with (FOLDER / "package.json").open() as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 
 def _hash_of_sources() -> str:
-    """Of all that the extension and the wheel in it are made of."""
+    """Return a hash of all sources of the extension and of its wheel."""
     made = {"node_modules", "dist", "wheel", "__pycache__"}
     own = [
         "editors/vscode",
@@ -95,7 +95,7 @@ def _hash_of_sources() -> str:
 
 @dataclass(frozen=True, slots=True)
 class VSCode:
-    """A VS Code that tests use one after the other: to start it and a browser takes as long as to open a window."""
+    """A VS Code that several tests use in turn: starting it and a browser takes as long as opening a window."""
 
     folder: Path
     env: Mapping[str, str]
@@ -110,8 +110,8 @@ class VSCode:
         settings: Mapping[str, object],
         workspace_settings: Mapping[str, object] | None = None,
     ) -> Iterator[Page]:
-        """A window with `dance.improv` in this folder, which is not trusted yet. What has been started from it must end
-        once the window is closed."""
+        """Open `dance.improv` in a window on this folder, which is not trusted yet. All processes started from it must
+        end once the window is closed."""
         try:
             with opened(self.page, self.address, self.folder, work, program, settings, workspace_settings or {}):
                 yield self.page
@@ -120,24 +120,24 @@ class VSCode:
             until(lambda: not self._others(), lambda: f"still run: {[command_of(pid) for pid in self._others()]}")
 
     def set_machine_settings(self, settings: Mapping[str, object]) -> None:
-        """Set what only the machine's own settings may set, such as the server's path; an open window follows."""
+        """Set values that only the machine's settings may have, such as the server's path; an open window follows."""
         _write_settings(self.folder / "user" / "Machine", settings)
 
     def _others(self) -> list[int]:
-        """All processes that have been started from it, without its own."""
+        """Return all processes that have been started from it, without its own."""
         return [pid for pid in started_from(self.env) if program_of(pid) not in ("node", "")]
 
 
 @contextmanager
 def vscode(folder: Path, env: Mapping[str, str]) -> Iterator[VSCode]:
-    """A VS Code without a window."""
+    """Start a VS Code without a window."""
     with code_server(folder, env) as address, _browser() as page:
         yield VSCode(folder, env, address, page)
 
 
 @contextmanager
 def workbench(folder: Path, program: str, settings: Mapping[str, object], env: Mapping[str, str]) -> Iterator[Page]:
-    """A window of a VS Code of its own, with `dance.improv` in a folder that is not trusted yet."""
+    """Open a window of its own VS Code, with `dance.improv` in a folder that is not trusted yet."""
     work = folder / "work"
     with (
         code_server(folder, env) as address,
@@ -184,7 +184,7 @@ def opened(
 
 
 def word(page: Page, text: str) -> Locator:
-    """A word of the program, as it stands on the screen."""
+    """Return a word of the program on the screen."""
     return page.locator(".view-line span:not(:has(span))").get_by_text(re.compile(rf"^\s*{text}\s*$"))
 
 
@@ -197,17 +197,17 @@ def run_command(page: Page, title: str) -> None:
 
 
 def framed_page(page: Page) -> FrameLocator:
-    """The page with the robots, in the panel beside the text."""
+    """Return the page with the robots, in the panel beside the text."""
     return framed(page).frame_locator("iframe")
 
 
 def framed(page: Page) -> FrameLocator:
-    """What an extension shows in a panel of its own."""
+    """Return the contents of an extension's panel."""
     return page.frame_locator("iframe.webview.ready").frame_locator("iframe#active-frame")
 
 
 def keep_picture(page: Page, name: str) -> None:
-    """Keep a picture of the window, where the environment says where."""
+    """Save a picture of the window in the folder that the environment names, if any."""
     if folder := os.environ.get("IMPROV_ARTIFACTS"):
         Path(folder).mkdir(parents=True, exist_ok=True)
         page.screenshot(path=Path(folder) / f"{name}.png")
@@ -220,7 +220,7 @@ def _write_settings(folder: Path, settings: Mapping[str, object]) -> None:
 
 @cache
 def installed() -> TemporaryDirectory[str]:
-    """A folder of extensions with ours installed, made once for all tests."""
+    """Return a folder of extensions with ours installed, made once for all tests."""
     extensions = TemporaryDirectory(prefix="improv-extensions-")
     with TemporaryDirectory() as folder:
         command = [*_code_server_with(Path(folder)), "--user-data-dir", folder, "--extensions-dir", extensions.name]
@@ -229,7 +229,7 @@ def installed() -> TemporaryDirectory[str]:
 
 
 def _code_server_with(folder: Path) -> list[str]:
-    """The command that runs code-server with an empty configuration in this folder."""
+    """Return the command that runs code-server with an empty configuration in this folder."""
     code_server = find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js")
     (folder / "config.yaml").touch()
     return [need("node"), code_server, "--config", str(folder / "config.yaml")]
@@ -237,7 +237,7 @@ def _code_server_with(folder: Path) -> list[str]:
 
 @contextmanager
 def code_server(folder: Path, env: Mapping[str, str]) -> Iterator[str]:
-    """The address of a code-server with our extension."""
+    """Run a code-server with our extension, and yield its address."""
     command = _code_server_with(folder)
     command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]
     command += ["--disable-telemetry", "--disable-update-check"]

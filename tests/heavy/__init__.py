@@ -1,4 +1,4 @@
-"""Programs that take seconds to understand, most of a few kilobytes, made by functions."""
+"""Programs that take seconds to analyze. Functions make them; most have a few kilobytes."""
 
 from __future__ import annotations
 
@@ -37,6 +37,6 @@ HEAVY: Mapping[str, str] = {
     + "".join(f"a{level + 1} = (a{level} up)\n" for level in range(5_000))
     + "r $ a5000\n",
 }
-"""By what makes them heavy."""
+"""The programs, by the reason why they are heavy."""
 LIMITED = "".join(f'[robots.r{place}]\nprofile = "turtlebot4"\n' for place in range(300))
-"""Text of an `improv.toml` with robots whose limits fast movements exceed."""
+"""The text of an `improv.toml` with robots whose limits fast movements exceed."""

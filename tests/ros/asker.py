@@ -1,4 +1,4 @@
-"""A client that asks Improv's node for things, run by ROS's interpreter; a line of input each, and one of output.
+"""A client of Improv's node, run by ROS's interpreter: each line of input is a request, each line of output an answer.
 
 `call NAME` calls a service (std_srvs/Trigger), `get NODE PARAMETER` and `set NODE PARAMETER NUMBER` are for parameters,
 and `nodes` lists them.
@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 LIMIT = 60.0
 LOST = 5.0
-"""Seconds after which a request is sent again: DDS loses an answer to a client that the server has not found yet."""
+"""Seconds after which to send a request again: DDS loses an answer to a client that the server hasn't found yet."""
 
 rclpy.init()
 node = rclpy.create_node("asker")

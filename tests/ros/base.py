@@ -1,8 +1,7 @@
-"""A simulated base, run by ROS's interpreter: it obeys velocities as a real one does, and drifts like one.
+"""A simulated base, run by ROS's interpreter: it obeys velocities and drifts as a real one does.
 
-Listens on /NAME/cmd_vel, and fifty times a second publishes /NAME/odom, which is what its wheels' encoders count, and
-/NAME/true_pose, which is where it really is. Prints a line once it listens; ends with its input, and then prints where
-it really is.
+It listens on /NAME/cmd_vel, and fifty times a second publishes /NAME/odom, the pose by its wheels' encoders, and
+/NAME/true_pose, its real pose. It prints a line once it listens, and its real pose when its input ends.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 STEP = 0.005
-"""Seconds in which speeds change once."""
+"""Seconds between two changes of speeds."""
 ODOMETRY_PERIOD = 0.02
 NOISE_PERIOD = 0.1
 """Seconds for which the noise of a wheel stays the same."""

@@ -1,4 +1,4 @@
-"""A private ROS 2 for tests: its interpreter, an environment of its own, and real subscribers."""
+"""A private ROS 2 for tests: its interpreter, its own environment, and real subscribers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from improv_core.safety.stage_watchdog import Watch
 from tests.needs import lacking
 
 LIMIT = 60.0
-"""Seconds to wait for anything: discovery alone may take several on a busy machine."""
+"""Seconds to wait for an event: discovery alone may take several on a busy machine."""
 
 DRIVER = Path(__file__).parent / "driver.py"
 SITE = Path(__file__).parent / "site"
@@ -38,7 +38,7 @@ Fields = dict[str, Any]
 
 
 class Others:
-    """A process in which others are in ROS; others.py says what they can do."""
+    """A process with other nodes of ROS; others.py lists their kinds."""
 
     def __init__(self, python: str, env: Mapping[str, str]) -> None:
         self._numbers = count()
@@ -52,14 +52,14 @@ class Others:
         return self.process.pid
 
     def make(self, what: str, take: Callable[[Fields], None], **options: Any) -> int:
-        """Make a node, which has a number from then on. `take` gets what it says."""
+        """Make a node, and return its number. `take` gets its messages."""
         number = next(self._numbers)
         self._inboxes[number] = take
         self.tell(number, what, **options)
         return number
 
     def tell(self, number: int, what: str, **options: Any) -> None:
-        """Tell a node something, and wait until it has done that."""
+        """Send a node a command, and wait until it has obeyed."""
         assert self.process.stdin
         self.process.stdin.write(json.dumps([number, what, options]).encode() + b"\n")
         self.process.stdin.flush()
@@ -76,7 +76,7 @@ class Others:
         self.tell(-1, "leave", domain=domain)
 
     def kill(self) -> None:
-        """Have all of them vanish silently."""
+        """Kill all of them, so that they vanish silently."""
         self.process.kill()
         self.process.wait(LIMIT)
 
@@ -101,7 +101,7 @@ class Others:
 
 
 class Listener:
-    """A subscriber among others, and what it has heard: dicts of topic, at, x, y, z, yaw."""
+    """A subscriber among the other nodes, and its messages: dicts of topic, at, x, y, z, yaw."""
 
     def __init__(
         self,
@@ -122,7 +122,7 @@ class Listener:
         self._number = others.make("listener", self._take, name=name or NAMES.get(kind, kind.lower()), **options)
 
     def wait(self, fits: Callable[[Fields], bool]) -> Fields:
-        """The next message that fits, which may be one heard before this call."""
+        """Wait for the next message that fits, which may have come before this call, and return it."""
         end = time.monotonic() + LIMIT
         while True:
             try:
@@ -134,17 +134,17 @@ class Listener:
                 return message
 
     def hear_all(self) -> None:
-        """Put what has come until now into `heard`."""
+        """Put all messages up to now into `heard`."""
         while not self._inbox.empty():
             self.heard.append(self._inbox.get())
 
     def wait_for_publishers(self, fits: Callable[[int], bool]) -> None:
-        """Wait until the known number of publishers on its topics fits."""
+        """Wait until the number of publishers that it has found on its topics fits."""
         with self._changed:
             assert self._changed.wait_for(lambda: fits(self._publishers), LIMIT)
 
     def close(self) -> None:
-        """End it unless it has ended already; `heard` then has everything."""
+        """End it unless it has already ended; `heard` then has all messages."""
         self._others.end(self._number)
         self.hear_all()
 
@@ -158,11 +158,11 @@ class Listener:
 
 
 NAMES = {"Twist": "listener"}
-"""The nodes of listeners, where they aren't called as their types: a node can't have two types on one topic."""
+"""The nodes of listeners that aren't named for their types: a node can't have two types on one topic."""
 
 
 class Publisher:
-    """Publishes these fields, nested ones with dots, again and again until others come, or once. None is silence."""
+    """A publisher of fields, nested ones with dots, which repeats them until others come, or once. None is silence."""
 
     def __init__(
         self,
@@ -187,7 +187,7 @@ class Publisher:
 
 
 class Sink:
-    """The sink in a process of its own: `sink("missing")` calls the method and returns its answer."""
+    """The sink in its own process: `sink("missing")` calls the method and returns its answer."""
 
     def __init__(self, python: str, env: Mapping[str, str], *arguments: str) -> None:
         self.process = subprocess.Popen(
@@ -202,7 +202,7 @@ class Sink:
         return self._answer()
 
     def repeat(self, listener: Listener, method: str, *arguments: Any) -> None:
-        """Call this again and again, as the player does, until the listener hears anything."""
+        """Repeat this call, as the player does, until the listener hears a message."""
         end = time.monotonic() + LIMIT
         while not listener.heard:
             assert time.monotonic() < end
@@ -221,7 +221,7 @@ class Sink:
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 SHORT_LEASE = {PROFILES: str(Path(__file__).with_name("short_lease.xml"))}
-"""With this, others miss one that is killed after two seconds: its lease ends, which usually takes 20."""
+"""Settings with which a killed node's lease, and so its place in the graph, ends after 2 s instead of 20 s."""
 Listen = Callable[..., Listener]
 Publish = Callable[..., Publisher]
 Start = Callable[..., Sink]
@@ -243,11 +243,11 @@ PATIENT = {
     "outputs.ros.setup.interpreter.PROBE_LIMIT": LIMIT,
     "safety.stage_watchdog.HARMLESS_HANG_LIMIT": 20.0,
 }
-"""Limits with which nothing of ours counts as failed because the machine is busy, and beat 0 waits for the standby."""
+"""Limits with which our processes don't count as failed on a busy machine, and beat 0 waits for the standby."""
 
 
 def with_limits(**limits: float) -> dict[str, str]:
-    """Variables with which our processes have these limits, and otherwise patient ones: `player__decide__LATE=1`."""
+    """Return variables that set these limits for our processes, else patient ones: `player__decide__LATE=1`."""
     named = {name.replace("__", "."): limit for name, limit in limits.items()}
     for name in named.keys() | PATIENT.keys():
         module, _, limit = name.rpartition(".")
@@ -257,13 +257,13 @@ def with_limits(**limits: float) -> dict[str, str]:
 
 
 def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same for stages of a playback in this process, for which no variable sets limits."""
+    """Set patient limits for stages of a playback in this process, for which no variable sets limits."""
     monkeypatch.setattr(stage_process, "Watch", lambda now, limit: Watch(now, LIMIT))
     monkeypatch.setattr(stage_watchdog, "HARMLESS_HANG_LIMIT", LIMIT)
 
 
 def with_code(code: str) -> dict[str, str]:
-    """Variables with which every Python runs this first."""
+    """Return variables that make every Python run this code first."""
     return {"IMPROV_TEST_CODE": code, "PYTHONPATH": str(SITE)}
 
 
@@ -279,7 +279,7 @@ else:
         make(*arguments, **named)
     rclpy.node.Node.__init__ = print_and_make
 """
-"""As if a library printed something for each node."""
+"""Code that prints a text for each node, as a library could."""
 
 
 _domains = count(random.SystemRandom().randrange(100))
@@ -287,7 +287,7 @@ _domains = count(random.SystemRandom().randrange(100))
 
 @contextmanager
 def a_domain() -> Iterator[int]:
-    """A domain in which nobody else on this machine tests: not another worker, not another run."""
+    """Reserve a domain that no other worker and no other run on this machine uses."""
     for number in islice(_domains, 100):
         # The domains that are safe beside Linux's ephemeral ports end at 101, in which nobody listens.
         domain = 1 + number % 100
@@ -301,7 +301,7 @@ def a_domain() -> Iterator[int]:
 
 @pytest.fixture(scope="session")
 def ros_python() -> str:
-    """A Python that imports rclpy."""
+    """Return the path of a Python that imports rclpy."""
     python = os.environ.get("IMPROV_ROS_PYTHON") or (str(OWN) if OWN.exists() else "")
     if not python:
         lacking("no ROS 2: run `sh tests/ros/fetch.sh`, or set IMPROV_ROS_PYTHON to a Python with rclpy")
@@ -310,7 +310,7 @@ def ros_python() -> str:
 
 @pytest.fixture(scope="session")
 def ros_env(ros_python: str) -> Iterator[dict[str, str]]:
-    """An environment in which our server finds ROS 2, on this machine only, in a domain of this worker's own."""
+    """Return an environment in which our server finds ROS 2 on this machine only, in this worker's own domain."""
     with a_domain() as domain:
         yield {
             **os.environ,
@@ -324,7 +324,7 @@ def ros_env(ros_python: str) -> Iterator[dict[str, str]]:
 
 @pytest.fixture(scope="session")
 def others(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Others]:
-    """One process for all who listen and publish; a test that kills some starts another."""
+    """One process for all listeners and publishers; a test that kills some starts another."""
     others = Others(ros_python, ros_env)
     yield others
     others.close()
@@ -332,8 +332,8 @@ def others(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Others]:
 
 @pytest.fixture
 def alone(ros_env: Mapping[str, str], others: Others) -> Iterator[dict[str, str]]:
-    """The environment with a domain of this test's own: it kills or halts a process of ROS, and the graph remembers
-    that for a while."""
+    """The environment with this test's own domain: it kills or halts a process of ROS, which stays in the graph for a
+    while."""
     with a_domain() as domain:
         yield {**ros_env, "ROS_DOMAIN_ID": str(domain)}
         others.leave(domain)
@@ -341,7 +341,7 @@ def alone(ros_env: Mapping[str, str], others: Others) -> Iterator[dict[str, str]
 
 @pytest.fixture
 def fragile(ros_python: str, alone: Mapping[str, str]) -> Iterator[Others]:
-    """Others to be killed."""
+    """Other nodes that the test kills."""
     others = Others(ros_python, {**alone, **SHORT_LEASE})
     yield others
     others.kill()
@@ -349,7 +349,7 @@ def fragile(ros_python: str, alone: Mapping[str, str]) -> Iterator[Others]:
 
 @pytest.fixture
 def where(request: pytest.FixtureRequest) -> int | None:
-    """The domain in which this test's listeners and publishers are: its own, if it has one."""
+    """The domain of this test's listeners and publishers: its own, if it has one."""
     if "alone" in request.fixturenames:
         return int(request.getfixturevalue("alone")["ROS_DOMAIN_ID"])
     return None
@@ -357,7 +357,7 @@ def where(request: pytest.FixtureRequest) -> int | None:
 
 @pytest.fixture(scope="module")
 def turtle(others: Others) -> Iterator[Listener]:
-    """One listener for all tests of a module, as turtle1: somebody else moves it in each."""
+    """One listener as turtle1 for all tests of a module; in each test, another process moves it."""
     turtle = Listener(others, "/turtle1/cmd_vel")
     yield turtle
     turtle.close()
@@ -365,7 +365,7 @@ def turtle(others: Others) -> Iterator[Listener]:
 
 @pytest.fixture
 def listen(others: Others, where: int | None) -> Iterator[Listen]:
-    """Starts listeners: `listen("/r/cmd_vel", type=STAMPED)`; others.py says what they can do."""
+    """Start listeners: `listen("/r/cmd_vel", type=STAMPED)`; others.py has their options."""
     with ExitStack() as stack:
 
         def start(*topics: str, **options: Any) -> Listener:
@@ -378,7 +378,7 @@ def listen(others: Others, where: int | None) -> Iterator[Listen]:
 
 @pytest.fixture
 def publish(others: Others, where: int | None) -> Iterator[Publish]:
-    """Starts publishers: `publish("/e_stop", "std_msgs/Bool", best_effort=True)`."""
+    """Start publishers: `publish("/e_stop", "std_msgs/Bool", best_effort=True)`."""
     with ExitStack() as stack:
 
         def start(topic: str, type: str, **options: Any) -> Publisher:
@@ -399,7 +399,7 @@ def driver(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Sink]:
 
 @pytest.fixture
 def sink(driver: Sink) -> Iterator[Sink]:
-    """A new sink, in a process that is there already."""
+    """A new sink, in a process that already runs."""
     driver.description = driver("anew")
     yield driver
     driver("leave")
@@ -407,7 +407,7 @@ def sink(driver: Sink) -> Iterator[Sink]:
 
 @pytest.fixture
 def start(ros_python: str, alone: Mapping[str, str]) -> Iterator[Start]:
-    """Starts sinks in processes of their own, with variables that differ from the environment of all tests."""
+    """Start sinks in their own processes, with variables that differ from the environment of all tests."""
     with ExitStack() as stack:
 
         def begin(*arguments: str, **variables: str) -> Sink:
@@ -424,7 +424,7 @@ SCAN |= {"range_max": 10.0}
 
 
 def scan(ahead: float) -> Fields:
-    """A scan in which something is straight ahead, and nothing else."""
+    """Return a scan with an obstacle straight ahead, and no other."""
     return {**SCAN, "ranges": [math.inf] * 175 + [ahead] * 10 + [math.inf] * 175}
 
 
@@ -433,7 +433,7 @@ Script = Callable[..., "subprocess.Popen[str]"]
 
 @pytest.fixture
 def script(ros_python: str, ros_env: dict[str, str]) -> Iterator[Script]:
-    """Starts scripts in ROS's interpreter. Each is ready when it prints a line, and ends when its input does."""
+    """Start scripts in ROS's interpreter. Each is ready when it prints a line, and ends when its input does."""
     started: list[subprocess.Popen[str]] = []
 
     def start(path: Path, *arguments: str, **variables: str) -> subprocess.Popen[str]:

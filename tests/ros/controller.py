@@ -1,14 +1,14 @@
-"""Controllers of joints, run by ROS's interpreter: they do what ros2_control's do, by its documentation.
+"""Controllers of joints, run by ROS's interpreter: they behave as ros2_control's documentation says.
 
-A trajectory controller does what control.ros.org says of joint_trajectory_controller (Jazzy: its page, its parameters,
-and "Trajectory Representation"): it obeys a trajectory as soon as it comes, in place of what it had, is cubic between
+A trajectory controller follows control.ros.org on joint_trajectory_controller (Jazzy: its page, its parameters,
+and "Trajectory Representation"): it obeys a trajectory as soon as it comes instead of the last, is cubic between
 points with positions and velocities, and holds the last point. By its defaults, it refuses a trajectory that lacks a
 joint or ends in motion, and one whose times don't increase. One without points stops nothing (ros2_controllers#683).
-Velocity and position controllers do what it says of forward_command_controller: the latest command stays for ever
+Velocity and position controllers follow it on forward_command_controller: they keep the latest command forever
 (ros2_controllers#95).
 
-Each listens on /NAME/CONTROLLER_controller/…, and fifty times a second, /NAME/joint_states says where all joints are.
-Prints a line once it listens, and ends with its input.
+Each listens on /NAME/CONTROLLER_controller/…, and /NAME/joint_states has the positions of all joints fifty times a
+second. The process prints a line once they listen, and ends with its input.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from itertools import pairwise
 from typing import Any
 
 PERIOD = 0.02
-"""Seconds between two messages that say where joints are."""
+"""Seconds between two messages with the positions of joints."""
 
 Point = tuple[float, Sequence[float], Sequence[float]]
-"""Seconds from the beginning, positions, and velocities."""
+"""A point: seconds from the beginning, positions, and velocities."""
 
 
 def cubic(begin: tuple[float, float], end: tuple[float, float], whole: float, passed: float) -> tuple[float, float]:
-    """The position and the velocity between two of them, `whole` seconds apart."""
+    """Return the position and the velocity between two of them, `whole` seconds apart."""
     (p, v), (q, w), share = begin, end, passed / whole
     square, cube = share**2, share**3
     position = (2 * cube - 3 * square + 1) * p + (3 * square - 2 * cube) * q
@@ -41,7 +41,7 @@ def cubic(begin: tuple[float, float], end: tuple[float, float], whole: float, pa
 
 @dataclass
 class TrajectoryController:
-    """Times are monotonic, in seconds."""
+    """A controller that follows trajectories. Times are monotonic, in seconds."""
 
     joints: Sequence[str]
     positions: list[float]
@@ -80,7 +80,7 @@ class TrajectoryController:
 
 @dataclass
 class ForwardController:
-    """A command stays for ever. Times are monotonic, in seconds."""
+    """A controller that keeps each command until the next one. Times are monotonic, in seconds."""
 
     joints: Sequence[str]
     positions: list[float]

@@ -1,4 +1,4 @@
-"""A dance that somebody plays and a subscriber hears, and what must hold when something fails meanwhile."""
+"""A dance from its player to a subscriber, and checks for a fault in the middle of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ENDED = "the stage exited unexpectedly: a new one is stopping the robots; save t
 
 
 class Conductor(Protocol):
-    """Whoever plays what is saved: a server, `improv watch`."""
+    """A process that plays saved programs: a server or `improv watch`."""
 
     pid: int
 
@@ -30,7 +30,7 @@ class Conductor(Protocol):
     def wait_for_line(self, part: str) -> None: ...
 
     def complaints(self) -> list[str]:
-        """The warnings and errors since this was asked last, but for those waited for."""
+        """Return the warnings and errors since the last call, except those that the test has waited for."""
 
 
 class Server:
@@ -103,7 +103,7 @@ class Terminal:
         self.process.communicate(timeout=LIMIT)
 
     def end(self) -> tuple[int, str]:
-        """Its exit code, and what it complained of last."""
+        """Return its exit code and its last complaints."""
         _, rest = self.process.communicate(timeout=LIMIT)
         return self.process.returncode, rest
 
@@ -111,7 +111,7 @@ class Terminal:
         self._path.write_text(program)
 
     def wait_for_line(self, part: str) -> None:
-        """Whatever comes before it is a complaint."""
+        """Wait for a line. All lines before it are complaints."""
         self._said += lines_until(part, self.process.stderr)[:-1]
 
     def complaints(self) -> list[str]:
@@ -132,7 +132,7 @@ def at_speed(speed: float) -> Callable[[Mapping[str, Any]], bool]:
 
 
 def dances(conductor: Conductor, listener: Listener) -> None:
-    """The dance begins, and goes on until the stage is known to be done with getting ready."""
+    """Start the dance, and wait until the stage must have finished its preparations."""
     conductor.save(BEFORE)
     for _ in range(4):
         listener.wait(at_speed(BEFORE_SPEED))
@@ -141,8 +141,8 @@ def dances(conductor: Conductor, listener: Listener) -> None:
 def survives(
     conductor: Conductor, listener: Listener, fault: Callable[[int], object], line: str, stands: bool = True
 ) -> None:
-    """What holds when a fault hits the stage, whose process id it is given, or what is around it: the robot stands,
-    one line says why, the next save plays, and nothing is left of processes that were replaced."""
+    """Check a fault of the stage, whose process id it gets, or of other processes: the robot stands, one line says why,
+    the next save plays, and no replaced process is left."""
     dances(conductor, listener)
     conductor.complaints()
     ours = players(conductor.pid)
@@ -156,7 +156,7 @@ def survives(
     try:
         moves = listener.wait(moving)
     except AssertionError as failure:
-        failure.add_note(f"what is wrong was told: {conductor.complaints()}")
+        failure.add_note(f"complaints: {conductor.complaints()}")
         raise
     assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
     said = conductor.complaints()

@@ -1,4 +1,4 @@
-"""Drives the ROS sink alone, in ROS's interpreter: a line of input is [method, arguments, named arguments]."""
+"""Drive the ROS sink alone, in ROS's interpreter: a line of input is [method, arguments, named arguments]."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, Part, Safety, Score
 
 LIMIT = 60.0
-"""Seconds to wait for anything, as in conftest.py."""
+"""Seconds to wait for an event, as in conftest.py."""
 
 
 def answer(value: Any) -> None:
@@ -52,8 +52,8 @@ def prepare(
     stops: bool = False,
     **part: Any,
 ) -> None:
-    """Robots on these topics; what is given of a part and its profile is alike for all, but some may be puppets. They
-    perform something, or only have to stop."""
+    """Prepare robots on these topics. All have the same part and profile, but some may be puppets. They perform a part,
+    or only have to stop."""
     made = replace(TURTLESIM, **dict(profile))
     part["senses"] = senses.from_json(part.get("senses", {}))
     parts = {
@@ -71,7 +71,7 @@ def prepare_body(
     home: Home = "wait",
     **joint: Any,
 ) -> None:
-    """A robot called ada that moves its head, left and up, by the joints yaw and pitch; both are as `joint` says."""
+    """Prepare a robot ada that moves its head left and up by the joints yaw and pitch, both defined by `joint`."""
     made = [Controller(**each) for each in controllers]
     head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
     body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, states, home)
@@ -83,7 +83,7 @@ def prepare_body(
 
 
 def send_joints(at: float, **velocities: float) -> None:
-    """Where the stage believes that joints are makes no difference."""
+    """Send velocities to joints. The positions that the stage assumes make no difference."""
     sink.send_joints("ada", {name: JointMotion(0.0, velocity) for name, velocity in velocities.items()}, at)
 
 
@@ -92,7 +92,7 @@ def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
 
 
 def refuse(robot: str, x: float) -> str:
-    """What is said of a velocity that can't be sent."""
+    """Return the error about a velocity that can't be sent."""
     try:
         sink.send(robot, Twist(x), 0.0)
     except ValueError as error:
@@ -101,7 +101,7 @@ def refuse(robot: str, x: float) -> str:
 
 
 def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
-    """Look as often as the player does, who asks listeners only before robots move."""
+    """Look as often as the player, which asks listeners only before robots move."""
     end = time.monotonic() + LIMIT
     while not fits():
         if time.monotonic() > end:
@@ -113,7 +113,7 @@ def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
 
 
 def wait(listeners: int = 0) -> None:
-    """Until the player would begin, and so many have been found on each topic and hear it."""
+    """Wait until the player would begin, and so many listeners have been found on each topic and hear it."""
 
     def ready() -> bool:
         found = all(topic.count_listeners() >= listeners for topic in sink._topics.values())
@@ -123,7 +123,7 @@ def wait(listeners: int = 0) -> None:
 
 
 def bring_home() -> None:
-    """Bring joints toward their starts until they move. Then stop the robot."""
+    """Move joints toward their starts until they move, and then stop the robot."""
 
     def moves() -> bool:
         sink.resetting()
@@ -137,14 +137,14 @@ def bring_home() -> None:
 
 
 def wait_for_reset() -> float:
-    """The seconds for which the player would wait."""
+    """Return the seconds for which the player would wait."""
     began = time.monotonic()
     until(lambda: not sink.resetting())
     return time.monotonic() - began
 
 
 def find(lines: str, robot: str, part: str) -> str:
-    """The line about a robot among these ("missing" or "warnings"), once it has this part in it."""
+    """Wait for a line about a robot in these ("missing" or "warnings") that contains a text, and return it."""
     found = ""
 
     def fits() -> bool:
@@ -157,13 +157,13 @@ def find(lines: str, robot: str, part: str) -> str:
 
 
 def battery(robot: str) -> float:
-    """How full a robot's battery is, once that is known."""
+    """Wait for a robot's battery level, and return it."""
     until(lambda: robot in sink.noticed().batteries)
     return sink.noticed().batteries[robot]
 
 
 def until_ready() -> None:
-    """Until a standby could stop all robots."""
+    """Wait until a standby could stop all robots."""
 
     def ready() -> bool:
         return sink._standby.works and sink._standby.is_ready(set(sink._topics))
@@ -176,7 +176,7 @@ def until_missing() -> None:
 
 
 def until_no_zero_pends() -> None:
-    """Return once no zero is pending."""
+    """Wait until no zero is pending."""
 
     def none_pending() -> bool:
         sink.pending_zeros.retry(time.monotonic())
@@ -190,7 +190,7 @@ def until_no_warnings() -> None:
 
 
 def until_offered(topic: str, *types: str) -> None:
-    """Until everybody is heard, and these are the types of all publishers there."""
+    """Wait until all listeners are served, and all publishers there have these types."""
     until(lambda: not sink.missing() and offered(topic) == types, asks=True)
 
 
@@ -199,7 +199,7 @@ def offered(topic: str) -> tuple[str, ...]:
 
 
 def _next(kind: Any) -> Any:
-    """The next of this kind that is heard. Look around meanwhile, as the player does."""
+    """Wait for the next message of this kind, and return it. Look around meanwhile, as the player does."""
     end = time.monotonic() + LIMIT
     while time.monotonic() < end:
         sink.advance(0.0)
@@ -210,27 +210,27 @@ def _next(kind: Any) -> Any:
 
 
 def edge() -> Any:
-    """The next edge: what it is about, and its value."""
+    """Wait for the next edge, and return its subject and its value."""
     found = _next(Edge)
     what = found.what
     return [*([what] if isinstance(what, str) else what), found.value]
 
 
 def alarm() -> str:
-    """The next line that stops all robots."""
+    """Wait for the next line that stops all robots, and return it."""
     found = _next(Alarm | End)
     return str(found.message if isinstance(found, Alarm) else found.problem)
 
 
 def pose() -> Any:
-    """The next pose: robot, source, x, y, heading; and how long ago it came."""
+    """Wait for the next pose: robot, source, x, y, heading; and its age in seconds."""
     found = _next(RawPoses)
     robot, source, where, at, *_ = found.poses[0]
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
 
 
 def joints() -> Any:
-    """Where a robot's joints are, the next time that this is heard."""
+    """Wait for the next positions of a robot's joints, and return the robot and them."""
     found = _next(RawJoints)
     return found.robot, found.positions
 
@@ -253,7 +253,7 @@ def leave() -> None:
 
 
 def anew() -> str:
-    """Another sink in place of this one; its description."""
+    """Replace this sink by another one. Return its description."""
     global sink, is_there
     leave()
     sink, is_there = make(), True
@@ -302,6 +302,6 @@ for line in sys.stdin:
     method, arguments, named = json.loads(line)
     try:
         answer([True, methods[method](*arguments, **named)])
-    except Exception:  # the next test can go on with another sink
+    except Exception:  # the next test can continue with another sink
         answer([False, traceback.format_exc()])
 leave()

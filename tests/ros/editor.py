@@ -1,7 +1,7 @@
-"""An editor in a process of its own, to be killed: it owns a server, and saves the program that is its argument.
+"""An editor in its own process, for a test to kill: it owns a server, and saves the program in its argument.
 
-Prints the process id of the server. A line of input makes it deaf: it has the server say more than a pipe holds, and
-stops itself. If it is continued, it prints what the server complained of, and saves the program in that line's JSON.
+It prints the server's process id. A line of input makes it deaf: it makes the server write more than a pipe holds, and
+halts itself. When continued, it prints the server's complaints, and saves the program in that line's JSON.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import sys
 from tests.ros.dance import Server
 
 WRONG = "turtle1 $ forwrd\n" * 1000
-"""Its diagnostics take more than 64 KiB."""
+"""A program whose diagnostics take more than 64 KiB."""
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # as SIGTERM and SIGKILL do, it ends us without a word
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # as SIGTERM and SIGKILL do, it ends us without a message
     with Server(os.environ) as server:
         server.save(sys.argv[1])
         print(server.pid, flush=True)

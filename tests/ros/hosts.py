@@ -1,6 +1,6 @@
-"""Hosts of a network that exists only on this machine (Linux, root): each has its own network, shared memory, and name.
+"""Hosts of a network inside this machine (Linux, root): each has its own network, shared memory, and name.
 
-Without its own `/dev/shm`, DDS would pass messages between them through memory, and nothing would be proven.
+Without its own `/dev/shm`, DDS would pass messages between them through memory, and tests would prove nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tests.needs import need
 from tests.ros.conftest import LIMIT
 
 FIRST, SECOND = "10.77.1.2", "10.77.2.2"
-"""The addresses of two hosts; on one link, they are in one subnet."""
+"""Addresses of two hosts; on one link, they are in one subnet."""
 
 _INSIDE = 'mount -t tmpfs tmpfs /dev/shm && hostname "$0" && exec "$@"'
 
@@ -32,7 +32,7 @@ class Host:
     name: str
 
     def command(self, *command: str) -> list[str]:
-        """This command, on this host."""
+        """Return a command that runs this one on this host."""
         return [
             "ip",
             "netns",
@@ -49,7 +49,7 @@ class Host:
         ]
 
     def wrapper(self, program: str, folder: Path) -> str:
-        """A file that runs a program on this host, for whoever starts it by its path."""
+        """Write an executable file that runs a program on this host. Return its path."""
         path = folder / f"{self.name}-{Path(program).name}"
         words = " ".join(f"'{word}'" for word in self.command(program))
         path.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
@@ -59,7 +59,7 @@ class Host:
 
 @contextmanager
 def on_one_link() -> Iterator[tuple[Host, Host]]:
-    """Two hosts joined by a cable, in one subnet."""
+    """Make two hosts joined by a cable, in one subnet."""
     with _hosts("one", "two") as (one, two):
         _cable(one, "eth0", two)
         for host, address in ((one, FIRST), (two, SECOND)):
@@ -71,7 +71,7 @@ def on_one_link() -> Iterator[tuple[Host, Host]]:
 
 @contextmanager
 def behind_a_router() -> Iterator[tuple[Host, Host]]:
-    """Two hosts in two subnets with a router between them, which passes no multicast."""
+    """Make two hosts in two subnets with a router between them, which passes no multicast."""
     with _hosts("one", "two", "router") as (one, two, router):
         for host, end, address in ((one, "eth1", FIRST), (two, "eth2", SECOND)):
             _cable(host, end, router)
@@ -106,7 +106,7 @@ def _hosts(*names: str) -> Iterator[list[Host]]:
 
 
 def _cable(host: Host, end: str, other: Host) -> None:
-    """A cable from eth0 of a host to another."""
+    """Make a cable from eth0 of a host to another."""
     try:
         _ip(host, f"link add eth0 type veth peer name {end} netns", other.namespace)
     except subprocess.CalledProcessError as refused:
@@ -114,10 +114,10 @@ def _cable(host: Host, end: str, other: Host) -> None:
 
 
 def set_link(host: Host, up: bool) -> None:
-    """Pull the cable of a host that is `on_one_link`, or plug it in."""
+    """Unplug the cable of a host that is `on_one_link`, or plug it in."""
     _ip(host, f"link set eth0 {'up' if up else 'down'}")
     if up:
-        _ip(host, "route replace 224.0.0.0/4 dev eth0")  # it went with the link
+        _ip(host, "route replace 224.0.0.0/4 dev eth0")  # it was lost with the link
 
 
 def _join(host: Host, end: str, address: str) -> None:
@@ -128,8 +128,8 @@ def _join(host: Host, end: str, address: str) -> None:
 def _await_carrier(*hosts: Host) -> None:
     """Wait until the kernel says that these hosts can send, up to a second after both ends of a cable are up.
 
-    Who starts before that announces 127.0.0.1 forever: Fast DDS looks for addresses once, and leaves out what isn't
-    running (Fast-DDS#664).
+    A process that starts before that announces 127.0.0.1 forever: Fast DDS looks for addresses once, and leaves out
+    interfaces that aren't running (Fast-DDS#664).
     """
     end = time.monotonic() + LIMIT
     for host in hosts:

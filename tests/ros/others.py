@@ -1,8 +1,8 @@
-"""Others in ROS, run by ROS's interpreter: listeners, publishers, and services that reset robots, until its input ends.
+"""Other nodes, run by ROS's interpreter until its input ends: listeners, publishers, services that reset robots.
 
-One process for many of them: a process takes a second to start, and one that is there is found at once. Each line of
-input is `[number, what to do, its options]`, each line of output `[number, what came]`. Each node has a context of its
-own, and so is found as a process would be; one context can't have two types on one topic.
+One process has many nodes: a process takes a second to start, and others find one that runs at once. Each line of input
+is `[number, command, options]`, each line of output `[number, message]`. Each node has its own context, so others find
+it as they would find a process; one context can't have two types on one topic.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Empty
 
 LOOK = 0.02
-"""Seconds between two looks at who publishes on a listener's topics."""
+"""Seconds between two looks at the publishers on a listener's topics."""
 MOST = 0.05
-"""Seconds of ours for which a simulation goes on at once, however long this process has stood."""
+"""Most seconds of our time that one message of a simulation adds, however long this process was halted."""
 TWISTS = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
 POSES = "nav_msgs/Odometry", "geometry_msgs/PoseStamped"
 
@@ -45,7 +45,7 @@ class Nodes:
         self._made: dict[tuple[str, int | None], tuple[Any, Any, threading.Thread]] = {}
 
     def do(self, name: str, domain: int | None, work: Callable[[Any], Any]) -> Any:
-        """Do something with a node, on its own thread: nothing is made or destroyed while that waits for it."""
+        """Do something with a node on its own thread, so nothing is made or destroyed while that thread waits."""
         node, executor, _ = self._get(name, domain)
         task = executor.create_task(work, node)
         done = threading.Event()
@@ -66,7 +66,7 @@ class Nodes:
         return self._made[name, domain]
 
     def close(self, domain: int | None = None) -> None:
-        """Close those in a domain, or all."""
+        """Close the nodes in a domain, or all."""
         for key, (node, executor, spinning) in list(self._made.items()):
             if domain is None or key[1] == domain:
                 # A thread still inside rclpy when Python ends would abort the process.
@@ -91,8 +91,8 @@ def quality(depth: int, options: dict[str, Any]) -> QoSProfile:
 
 
 class Listener:
-    """Tells what comes on topics and when, and how many publish there. With `reset`, it offers a service that resets as
-    turtlesim's does: each subscription is made anew. One that is `deaf` never answers."""
+    """A subscriber that reports messages, their times, and the number of publishers. With `reset`, it offers a service
+    that resets as turtlesim's does: it makes each subscription again. A `deaf` one never answers."""
 
     def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
         self._number, self._node, self._options = number, node, options
@@ -132,7 +132,7 @@ class Listener:
             self._node.destroy_subscription(subscription)
 
     def leave(self) -> None:
-        """From another thread than the node's."""
+        """Leave, from another thread than the node's."""
         self._closing.set()
 
     def close(self) -> None:
@@ -143,7 +143,7 @@ class Listener:
 
 
 def reader_of(name: str) -> Callable[[Any], dict[str, Any]]:
-    """What is told of a message of this type."""
+    """Return a function that makes the report of a message of this type."""
     if name in POSES:
         return pose
     if name == "sensor_msgs/JointState":
@@ -179,7 +179,7 @@ def pose(message: Any) -> dict[str, Any]:
 
 
 class Publisher:
-    """Publishes what it was told last, so many times a second, or once. Nothing is silence."""
+    """A publisher that repeats the latest fields so many times a second, or sends them once. No fields are silence."""
 
     def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
         self._number, self._node = number, node
@@ -214,7 +214,7 @@ class Publisher:
 
 
 class Simulation:
-    """Publishes the time on /clock, a hundred times a second: it makes `rate` seconds a second, but never jumps."""
+    """A publisher of /clock, a hundred times a second: its time advances `rate` seconds a second, and never jumps."""
 
     def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
         self._node = node

@@ -1,4 +1,4 @@
-"""Makes standard output ours alone, when imported: what DDS prints there would tear our lines."""
+"""Reserve standard output for us when imported: output of DDS there would tear our lines."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""`improv body --topic`: the URDF that ROS 2 publishes. What is made of it is asked in tests/robots/test_urdf.py."""
+"""`improv body --topic`: the URDF that ROS 2 publishes. tests/robots/test_urdf.py tests how it is read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`improv calibrate` with a base that is measured over ROS."""
+"""`improv calibrate` with a base whose poses come over ROS."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ OWN = "the poses of anna on /anna/odom are nav_msgs/Odometry: a base's own odome
         ("world", [LATE], "Press Enter: anna turns left on the spot, twice"),
     ],
 )
-def test_a_robot_that_comes_late_is_measured_unless_it_only_counts_turns_of_wheels(
+def test_a_robot_that_comes_late_is_measured_unless_it_has_only_wheel_odometry(
     frame: str, expected: list[str], last: str, script: Script, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """It doesn't matter where it stands, whatever the frame of its poses is.
+    """Neither its place nor the frame of its poses matters.
 
-    tests/commands/test_calibrate.py and tests/services/test_calibration.py ask what becomes of what is measured.
+    tests/commands/test_calibrate.py and tests/services/test_calibration.py test the use of the measurements.
     """
     toml = ROBOTS.format(frame=frame)
     (tmp_path / "improv.toml").write_text(toml)

@@ -37,7 +37,7 @@ for line in sys.stdin:
     again = serialize_message(one).hex(), len(serialize_message(other))
     print(json.dumps([values(one), values(other.twist), stamp.sec, stamp.nanosec, other.header.frame_id, *again]))
 """
-"""Prints what rclpy finds in pairs of messages, and what it makes of that."""
+"""A script that prints the fields that rclpy reads from pairs of messages, and the messages that it makes of them."""
 TIME = 1_700_000_000 * SECOND + 123_456_789
 TWISTS = [
     (STILL, ""),
@@ -67,7 +67,7 @@ def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str
         assert (sec, nanosec, read_frame) == (1_700_000_000, 123_456_789, frame)
         assert frame_in(made) == frame
         assert again == plain.hex()
-        assert length == len(made)  # the bytes between the frame and the velocity are whatever rclpy finds there
+        assert length == len(made)  # the bytes between the frame and the velocity are arbitrary
 
 
 READ_JOINTS = """
@@ -93,10 +93,10 @@ for names, positions, frame in states:
     messages.append(serialize_message(message).hex())
 print(json.dumps([[stamp, read.joint_names, points], [*found.data], [*found.layout.dim], messages]))
 """
-"""Prints what rclpy finds in a trajectory and in numbers, and the messages that it makes of joint states."""
+"""A script that prints the fields of a trajectory and of numbers, and rclpy's messages with joint states."""
 
 
-def test_what_joints_are_told_and_where_they_are(ros_python: str, ros_env: dict[str, str]) -> None:
+def test_rclpy_reads_joint_commands_and_we_read_joint_states(ros_python: str, ros_env: dict[str, str]) -> None:
     names = ("a", "bcd", "head_yaw")
     points = [(0.0, [1.0, -2.0, 3.5], [0.5, 0.0, -1e-9]), (0.3, [1.125, -2.0, 3.5], [0.0, 0.0, 0.0])]
     numbers = [1.5, -2.0, 1e-300]

@@ -1,7 +1,7 @@
-"""Body parts of real robots, from a program to controllers that do what ros2_control's do (tests/ros/controller.py).
+"""Body parts of real robots, from a program to controllers that behave as ros2_control's (tests/ros/controller.py).
 
-What they are sent is asked in tests/stage (test_controllers.py, sinks/test_ros_controllers.py); here real ones obey it.
-The robot has a controller of each kind, and its base has nothing to do, so nobody need listen to it.
+tests/stage (test_controllers.py, sinks/test_ros_controllers.py) tests the commands; here real controllers obey them.
+The robot has a controller of each kind, and its base has nothing to do, so it needs no listener.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ joints = ["wrist"]
 interface = "{hand}"
 """
 RESTING = 25
-"""How many messages must say the same: half a second of them."""
+"""Equal messages after which joints rest: half a second of them."""
 _names = count()
 
 
 class Dance:
-    """Somebody plays a program with `improv play` for a robot whose joints are listened to."""
+    """A program that `improv play` plays for a robot, and a listener to its joints."""
 
     def __init__(self, folder: Path, env: Mapping[str, str], program: str, **profile: str) -> None:
         self.robot = f"ada{next(_names)}"
@@ -79,7 +79,7 @@ class Dance:
 
 
 def arguments_of(hand: str) -> list[str]:
-    """What the controllers are started with; `hand` is the interface of that of the hand."""
+    """Return the arguments of the script of the controllers; `hand` is the interface of the hand's."""
     made = ["head trajectory yaw pitch", "arm position elbow", f"hand {hand} wrist"]
     return [word for each in made for word in ("--controller", *each.split())]
 
@@ -91,7 +91,7 @@ Begin = Callable[..., tuple[Dance, Listener]]
 def begin(
     script: Script, listen: Listen, ros_env: dict[str, str], tmp_path: Path, where: int | None
 ) -> Iterator[Begin]:
-    """Plays a program: `begin(PROGRAM, "--start", "yaw", "0.5")`. Each robot has a name of its own."""
+    """Play a program: `begin(PROGRAM, "--start", "yaw", "0.5")`. Each robot has its own name."""
     env = ros_env if where is None else {**ros_env, "ROS_DOMAIN_ID": str(where)}
     with ExitStack() as stack:
 
@@ -106,7 +106,7 @@ def begin(
 
 
 def rest(joints: Listener) -> dict[str, float]:
-    """Wait until all joints rest; where they are."""
+    """Wait until all joints rest, and return their positions."""
     same: list[Any] = []
 
     def rests(message: Mapping[str, Any]) -> bool:
@@ -119,7 +119,7 @@ def rest(joints: Listener) -> dict[str, float]:
 
 
 def test_joints_move_to_their_starts_and_then_as_the_program_says_and_stop_at_their_limits(begin: Begin) -> None:
-    """To their starts, they move at a fifth of their highest speeds."""
+    """They move to their starts at a fifth of their highest speeds."""
     dance, joints = begin(
         "{robot} $ head (left left right || up up up) || arm (up up down) || hand (up up down)\n",
         *("--start", "yaw", "-0.3"),
@@ -135,7 +135,7 @@ def test_joints_move_to_their_starts_and_then_as_the_program_says_and_stop_at_th
 
 
 def test_joints_come_to_rest_if_the_stage_is_killed(begin: Begin, alone: Mapping[str, str]) -> None:
-    """The standby stops the ones that never rest by themselves."""
+    """The standby stops the joints that never come to rest by themselves."""
     dance, joints = begin("{robot} $ repeat (head left || arm up || hand up)\n", hand="velocity")
     joints.wait(lambda message: all(message["positions"][joint] > 0.2 for joint in ("yaw", "elbow", "wrist")))
     os.kill(next(iter(players(dance.process.pid))), signal.SIGKILL)

@@ -1,6 +1,6 @@
-"""`improv doctor` with ROS 2: it sees who is there, and tells no robot anything.
+"""`improv doctor` with ROS 2: it sees the nodes that run, and sends robots nothing.
 
-What it makes of what it sees is asked in tests/commands/test_doctor.py.
+tests/commands/test_doctor.py tests its conclusions.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def doctor(env: Mapping[str, str], folder: Path, *arguments: str) -> tuple[int, 
     return done.returncode, done.stdout.splitlines()
 
 
-def test_the_doctor_sees_who_is_there_and_where_and_whose_clock_is_ahead(
+def test_the_doctor_reports_listeners_other_publishers_places_and_clocks(
     ros_env: dict[str, str], ros_python: str, script: Script, listen: Listen, publish: Publish, tmp_path: Path
 ) -> None:
     listener = listen("/lab/anna")

@@ -1,4 +1,4 @@
-"""Whoever ends that has to do with what plays, and however: robots stand, and nothing is left running."""
+"""Each end of a process that takes part in a dance: robots stand, and no process is left running."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def turtle(listen: Listen) -> Listener:
     return listen("/turtle1/cmd_vel")
 
 
-def test_the_end_of_the_server(turtle: Listener, alone: Mapping[str, str]) -> None:
-    """One with two stages, since robots are simulated beside the real ones."""
+def test_robots_stand_if_the_server_is_killed(turtle: Listener, alone: Mapping[str, str]) -> None:
+    """A server with two stages, since it also simulates the robots."""
     with Server(alone, backend="auto") as server:
         dances(server, turtle)
         ours = descendants(server.pid)
@@ -52,8 +52,8 @@ def test_the_end_of_the_server(turtle: Listener, alone: Mapping[str, str]) -> No
 
 @contextmanager
 def an_editor(env: Mapping[str, str], turtle: Listener) -> Iterator[tuple[subprocess.Popen[str], int]]:
-    """One in a process of its own, the process id of its server, and a dance. When it is killed, its robots stand, and
-    nothing of it is left."""
+    """Run a dance in an editor's own process. Yield the process and its server's process id. On exit, kill it: its
+    robots stand, and no process of it is left."""
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.ros.editor", BEFORE],
         env={**env, **with_limits(protocol__limits__SILENCE_LIMIT=3.0)},
@@ -75,7 +75,7 @@ def an_editor(env: Mapping[str, str], turtle: Listener) -> Iterator[tuple[subpro
 
 
 def deafen(process: subprocess.Popen[str], server: int) -> None:
-    """Have an editor read no more, and its server say more than the pipe between them holds."""
+    """Stop an editor from reading, and make its server write more than the pipe between them holds."""
     assert process.stdin
     print(json.dumps(AFTER), file=process.stdin, flush=True)
     wait_until_full(server, LIMIT)

@@ -1,6 +1,6 @@
-"""Whatever fails while robots move: they stand, one line says so, and the next save plays.
+"""Faults while robots move: they stand, one line says so, and the next save plays.
 
-How soon is a matter of limits, which tests with a turned clock have; `python -m tests.benchmarks faults` measures it.
+The time depends on limits, which tests with a simulated clock check; `python -m tests.benchmarks faults` measures it.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ else:
 
     Publisher.publish = publish_or_fail
 """
-"""Once there is a file `hang`, the next publisher stays in a C function that keeps all threads waiting. While there is
-a file `broken`, nothing can be published for turtle2."""
+"""Code with which a file `hang` keeps the next publisher in a C function that blocks all threads. While a file `broken`
+exists, no message for turtle2 can be published."""
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def env(ros_env: Mapping[str, str], others: Others, folder: Path) -> Iterator[dict[str, str]]:
-    """A domain in which processes are killed, and limits that are over soon."""
+    """An environment with a domain in which processes may be killed, and short limits."""
     limits = with_limits(protocol__limits__HANG_LIMIT=3.0, protocol__limits__SILENCE_LIMIT=3.0)
     with a_domain() as domain:
         yield {**ros_env, **limits, **with_code(BROKEN.format(folder=str(folder))), "ROS_DOMAIN_ID": str(domain)}
@@ -60,7 +60,7 @@ def env(ros_env: Mapping[str, str], others: Others, folder: Path) -> Iterator[di
 
 @pytest.fixture(scope="module")
 def turtles(others: Others, env: Mapping[str, str]) -> Iterator[list[Listener]]:
-    """They stay until the server has ended: otherwise, they would be told to stop again and again."""
+    """They stay until the server has ended, because it would otherwise keep telling them to stop."""
     turtles = [Listener(others, topic, domain=int(env["ROS_DOMAIN_ID"])) for topic in TOPICS]
     yield turtles
     for each in turtles:
@@ -69,21 +69,21 @@ def turtles(others: Others, env: Mapping[str, str]) -> Iterator[list[Listener]]:
 
 @pytest.fixture(scope="module")
 def server(env: Mapping[str, str], turtles: list[Listener]) -> Iterator[Server]:
-    """One for all faults: it survives them."""
+    """One server for all faults: it survives them."""
     with Server(env) as server:
         yield server
 
 
-def test_the_end_of_the_stage(server: Server, turtles: list[Listener]) -> None:
+def test_a_killed_stage_is_replaced(server: Server, turtles: list[Listener]) -> None:
     survives(server, turtles[0], lambda stage: os.kill(stage, signal.SIGKILL), ENDED)
 
 
-def test_a_stage_that_hangs_in_a_c_call(server: Server, turtles: list[Listener], folder: Path) -> None:
+def test_a_stage_that_hangs_in_a_c_call_is_replaced(server: Server, turtles: list[Listener], folder: Path) -> None:
     line = ": a new one is stopping the robots; save to play again"  # its standby may be first to kill it
     survives(server, turtles[0], lambda _: (folder / "hang").touch(), line)
 
 
-def test_a_server_that_hangs(server: Server, turtles: list[Listener]) -> None:
+def test_a_server_that_hangs_stops_the_robots(server: Server, turtles: list[Listener]) -> None:
     turtle = turtles[0]
 
     def hang(_: int) -> None:
@@ -97,8 +97,8 @@ def test_a_server_that_hangs(server: Server, turtles: list[Listener]) -> None:
     survives(server, turtle, hang, line, stands=False)
 
 
-def test_an_unreachable_robot(server: Server, turtles: list[Listener], folder: Path) -> None:
-    """The others are stopped, what a new stage can't do is not tried forever, and each of the two says so once."""
+def test_an_unreachable_robot_stops_the_others(server: Server, turtles: list[Listener], folder: Path) -> None:
+    """The stages stop the others, a new stage doesn't retry forever, and each of the two reports the error once."""
     server.save(TWO)
     for turtle in turtles:
         turtle.wait(at_speed(BEFORE_SPEED))

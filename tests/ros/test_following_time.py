@@ -1,4 +1,4 @@
-"""A simulation's time on a real /clock, from its messages to the velocities that a robot in it hears."""
+"""A simulation's time on a real /clock, from its messages to the velocities of a robot in it."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ follow = "ros"
 message = "TwistStamped"
 """
 DANCE = "beat 120\nada $ repeat (forward left)\n"
-"""Half a second of the simulation's time for each."""
+"""A program whose beats take half a second of the simulation's time each."""
 
 
 class Simulation:
-    """A simulation among others that makes so many seconds a second, on /clock a hundred times a second."""
+    """A simulation whose time advances so many seconds a second, on /clock a hundred times a second."""
 
     def __init__(self, others: Others) -> None:
         self._others = others
@@ -44,7 +44,7 @@ def simulation(others: Others) -> Iterator[Simulation]:
 
 
 def beats(robot: Listener, count: int) -> list[Fields]:
-    """The first message of each of the next beats."""
+    """Return the first message of each of the next beats."""
     found: list[Fields] = []
     kind = ""
     while len(found) < count:
@@ -55,7 +55,7 @@ def beats(robot: Listener, count: int) -> list[Fields]:
 
 
 def lasted(beats: list[Fields], clock: str) -> float:
-    """Seconds from the first to the last of them. Any of them may be late on a busy machine."""
+    """Return the seconds from the first to the last of them. Any of them may be late on a busy machine."""
     return float(beats[-1][clock] - beats[0][clock])
 
 

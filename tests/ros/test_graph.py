@@ -1,4 +1,4 @@
-"""Who looks at ROS 2's graph leaves it, also where looking fails."""
+"""A process that looks at ROS 2's graph leaves it, even if the look fails."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from improv_core.protocol.limits import FOLDER
 from tests.ros.conftest import LIMIT, PROFILES, with_code
 
-pytestmark = pytest.mark.slow("somebody looks, and fails, in a process of its own")
+pytestmark = pytest.mark.slow("a look fails in its own process")
 
 WITNESS = f"""
 import subprocess, sys, time
@@ -47,7 +47,7 @@ else:
 
     Node.get_subscriptions_info_by_topic = fail
 """
-"""With this, a look fails once it has been seen."""
+"""Code that makes a look fail once it is in the graph."""
 
 
 def test_a_failed_look_leaves_the_graph(ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ GUARDED = " on /e_stop"
 
 SNIFFER = """
 import json, socket, sys, threading
-packets = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(3))  # all: only so does it see what it sends
+packets = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(3))  # all, to see its own packets
 packets.bind(("eth0", 0))
 sent = 0
 def count():
@@ -44,7 +44,7 @@ print(flush=True)
 sys.stdin.read()
 print(sent)
 """
-"""Counts the UDP packets that leave a host, which also come to its own raw sockets."""
+"""A script that counts the UDP packets that leave a host, which also reach its own raw sockets."""
 
 
 class Pair:
@@ -67,7 +67,7 @@ class Pair:
         return subprocess.Popen(command, env=self.env, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True)
 
     def doctor(self, *expected: str) -> str:
-        """What it says, once lines end like this: on a busy machine, discovery may take longer than it looks."""
+        """Return its output once lines end like this. On a busy machine, discovery may take longer than one look."""
         end = time.monotonic() + LIMIT
         while True:
             out, err = self.improv("doctor").communicate(timeout=LIMIT)
@@ -76,7 +76,7 @@ class Pair:
                 return out
 
     def packets(self) -> subprocess.Popen[str]:
-        """Starts to count what leaves the host that Improv is on."""
+        """Start to count the packets that leave Improv's host."""
         pipe = subprocess.PIPE
         command = self._two.command(sys.executable, "-c", SNIFFER, SECOND)
         counting = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
@@ -95,7 +95,7 @@ def hosts() -> Iterator[ExitStack]:
 def pair(
     stack: ExitStack, link: bool, python: str, env: Mapping[str, str], folder: Path, early: bool = False
 ) -> Iterator[Pair]:
-    """`early`: the robot starts before its network is up."""
+    """Make a pair. With `early`, the robot starts before its network is up."""
     one, two = stack.enter_context(on_one_link() if link else behind_a_router())
     if "ROS_DISCOVERY_SERVER" in env:
         stack.enter_context(discovery_server(one, python))
@@ -112,10 +112,10 @@ def pair(
 
 @contextmanager
 def discovery_server(host: Host, python: str) -> Iterator[None]:
-    """Fast DDS's own, as people start it on one of their hosts."""
+    """Run Fast DDS's own discovery server, as people start it on one of their hosts."""
     prefix = Path(python).parent.parent
     program = prefix / "bin" / "fast-discovery-server"
-    # In the wheels, it doesn't find the libraries beside it by itself.
+    # The one from the wheels doesn't find the libraries beside it by itself.
     libraries = [prefix / "lib", *prefix.glob("lib/python*/site-packages/ros_fastrtps.libs")]
     path = ":".join(map(str, libraries))
     command = host.command("env", f"LD_LIBRARY_PATH={path}", str(program), "-i", "0", "-l", FIRST, "-p", "11811")
@@ -131,7 +131,7 @@ def discovery_server(host: Host, python: str) -> Iterator[None]:
 
 
 def hears_and_is_heard(pair: Pair) -> None:
-    """The robot over there moves, and whoever presses the emergency stop over there stops it."""
+    """Check that the robot over there moves, and that the emergency stop over there stops it."""
     playing = pair.improv("play", "--backend", "ros")
     try:
         pair.robot.wait(lambda message: message["x"] > 0)
@@ -143,7 +143,9 @@ def hears_and_is_heard(pair: Pair) -> None:
         playing.communicate(timeout=LIMIT)
 
 
-def test_in_one_subnet(hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+def test_robots_in_one_subnet_are_found(
+    hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
     env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
     with pair(hosts, True, ros_python, env, tmp_path) as both:
         counting = both.packets()
@@ -164,10 +166,10 @@ def test_nothing_leaves_this_machine_if_discovery_is_limited_to_it(
         assert int(counting.communicate(timeout=LIMIT)[0]) == 0
 
 
-def test_in_another_subnet_only_by_a_discovery_server(
+def test_only_a_discovery_server_finds_robots_in_another_subnet(
     hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """Doctor asks who listens and who can press the emergency stop, and commands get there."""
+    """The doctor finds the listener and the emergency stop, and commands arrive."""
     env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_DISCOVERY_SERVER": SERVER}
     with pair(hosts, False, ros_python, env, tmp_path) as both:
         said = both.doctor(HEARD, GUARDED)
@@ -182,7 +184,7 @@ def test_in_another_subnet_only_by_a_discovery_server(
 def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_nothing(
     hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """Doctor and whoever plays are told so."""
+    """The doctor and the player report it."""
     env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_DISCOVERY_SERVER": SERVER}
     with pair(hosts, True, ros_python, env, tmp_path, early=True) as both:
         assert f"{DEAF}\n" in both.doctor(DEAF)

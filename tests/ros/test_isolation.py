@@ -29,11 +29,11 @@ def traps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ros_env: dict[str, st
 
 
 def folder(pid: int) -> Path:
-    """The working directory of a process."""
+    """Return the working directory of a process."""
     return Path(f"/proc/{pid}/cwd").readlink()
 
 
-def test_the_stage_and_its_standby(traps: Traps) -> None:
+def test_the_stage_and_its_standby_import_nothing_from_the_folder(traps: Traps) -> None:
     async def start_and_stop() -> None:
         stage = await start_stage("ros", Options(), "token", lambda stage, heard, asked: None, Stops())
         assert stage
@@ -47,8 +47,8 @@ def test_the_stage_and_its_standby(traps: Traps) -> None:
     assert traps.imported == []
 
 
-def test_the_doctor(traps: Traps, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It looks, although this ROS does not start."""
+def test_the_doctor_imports_nothing_from_the_folder(traps: Traps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It also looks with a ROS that doesn't start."""
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
     found, reach, looked = examine_ros({}, Safety(), [], {})

@@ -1,4 +1,4 @@
-"""A stage on another machine, through a real ssh server and with a real robot: for its parent, it is like any other."""
+"""A stage on another machine, through a real ssh server and with a real robot: its parent treats it like any other."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ ADA, BOB = "ada@laptop/1", "bob@desk/2"
 
 @pytest.fixture
 def host(tmp_path: Path, ros_env: Mapping[str, str]) -> Iterator[Host]:
-    """The machine of the robots. What a person has set here does not hold there."""
+    """The machine of the robots. Variables of this machine don't apply there."""
     with a_host(tmp_path, set_there(ros_env)) as host:
         yield host
 
 
 def set_there(env: Mapping[str, str], **limits: float) -> dict[str, str]:
-    """The variables that these tests set, with these limits. ROS's Python is one, also if a person has set it here."""
+    """Return the variables that tests set there, with these limits. ROS's Python is one, even if it is set here."""
     limited = {**env, **with_limits(**limits)} if limits else env
     python = {"IMPROV_ROS_PYTHON": env["IMPROV_ROS_PYTHON"]}
     return python | {name: value for name, value in limited.items() if os.environ.get(name) != value}
 
 
 class Parent:
-    """A parent, on an event loop of its own."""
+    """A parent, on its own event loop."""
 
     def __init__(self, host: Host, command: list[str]) -> None:
         self.heard: list[Any] = []
@@ -67,13 +67,13 @@ class Parent:
         self.send(loads)
 
     def wait(self, fits: Callable[[Any], bool]) -> Any:
-        """The first message that fits."""
+        """Wait for the first message that fits, and return it."""
         with self._changed:
             assert self._changed.wait_for(lambda: any(map(fits, self.heard)), LIMIT), self.heard[-5:]
             return next(filter(fits, self.heard))
 
     def count(self, fits: Callable[[Any], bool]) -> int:
-        """How many messages that fit were heard."""
+        """Return the number of messages up to now that fit."""
         return sum(map(fits, self.heard))
 
     def close(self) -> None:
@@ -132,19 +132,19 @@ def test_a_dance_is_played_where_the_robots_are_and_stops_with_its_parent(host: 
 
 
 def plays(parent: Parent, turtle: Listener, **fields: Any) -> None:
-    """A robot dances there, without end."""
+    """Make a robot dance there without end."""
     parent.load("turtle1 $ repeat forward", **fields)
     turtle.wait(lambda heard: heard["x"] == 2)
 
 
 def process_of(*words: str) -> int:
-    """The one process below this one whose command contains these words."""
+    """Return the one process below this one whose command contains these words."""
     commands = {pid: command_of(pid).decode().replace("\0", " ") for pid in descendants(os.getpid())}
     (pid,) = [pid for pid, command in commands.items() if all(word in command for word in words)]
     return pid
 
 
-def test_a_second_parent_is_told_who_plays_and_the_same_one_takes_over(host: Host, listen: Listen) -> None:
+def test_another_parent_learns_who_plays_and_the_same_one_takes_over(host: Host, listen: Listen) -> None:
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host, by=ADA) as first:
         plays(first, turtle)
@@ -173,7 +173,7 @@ def test_a_link_that_falls_silent_stops_its_robots_and_is_given_up(
 
 
 @pytest.mark.parametrize("words", ["hosts far", "ssh -T"])
-def test_whatever_part_of_a_link_is_killed_the_robots_stop(host: Host, listen: Listen, words: str) -> None:
+def test_robots_stop_if_any_part_of_a_link_is_killed(host: Host, listen: Listen, words: str) -> None:
     turtle = listen("/turtle1/cmd_vel")
     with a_parent(host) as parent:
         plays(parent, turtle)
@@ -201,7 +201,7 @@ def test_a_stop_goes_before_the_rest_of_a_long_score_that_a_slow_link_takes_half
     with a_parent(host) as parent:
         plays(parent, turtle)
         score = to_json(score_of(analyze("turtle1 $ repeat backward")))
-        score["text"] = "#" * 3_000_000  # it is sent along, for display
+        score["text"] = "#" * 3_000_000  # the stage gets it too, for display
         load: Any = {"type": "load", "generation": 2, "score": score, "when": "now", "backend": "ros"}
         before = parent.count(says("link"))
         parent.send(load)

@@ -1,6 +1,6 @@
-"""What people press while robots move: real publishers of an emergency stop and of a gamepad.
+"""Buttons that people press while robots move: real publishers of an emergency stop and of a gamepad.
 
-What follows for robots is asked in tests/stage (test_interlocks.py, test_player.py, test_loop.py) and tests/playback.
+tests/stage (test_interlocks.py, test_player.py, test_loop.py) and tests/playback test the effects on robots.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ HELD, LOOSE = {"buttons": [0, 0, 0, 0, 1]}, {"buttons": [0, 0, 0, 0, 0]}
 BUTTON = "button 4 on /joy"
 
 
-def test_from_an_emergency_stop_to_robots_that_stand(
+def test_an_emergency_stop_stops_robots_until_a_save_after_its_release(
     publish: Publish, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """Of the kind that is hardest to hear: best effort."""
+    """Its publisher is best effort, the kind that is hardest to hear."""
     turtle, stop = listen("/turtle1/cmd_vel"), publish("/e_stop", STOP, best_effort=True)
     (tmp_path / "improv.toml").write_text('[ros]\nstop = "/e_stop"\n')
     with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as conductor:
@@ -49,8 +49,8 @@ def stops(sink: Sink, value: bool) -> None:
 
 
 @pytest.mark.parametrize("kind", ["latched", "reliable", "best_effort"])
-def test_an_emergency_stop_of_each_kind(kind: str, publish: Publish, sink: Sink) -> None:
-    """A latched one may be on before anybody listens: beat 0 waits until that is known."""
+def test_emergency_stops_of_each_kind_are_heard(kind: str, publish: Publish, sink: Sink) -> None:
+    """A latched one may be on before the stage listens: beat 0 waits for its value."""
     sinks_first = kind != "latched"
     if sinks_first:
         sink("prepare", TURTLE, stop="/e_stop")
@@ -79,8 +79,8 @@ def test_each_press_stops_although_another_publisher_keeps_sending_false(publish
         stops(sink, False)
 
 
-def test_an_emergency_stop_that_is_on_is_listened_to_although_no_score_names_it(publish: Publish, sink: Sink) -> None:
-    """An earlier stage has heard it."""
+def test_the_sink_listens_to_an_emergency_stop_that_no_score_names(publish: Publish, sink: Sink) -> None:
+    """An earlier stage has heard that it is on."""
     stop = publish("/e_stop", STOP)
     sink("guard", "/e_stop")
     sink("prepare", TURTLE)
@@ -102,7 +102,7 @@ def joy(publish: Publish) -> Publisher:
 
 
 def holds(sink: Sink, value: bool | None) -> None:
-    """On a busy machine, the button may seem silent in between."""
+    """Wait for this value. On a busy machine, the button may seem silent in between."""
     while sink("edge") != [BUTTON, value]:
         pass
 
@@ -127,8 +127,8 @@ def test_a_held_button_counts_only_while_no_other_gamepad_denies_it(
     holds(sink, True)
 
 
-def test_a_stage_that_can_no_longer_hear_a_button(joy: Publisher, publish: Publish, sink: Sink) -> None:
-    """It ends, and with that stops its robots: test_loop.py."""
+def test_a_stage_that_can_no_longer_hear_a_button_raises_an_alarm(joy: Publisher, publish: Publish, sink: Sink) -> None:
+    """With an alarm, a stage stops its robots and ends: test_loop.py."""
     sink("prepare", TURTLE, deadman=["/joy", 4], use_sim_time=True)
     joy(HELD)
     holds(sink, True)

@@ -1,4 +1,4 @@
-"""What robots really did, over ROS: poses of each type, from their topics to the page."""
+"""Measured movements of robots, over ROS: poses of each type, from their topics to the page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CMD = {"anna": "/anna/cmd_vel"}
 BEATS = 4
 PROGRAM = "beat 60\nanna bert $ forward slow 2 left forward\n"
 FRAMES = 0.3
-"""Meters that a busy machine may make of a late command; a robot in a wrong frame is meters off."""
+"""Meters of error by late commands on a busy machine; a robot in a wrong frame is meters off."""
 ROBOTS = """
 [robots.anna]
 profile = "turtlebot4"
@@ -37,14 +37,14 @@ start = { x = 0, y = 2, heading = 90 }
 
 
 def fields(kind: str, x: float, heading: float) -> dict[str, float]:
-    """A message at a heading; its stamp is that of 1970."""
+    """Return a message with a heading; its stamp is from 1970."""
     pose = "pose" if kind == "geometry_msgs/PoseStamped" else "pose.pose"
     turn = {f"{pose}.orientation.z": math.sin(heading / 2), f"{pose}.orientation.w": math.cos(heading / 2)}
     return {f"{pose}.position.x": x, **turn}
 
 
 @pytest.mark.parametrize("kind", TEXTS)
-def test_poses_of_each_type_from_another_clock(kind: Any, publish: Publish, sink: Sink) -> None:
+def test_poses_of_each_type_and_with_any_stamps_are_read(kind: Any, publish: Publish, sink: Sink) -> None:
     topic = f"/anna/{kind.rpartition('/')[2]}"
     publish(topic, kind)(fields(kind, 1.5, 2.0))
     sink("prepare", CMD, odom=topic)
@@ -67,14 +67,14 @@ def test_a_robot_that_moves_without_a_pose_is_named(publish: Publish, sink: Sink
     assert "/anna/cmd_vel carries geometry_msgs/Twist, not nav" in sink("find", "warnings", "anna", "carries")
 
 
-def test_how_full_a_battery_is(publish: Publish, sink: Sink) -> None:
+def test_the_level_of_a_battery_is_read(publish: Publish, sink: Sink) -> None:
     sink("prepare", CMD, battery="/anna/battery")
     publish("/anna/battery", "sensor_msgs/BatteryState")({"percentage": 0.42})
     assert sink("battery", "anna") == pytest.approx(0.42)
 
 
 async def measured(url: str, until: Callable[[Mapping[str, list[list[float]]]], bool]) -> dict[str, list[list[float]]]:
-    """The places at which robots were measured, as a page gets them."""
+    """Return the measured places of robots, as a page gets them."""
     live = live_behind(url)
     found: dict[str, list[list[float]]] = {}
     origin = {"Origin": live[: live.index("/live")]}
@@ -87,10 +87,10 @@ async def measured(url: str, until: Callable[[Mapping[str, list[list[float]]]], 
     return found
 
 
-def test_from_a_save_to_where_the_page_shows_that_bases_really_were(
+def test_the_page_shows_the_measured_places_of_bases(
     script: Script, listen: Listen, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """One is told what brings it back to its path, too. test_bases.py in tests/stage asks how exactly they go."""
+    """One also gets corrections that bring it back to its path. tests/stage/test_bases.py tests their accuracy."""
     script(BASE, "anna", "--noise", "0", "--loss", "0")
     script(BASE, "bert", "--wheel-error", "0.96", "0.94", "--start", "5", "6", "1")
     told = listen("/bert/cmd_vel")
@@ -105,7 +105,7 @@ def test_from_a_save_to_where_the_page_shows_that_bases_really_were(
         found = asyncio.run(
             measured(url, lambda found: len(found) == 2 and all(p[-1][1] == BEATS for p in found.values()))
         )
-        told.wait(moving)  # zeros before that ask whether it hears
+        told.wait(moving)  # the zeros before that only check that it hears
         for _ in range(3):
             told.wait(still)
     for places in found.values():

@@ -48,7 +48,7 @@ def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 class Show:
-    """A playback, and what it has told."""
+    """A playback and its messages."""
 
     def __init__(self) -> None:
         self.told: list[Any] = []
@@ -64,7 +64,7 @@ class Show:
         await self.playback.play(PlayScore(score_of(analyze(text, ROBOTS)), "dance.improv", self.stops.count))
 
     async def until(self, fits: Callable[[Any], bool]) -> Any:
-        """What was told that fits, once it has been."""
+        """Wait for a message that fits, and return it."""
 
         async def look() -> Any:
             while not (found := [message for message in self.told if fits(message)]):

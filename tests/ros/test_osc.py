@@ -1,4 +1,4 @@
-"""What OSC messages do to real robots: a base that listens in ROS 2, and a socket that sends."""
+"""Effects of OSC messages on real robots: a base that listens in ROS 2, and a socket that sends."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SPEED = 2.0
 
 
 class Desk:
-    """A music program that sends to Improv, and hears what it says."""
+    """A music program that sends to Improv, and listens to its messages."""
 
     def __init__(self) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -43,7 +43,7 @@ class Desk:
         self._socket.sendto(plain(f"/improv/{address}", arguments), self._improv)
 
     def hear(self, beginning: bytes) -> None:
-        """Wait until Improv says what begins so."""
+        """Wait for a message that begins like this."""
         end = time.monotonic() + LIMIT
         while not self._socket.recv(4096).startswith(beginning):
             assert time.monotonic() < end

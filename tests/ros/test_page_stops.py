@@ -1,4 +1,4 @@
-"""A stop on the page of a simulator beside real robots: it is confirmed once the stage of the real ones has obeyed."""
+"""A stop on the page of a simulator beside real robots: the page confirms it once the real ones' stage has obeyed."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from tests.ros.dance import Server, dances, still
 pytestmark = pytest.mark.slow("starts a server and its stages, and robots drive")
 
 Press = Callable[[], tuple[int, str]]
-"""Sends the stop of a page, or sends it again: the status of the answer, and who has yet to obey."""
+"""A call that sends a page's stop, or repeats it, and returns the answer's status and the stages yet to obey."""
 
 
 @contextmanager
 def dancing(env: Mapping[str, str], robot: Listener, *, standby: bool = True) -> Iterator[tuple[Server, int, Press]]:
-    """A server, its stage of real robots, which move, and a page."""
+    """Run a server, its stage with real robots that move, and a page."""
     with Server(env, backend="both", standby=standby) as server:
         dances(server, robot)
         (stage,) = (pid for pid in players(server.pid) if b"stage\0--sink\0ros" in command_of(pid))
@@ -43,7 +43,7 @@ def dancing(env: Mapping[str, str], robot: Listener, *, standby: bool = True) ->
 
 
 def confirmed(press: Press) -> None:
-    """Send it again as a page does, until it is confirmed."""
+    """Repeat it as a page does, until it is confirmed."""
     end = time.monotonic() + LIMIT
     while (answer := press()) != (204, ""):
         assert answer == (202, "the real robots")

@@ -1,4 +1,4 @@
-"""What goes wrong with robots in physics, and what a camera above them says."""
+"""Faults of robots in physics, and the reports of a camera above them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_a_fault_is_one_word(text: str, fault: Fault) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "lift", "lift:carl", "swap:ada", "fly:ada", "lift:ada@x"])
-def test_what_is_no_fault_is_refused(text: str) -> None:
+def test_invalid_faults_are_refused(text: str) -> None:
     with pytest.raises(ValueError):  # noqa: PT011, as float says it, too
         parsed(text, list(POSES))
 
@@ -41,7 +41,7 @@ def test_what_is_no_fault_is_refused(text: str) -> None:
         ("late:ada=0.1", None),
     ],
 )
-def test_what_a_camera_says_of_a_robot_when_its_latency_is_over(fault: str, ada: Pose | None) -> None:
+def test_a_camera_reports_a_robot_once_its_latency_is_over(fault: str, ada: Pose | None) -> None:
     camera = Camera(latency=0.08, loss=0.0, seed=1)
     camera.look(POSES, [parsed(fault, list(POSES))], 10.0)
     assert list(camera.say(10.079)) == []

@@ -1,4 +1,4 @@
-"""`improv place` with a simulated base that slips and is seen late, over ROS."""
+"""`improv place` with a simulated base that slips and whose poses are late, over ROS."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ start = { x = 0, y = 0, heading = 0 }
 
 
 def test_a_base_that_slips_gets_to_its_place(script: Script, ros_env: dict[str, str], tmp_path: Path) -> None:
-    """tests/commands/test_place.py asks about several, and about those that are no longer seen."""
+    """tests/commands/test_place.py tests several bases, and bases whose poses no longer come."""
     slips = ("--wheel-error", "0.97", "0.95", "--delay", "0.08")
     base = script(BASE, "ada", "--start", "-0.3", "0.2", "-1", *slips)
     (tmp_path / "improv.toml").write_text(TOML)

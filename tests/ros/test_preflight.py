@@ -1,4 +1,4 @@
-"""Robots that are not in their places don't begin, over ROS: from where a base really stands to its first command."""
+"""Robots that are not in their places don't begin, over ROS: from a base's real pose to its first command."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ profile = "turtlebot4"
 odom = "true_pose"
 """
 WRONG = ("--start", "0.18", "-0.3118", "-0.0873", "--noise", "0", "--loss", "0")
-"""Where the base is placed: 0.36 m from its start."""
+"""Options that place the base 0.36 m from its start."""
 
 
 def test_a_robot_that_was_placed_wrong_begins_only_if_forced(

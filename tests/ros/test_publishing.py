@@ -1,4 +1,4 @@
-"""What others in ROS 2 see of what plays, from a save to their subscriptions."""
+"""Messages about a dance to other nodes in ROS 2, from a save to their subscriptions."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ profile = "slow"
 """
 PROGRAM = "anna $ repeat (forward left)\nbert $ repeat left\ncarl $ repeat forward\n"
 WARNING, ERROR = 30, 40
-"""Levels of rcl_interfaces/Log."""
+"""The levels of rcl_interfaces/Log."""
 
 Seen = Mapping[str, Any]
 Watch = Callable[[str, Callable[[Seen], bool]], Seen]
@@ -47,7 +47,7 @@ Watch = Callable[[str, Callable[[Seen], bool]], Seen]
 
 @pytest.fixture
 def watch(script: Script, alone: Mapping[str, str]) -> Watch:
-    """Waits for a message on a topic that fits, which may have been seen before."""
+    """Wait for a message on a topic that fits, which may have come before."""
     stdout = script(WATCHER, "/improv/anna/path", **alone).stdout
     seen: list[Seen] = []
 
@@ -69,22 +69,22 @@ def command_of(pid: int) -> str:
     return Path(f"/proc/{pid}/cmdline").read_text()
 
 
-def test_everything_published(
+def test_a_stage_publishes_its_paths_and_messages(
     watch: Watch, script: Script, listen: Listen, alone: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """Also by another process, after the first has failed; and nothing, once the file no longer asks for it. A process
-    that hangs then ends with the stage."""
+    """A second process publishes them after the first has failed, and none does once the file no longer asks for it. A
+    process that hangs then ends with the stage."""
     script(BASE, "anna", "--loss", "0", "--noise", "0", **alone)
     listen("/carl/cmd_vel")
     toml = tmp_path / "improv.toml"
     toml.write_text(CAST)
     editor = Server(alone, uri=(tmp_path / "dance.improv").as_uri())
-    with editor.client:  # its standby tries for a while to tell bert to stop, whom nobody hears
+    with editor.client:  # its standby tries for a while to stop bert, who has no listener
         editor.save(PROGRAM)
         path = watch("/improv/anna/path", lambda path: path["poses"] and path["frames"] == ["odom"])
         assert path["at"][0] == 0
         assert path["at"][-1] == pytest.approx(30, abs=0.001)
-        # A square of 2 m, turned and moved a little where commands are late. Its odometry begins at 0, and the world's
+        # A square of 2 m, turned and moved a little by late commands. Its odometry begins at 0, and the world's
         # start is elsewhere: there, the middle of the square is at (0, 3).
         lows, highs = ([function(each) for each in zip(*path["poses"], strict=True)] for function in (min, max))
         assert all(1.9 <= high - low <= 2.9 for low, high in zip(lows, highs, strict=True))

@@ -1,4 +1,4 @@
-"""A stop while the radio link to a robot is down: two hosts, real DDS, and a cable that is pulled."""
+"""A stop while the radio link to a robot is down: two hosts, real DDS, and an unplugged cable."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KINDS = {"reliable": False, "best effort": True}
 
 
 class Field:
-    """Improv on one host, and on the other a robot of each kind, which all listen on one topic."""
+    """Improv on one host, and a robot of each kind on the other, all of which listen on one topic."""
 
     def __init__(self, stack: ExitStack, python: str, env: Mapping[str, str], folder: Path) -> None:
         there, self._here = stack.enter_context(on_one_link())
@@ -53,12 +53,12 @@ class Field:
         return subprocess.Popen(command, env=self._env, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
     def link(self, up: bool) -> float:
-        """Pull the cable, or plug it in again; when that was."""
+        """Unplug the cable, or plug it in again. Return the time."""
         set_link(self._there, up)
         return time.monotonic()
 
     def stop(self) -> None:
-        """Somebody stops everything. A listener on this side of the link has heard all zeros of that."""
+        """Stop everything, and wait until a listener on this side of the link has heard all zeros."""
         assert self.run(*stop_within(self._runtime)).wait(LIMIT) == 0
         for _ in range(LAST_ZEROS):
             self._witness.wait(still)
@@ -69,41 +69,41 @@ class Field:
             robot.wait_for_publishers(lambda count: count == 2)
 
     def robots_stand_from(self, back: float) -> None:
-        """Each robot is told to stop once the link is back, and never to move again."""
+        """Check that each robot hears a stop once the link is back, and no movement after it."""
         for robot in self.robots.values():
             zero = robot.wait(lambda message: message["at"] > back and still(message))["at"]
             robot.hear_all()
             assert all(still(message) for message in robot.heard if message["at"] >= zero)
 
     def end(self) -> None:
-        """Whoever plays this ends it, and the stage with it."""
+        """End the player, and the stage with it."""
         self.playing.terminate()
         self.playing.wait(LIMIT)
 
 
 @pytest.fixture
 def field(ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> Iterator[Field]:
-    """Robots are dropped two seconds after the link is gone, which usually takes 20."""
+    """A field in which DDS drops robots two seconds after the link is gone, which usually takes 20."""
     with ExitStack() as stack:
         yield Field(stack, ros_python, {**ros_env, **SHORT_LEASE}, tmp_path)
 
 
 @pytest.fixture
 def patient(ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> Iterator[Field]:
-    """Robots are dropped 20 seconds after the link is gone, as usual: a gap on a busy machine is shorter than that."""
+    """A field in which DDS drops robots 20 s after the link is gone, as usual: a gap on a busy machine is shorter."""
     with ExitStack() as stack:
         yield Field(stack, ros_python, ros_env, tmp_path)
 
 
-def test_a_stop_in_a_short_gap(patient: Field) -> None:
+def test_a_stop_in_a_short_gap_arrives_after_it(patient: Field) -> None:
     patient.link(up=False)
     patient.stop()
     back = patient.link(up=True)
     patient.robots_stand_from(back)
 
 
-def test_an_end_in_a_gap_long_enough_for_robots_to_be_forgotten(field: Field) -> None:
-    """Ctrl-C: the standby stays until they have heard it."""
+def test_a_stop_at_the_end_reaches_robots_that_were_forgotten_in_a_gap(field: Field) -> None:
+    """After Ctrl-C, the standby stays until they have heard the stop."""
     field.wait_until_found()
     field.link(up=False)
     field.end()

@@ -1,4 +1,4 @@
-"""Robots that react to real sensors: what a subscriber hears when scans change or stop."""
+"""Robots that react to real sensors: a subscriber's messages when scans change or stop."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def stands(message: Message) -> bool:
 
 
 Wait = Callable[[Callable[[Message], bool]], Coroutine[Any, Any, Any]]
-"""Waits for a command that fits."""
+"""A call that waits for a command that fits."""
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def robot(listen: Listen, ros_env: dict[str, str], monkeypatch: pytest.MonkeyPat
 
 
 def check(robot: Listener, python: str, program: str, then: Callable[[Wait], Coroutine[Any, Any, None]]) -> None:
-    """While a program plays, do this. In the end, the robot stands."""
+    """Do this while a program plays, and check that the robot stands in the end."""
 
     async def wait(fits: Callable[[Message], bool]) -> None:
         await asyncio.to_thread(robot.wait, fits)
@@ -77,7 +77,7 @@ ROAMER = "anna $ repeat (until near (repeat forward) until not near (repeat left
 def test_a_robot_turns_where_something_is_near_and_stands_while_its_sensor_is_silent(
     robot: Listener, publish: Publish, ros_python: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """And a line says why. tests/stage/test_reacting.py asks for what follows, and when."""
+    """A line also says why. tests/stage/test_reacting.py tests the effects and their times."""
     scanner = publish("/anna/scan", "sensor_msgs/LaserScan", best_effort=True)
     scanner(FAR)
 

@@ -1,4 +1,4 @@
-"""A real run on ROS 2, recorded, beside what a real subscriber heard of it."""
+"""The recording of a real run on ROS 2, compared with the messages of a real subscriber."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def record(path: Path) -> Iterator[Record]:
-    """Starts to play and to record a program."""
+    """Start to play and to record a program."""
     processes: list[subprocess.Popen[str]] = []
 
     def start(program: str, env: Mapping[str, str]) -> subprocess.Popen[str]:
@@ -57,9 +57,9 @@ def hear_the_end(listener: Listener) -> None:
 
 
 def same(listener: Listener, messages: list[Message]) -> None:
-    """What was recorded is what was heard: the same velocities in the same order, and no later.
+    """Check that the listener heard the recorded velocities in the same order, and no earlier than recorded.
 
-    Before it, a listener may hear zeros that the test before this one still owes.
+    Before them, a listener may hear zeros that are pending from the previous test.
     """
     first = next(index for index, message in enumerate(listener.heard) if moving(message))
     heard_since = listener.heard[first:]
@@ -72,14 +72,14 @@ def same(listener: Listener, messages: list[Message]) -> None:
 def test_a_recording_is_what_a_subscriber_heard(
     listen: Listen, record: Record, path: Path, ros_env: Mapping[str, str]
 ) -> None:
-    """With stamps and limits."""
+    """The robot takes stamps and has limits."""
     robot = '[robots.turtle1]\nprofile = "turtlebot3_burger"\nmessage = "TwistStamped"\n'
     path.with_name("improv.toml").write_text(robot)
     listener = listen(TOPIC, type=STAMPED)
     env = {**ros_env, **with_limits(player__subscribers__PATIENCE=LIMIT)}
     process = record("beat 90\nturtle1 $ (fast 3 forward [left right left]) || slow 5/2 left\n", env)
     out, _ = process.communicate(timeout=LIMIT)
-    listener.wait(moving)  # zeros before that ask whether it hears
+    listener.wait(moving)  # the zeros before that only check that it hears
     hear_the_end(listener)
     messages = read(path)
     same(listener, messages)

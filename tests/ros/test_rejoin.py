@@ -1,4 +1,4 @@
-"""A base that is restarted in the middle of a dance: when and where it joins again, over ROS."""
+"""A base that restarts in the middle of a dance, over ROS: the time and the place at which it joins again."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ IDEAL = "--noise", "0", "--loss", "0"
 
 
 def where(base: subprocess.Popen[str]) -> tuple[float, float, float]:
-    """End a base; where it is."""
+    """End a base, and return its pose."""
     x, y, heading = map(float, base.communicate()[0].split())
     return x, y, heading
 
@@ -46,7 +46,7 @@ def where(base: subprocess.Popen[str]) -> tuple[float, float, float]:
 def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     script: Script, listen: Listen, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """In tests/stage, test_player.py and test_returning.py ask for other ways to join again, and for the way back."""
+    """In tests/stage, test_player.py and test_returning.py test other ways to join again, and the drive back."""
     listener = listen("/bo/cmd_vel")
     (tmp_path / "improv.toml").write_text(TOML)
     (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat 5 forward repeat 14 rest repeat 2 backward\n")

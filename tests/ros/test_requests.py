@@ -1,4 +1,4 @@
-"""What others in ROS 2 ask of Improv's node: services, parameters, names, and remapping."""
+"""Requests of other nodes in ROS 2 to Improv's node: services, parameters, names, and remapping."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Ask = Callable[[str], Any]
 
 @pytest.fixture(scope="module")
 def ask(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Ask]:
-    """Asks what asker.py understands."""
+    """Send requests of the kinds that asker.py understands."""
     pipe = subprocess.PIPE
     process = subprocess.Popen([ros_python, ASKER], env=ros_env, stdin=pipe, stdout=pipe, text=True)
     assert process.stdout
@@ -64,8 +64,8 @@ def until(ask: Ask, line: str, expected: Any) -> None:
         assert time.monotonic() < end, found
 
 
-def test_services_and_parameters(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
-    """To play, pause and stop; speed, which can be set; and tempo, which can be read."""
+def test_services_and_parameters_work(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    """Services play, pause, and stop; the parameter speed can be set, and tempo can only be read."""
     robot = listen("/turtle1/cmd_vel")
     (tmp_path / "improv.toml").write_text('[ros]\nnode = "conductor"\n')
     with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
@@ -95,16 +95,16 @@ def test_services_and_parameters(ask: Ask, listen: Listen, ros_env: Mapping[str,
         editor.complaints()
 
 
-def test_before_anything_is_played(ask: Ask, sink: Sink) -> None:
+def test_the_first_sink_already_offers_its_services(ask: Ask, sink: Sink) -> None:
     assert ask(f"call {sink('node')}/stop") == [True, "all robots are being stopped"]
     assert ask(f"call {sink('node')}/pause") == [False, "nothing plays"]
 
 
-def test_an_armed_dance_with_ros_arguments_begins_when_somebody_asks_for_it(
+def test_an_armed_dance_with_ros_arguments_begins_with_the_service(
     ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """A name, remapping, which holds for the standby too, QoS, and the file of parameters that `ros2 launch` passes.
-    Before, a robot hears zeros and nothing else."""
+    """The arguments set a name, remapping (also for the standby), QoS, and the file of parameters from `ros2 launch`.
+    Before the service, a robot hears only zeros."""
     robot = listen("/base/cmd_vel", best_effort=True)
     reliable = listen("/base/cmd_vel", name="reliable")
     best_effort = "qos_overrides./base/cmd_vel.publisher.reliability:=best_effort"
@@ -127,7 +127,7 @@ def test_an_armed_dance_with_ros_arguments_begins_when_somebody_asks_for_it(
         assert reliable.heard == []
 
 
-def test_arguments_that_ros_refuses(ros_env: Mapping[str, str], tmp_path: Path) -> None:
+def test_arguments_that_ros_refuses_end_the_player_with_one_line(ros_env: Mapping[str, str], tmp_path: Path) -> None:
     with play(ros_env, tmp_path, PROGRAM, "--ros-args", "-r", "what") as playing:
         _, err = playing.communicate(timeout=LIMIT)
         assert playing.returncode != 0

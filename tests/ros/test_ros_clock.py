@@ -1,4 +1,4 @@
-"""Whose time is in a stamp."""
+"""The clock of the time in a stamp."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SIMULATED = {"clock.sec": 12, "clock.nanosec": 500_000_000}
 
 
 def moving(message: Fields) -> bool:
-    """Not a zero, which may have been sent before to ask whether it hears."""
+    """Return whether it is not a zero. Zeros may come earlier to check that the robot hears."""
     return bool(message["x"])
 
 

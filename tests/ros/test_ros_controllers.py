@@ -1,4 +1,4 @@
-"""The ROS sink alone, and who listens for what joints are told. tests/stage/sinks has what follows, with a clock."""
+"""The ROS sink alone, and listeners to commands for joints. tests/stage/sinks tests the effects, with a clock."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ VELOCITY = {**HEAD, "interface": "velocity"}
 
 
 def states(publish: Publish, **positions: float) -> None:
-    """Somebody says where joints are."""
+    """Publish the positions of joints."""
     fields = {"name": [*positions], "position": [*positions.values()]}
     publish("/ada/joint_states", "sensor_msgs/JointState")(fields)
 
 
 def points(message: dict[str, Any]) -> list[list[Any]]:
-    """Rounded."""
+    """Return the points of a trajectory, rounded."""
     return [
         [seconds, [round(each, 6) for each in positions], [round(each, 6) for each in velocities]]
         for seconds, positions, velocities in message["points"]
@@ -37,7 +37,7 @@ def moves(message: dict[str, Any]) -> bool:
 def test_trajectories_begin_where_joints_are_measured_and_end_at_rest(
     sink: Sink, listen: Listen, publish: Publish
 ) -> None:
-    """Its joints are a little off their starts."""
+    """The joints are a little off their starts."""
     head = listen(TOPIC, type=TRAJECTORIES)
     states(publish, yaw=0.01, pitch=-0.02, wheel=3.0)
     sink("prepare_body", [HEAD])
@@ -54,7 +54,7 @@ def test_trajectories_begin_where_joints_are_measured_and_end_at_rest(
     assert all(points(message) == [[0, [-0.02, 0.01], [0, 0]]] for message in head.heard[:-1]), "it was asked"
 
 
-def test_nobody_who_listens_to_a_controller(sink: Sink, publish: Publish, listen: Listen) -> None:
+def test_a_controller_without_a_fitting_listener_is_named(sink: Sink, publish: Publish, listen: Listen) -> None:
     """The base has nothing to do, so it isn't missing."""
     states(publish, yaw=0.0, pitch=0.0)
     sink("prepare_body", [HEAD])
@@ -65,8 +65,8 @@ def test_nobody_who_listens_to_a_controller(sink: Sink, publish: Publish, listen
     assert f"the listener on {TOPIC} expects std_msgs/msg/Float64MultiArray, not trajectory_msgs/msg/JointTraj" in line
 
 
-def test_velocities_are_owed_zeros_until_they_are_heard(sink: Sink, listen: Listen) -> None:
-    """Nobody says where the joints are, and nobody needs to."""
+def test_zeros_of_velocities_stay_pending_until_they_are_heard(sink: Sink, listen: Listen) -> None:
+    """No node publishes the positions of the joints, and none has to."""
     listener = listen(COMMANDS, type=NUMBERS)
     sink("prepare_body", [VELOCITY], states=None)
     sink("wait")
@@ -80,7 +80,7 @@ def test_velocities_are_owed_zeros_until_they_are_heard(sink: Sink, listen: List
 
 
 def test_joints_on_their_way_to_their_starts_are_stopped(sink: Sink, publish: Publish, listen: Listen) -> None:
-    """Nobody measures that they move, so beat 0 still waits."""
+    """No measurement shows that they move, so beat 0 still waits."""
     listener = listen(TOPIC, type=TRAJECTORIES)
     states(publish, yaw=0.1, pitch=0.0)
     sink("prepare_body", [HEAD], home="move", max_velocity=2.0)

@@ -1,4 +1,4 @@
-"""What is sent to whom: the types that listeners want, the limits of robots, and other nodes that send there."""
+"""Messages to robots: the types that listeners want, the limits of robots, and other nodes that send there."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_listeners_of_both_types_are_both_served(sink: Sink, listen: Listen) -> 
 
 
 def test_a_late_listener_is_served_while_robots_move(sink: Sink, listen: Listen) -> None:
-    """One listener hears all while one of the other type comes."""
+    """A listener misses no message while one of the other type comes."""
     early = listen(TOPIC, type=STAMPED)
     sink("prepare", TURTLE)
     sink("wait")
@@ -42,7 +42,7 @@ def test_a_late_listener_is_served_while_robots_move(sink: Sink, listen: Listen)
 
 
 def test_an_unwanted_type_is_no_longer_offered(sink: Sink, listen: Listen) -> None:
-    """Else `ros2 topic echo` would refuse the topic, as one of two types."""
+    """Otherwise `ros2 topic echo` would refuse the topic, because it would have two types."""
     early, _ = listen(TOPIC), listen(TOPIC, type=STAMPED)
     sink("prepare", TURTLE)
     sink("until_offered", TOPIC, PLAIN, TIMED)

@@ -1,4 +1,4 @@
-"""A restart puts robots back by the services they offer, and waits for that only so long."""
+"""A restart calls the services that reset robots, and waits for them only so long."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ TURTLE = {"turtle1": "/turtle1/cmd_vel"}
 
 
 def heard(listener: Listener, topic: str = "/turtle1/cmd_vel") -> list[tuple[float, ...]]:
-    """Without the zeros before it first moves, which ask whether it hears."""
+    """Return its messages without the first zeros, which only check that it hears."""
     messages = [message for message in listener.heard if message["topic"] == topic]
     return list(dropwhile(lambda twist: not any(twist), map(twist, messages)))
 
@@ -37,7 +37,7 @@ def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind:
     listener = listen("/turtle1/cmd_vel", type=kind)
     sink("prepare", TURTLE)
     sink("wait")
-    # A whole number comes from JSON as an int, which rclpy would take for another number without a word.
+    # A whole number comes from JSON as an int, which rclpy would silently take for another number.
     twists = [(0.5, -0.25, 0.125, -1.5), (2, 0, 0, 0), (0.0, 0.0, 0.0, 0.0), (1e-9, 0.0, 0.0, 0.0), (0, 0, 0, 9)]
     for twist in twists:
         sink("send", "turtle1", *twist)
@@ -92,14 +92,14 @@ def test_a_killed_listener_affects_no_other_and_is_served_when_it_returns(
 
 @pytest.fixture
 def halted(ros_python: str, alone: Mapping[str, str]) -> Iterator[Others]:
-    """Others to be halted, whom nobody misses soon."""
+    """Other nodes that the test halts, with a long lease, so that they stay in the graph."""
     others = Others(ros_python, alone)
     yield others
     others.close()
 
 
 def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Start, halted: Others) -> None:
-    """It is halted: so it has not found the publisher that has found it."""
+    """It is halted, so it hasn't found the publisher that has found it."""
     listener = Listener(halted, "/turtle1/cmd_vel", "/turtle2/cmd_vel")
     sink = start(**with_limits(outputs__ros__subscriber_check__ANSWER_LIMIT=1.0))
     sink("prepare", {"turtle2": "/turtle2/cmd_vel"})
@@ -129,7 +129,7 @@ def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> No
     sink("prepare", TURTLE)
     sink("wait")
     sink("prepare", {**TURTLE, "new": "/new/cmd_vel"})
-    assert sink("missing").keys() <= {"new"}  # unless its listener has been found already
+    assert sink("missing").keys() <= {"new"}  # unless the sink has already found its listener
     sink("send", "turtle1", 1, 0, 0, 0)  # heard without waiting again
     sink("prepare", {"new": "/new/cmd_vel"})
     sink("wait")
@@ -170,6 +170,6 @@ def test_signals_are_ours_and_the_last_zero_still_goes_out(start: Start, listen:
 
 
 def test_the_environment_says_how_far_it_reaches(start: Start) -> None:
-    """test_discovery.py asks the same for each release and each variable."""
+    """test_discovery.py tests the same for each release and each variable."""
     sink = start(ROS_DISTRO="humble", ROS_AUTOMATIC_DISCOVERY_RANGE="", ROS_LOCALHOST_ONLY="0", ROS_DOMAIN_ID="101")
     assert sink.description == "ROS 2, domain 101, this machine only"

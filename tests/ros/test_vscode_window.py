@@ -1,6 +1,6 @@
-"""VS Code in a browser, and real robots: they dance on while its tab is hidden, and pause once the browser is killed.
+"""VS Code in a browser, and real robots: they keep dancing while its tab is hidden, and pause if the browser dies.
 
-VS Code itself goes on in both cases: for hours, it waits for its window to come back.
+VS Code itself keeps running in both cases: it waits hours for its window to come back.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ pytestmark = [pytest.mark.slow("drives VS Code, and waits for robots"), pytest.m
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
 SETTINGS = {"improv.server.path": SERVER, "improv.backend": "both", "security.workspace.trust.enabled": False}
 FROZEN = 15.0
-"""Seconds for which the hidden tab is frozen. It answers nothing then, as when its timers run only once a minute, which
+"""Seconds for which the hidden tab is frozen. It doesn't answer then, as when its timers run only once a minute, which
 would take minutes to begin."""
 LATEST = 20.0
-"""Seconds until robots stand, on a busy machine."""
+"""Seconds until robots stand on a busy machine."""
 
 
 def test_robots_dance_on_while_the_tab_is_hidden_and_pause_when_the_browser_is_killed(
@@ -49,7 +49,7 @@ def test_robots_dance_on_while_the_tab_is_hidden_and_pause_when_the_browser_is_k
         with code_server(tmp_path, env) as address, a_browser(tmp_path / "profile") as (browser, port):
             with its_page(port) as page, opened(page, address, tmp_path, tmp_path / "work", BEFORE, SETTINGS, {}):
                 status = page.locator(".statusbar-item[id$='improv.status']")
-                expect(status).to_have_text("Improv")  # from then on it hears of a save
+                expect(status).to_have_text("Improv")  # from then on it gets each save
                 word(page, "forward").click()
                 page.keyboard.press("Control+S")
                 robot.wait(at_speed(BEFORE_SPEED))
@@ -74,7 +74,7 @@ def test_robots_dance_on_while_the_tab_is_hidden_and_pause_when_the_browser_is_k
 
 @contextmanager
 def a_browser(profile: Path) -> Iterator[tuple[int, int]]:
-    """A browser of our own, its process and the port on which it takes commands.
+    """Run our own browser, and yield its process and the port on which it takes commands.
 
     Playwright's would never hide a tab.
     """
@@ -91,7 +91,7 @@ def a_browser(profile: Path) -> Iterator[tuple[int, int]]:
 
 @contextmanager
 def its_page(port: int) -> Iterator[Page]:
-    """The only tab, until this is left: then it stays open by itself."""
+    """Yield the only tab. After this, it stays open by itself."""
     with sync_playwright() as playwright:
         page = playwright.chromium.connect_over_cdp(f"http://127.0.0.1:{port}").contexts[0].pages[0]
         page.set_viewport_size({"width": 1280, "height": 800})
@@ -101,7 +101,7 @@ def its_page(port: int) -> Iterator[Page]:
 
 
 async def freeze(port: int, address: str) -> None:
-    """Have another tab be in front of the one that shows this address, and freeze that one."""
+    """Put another tab in front of the one that shows this address, and freeze that one."""
     async with ClientSession() as session:
         version = await (await session.get(f"http://127.0.0.1:{port}/json/version")).json()
         async with session.ws_connect(version["webSocketDebuggerUrl"], max_msg_size=0) as socket:

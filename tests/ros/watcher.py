@@ -1,5 +1,6 @@
-"""Somebody who watches what plays, run by ROS's interpreter: prints what arrives, one JSON line each, until its input
-ends. Its arguments are topics of nav_msgs/Path.
+"""A watcher of the dance, run by ROS's interpreter: it prints messages, one JSON line each, until its input ends.
+
+Its arguments are topics of nav_msgs/Path.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""Runs robots in MuJoCo until standard input ends, then writes where they really were.
+"""Run robots in MuJoCo until standard input ends, then write their real poses.
 
-Prints lines of JSON: when robots can be driven, when the first is told to move, and when each fault begins and ends,
+It prints lines of JSON when robots can be driven, when the first is told to move, and when each fault begins and ends,
 with the monotonic time `at` and Unix time `wall`. Each line of input is another fault, whose times count from then.
 """
 
@@ -37,10 +37,10 @@ WHEELS_PERIOD, PICTURE_PERIOD, BATTERY_PERIOD, TRACE_PERIOD = 0.02, 1 / 30, 1.0,
 """Seconds between two messages of a robot's encoders, of the camera, of a battery, and between two entries of the
 trace."""
 FULL = 0.8
-"""How full batteries are."""
+"""The level of all batteries, from 0 to 1."""
 NAP = 0.001
 Inbox = queue.SimpleQueue[FromBridge | str | None]
-"""What bridges say, faults from standard input, and None at its end, or a bridge's."""
+"""Messages of bridges, faults from standard input, and None at its end or a bridge's."""
 
 
 def main() -> None:
@@ -107,7 +107,7 @@ class Running:
         self._times: list[float] = []
 
     def run(self) -> None:
-        """Until standard input ends."""
+        """Run until standard input ends."""
         self._say(ready=True)
         due = dict.fromkeys((self._turn_wheels, self._look, self._check_batteries, self._note), self._zero)
         periods = (WHEELS_PERIOD, PICTURE_PERIOD, BATTERY_PERIOD, TRACE_PERIOD)
@@ -129,7 +129,7 @@ class Running:
             time.sleep(NAP)
 
     def truth(self) -> dict[str, Any]:
-        """Where robots began and ended, and the way between; times are seconds since the first one was told to move."""
+        """Return the robots' first and last poses and paths; times are seconds since the first one was told to move."""
         begins = self._begins or self._zero
         ends = self._world.poses()
         return {
@@ -148,7 +148,7 @@ class Running:
         }
 
     def _take(self, now: float) -> bool:
-        """Take what has come. Returns whether input goes on."""
+        """Take all messages up to now. Return whether input continues."""
         while not self._inbox.empty():
             message = self._inbox.get()
             if message is None:
@@ -224,7 +224,7 @@ class Running:
             self._trace[name].append(pose)
 
     def _stamp(self, robot: str, at: float) -> float:
-        """The Unix time of a monotonic time, by the clock of whoever stamps this robot's messages."""
+        """Return the Unix time of a monotonic time, by the clock that stamps this robot's messages."""
         ahead = sum(fault.amount for fault in self._on if fault.kind == "clock" and robot in fault.robots)
         return time.time() - time.monotonic() + at + ahead
 
@@ -247,7 +247,7 @@ def _start(text: str) -> tuple[str, Pose]:
 
 
 def _readable(pose: Pose) -> tuple[float, float, float]:
-    """Meters and degrees."""
+    """Return a pose in meters and degrees."""
     return pose[0], pose[1], math.degrees(pose[2])
 
 

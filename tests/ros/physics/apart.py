@@ -1,4 +1,4 @@
-"""A host of its own for one robot: a network namespace with a cable to this machine's (Linux, root)."""
+"""One robot's own host: a network namespace with a cable to this machine's (Linux, root)."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ class Apart:
         self._here = f"iap{os.getpid()}"
 
     def command(self, command: Sequence[str]) -> list[str]:
-        """This command, on that host."""
+        """Return a command that runs this one on that host."""
         inside = ["unshare", "--mount", "sh", "-c", _INSIDE, "sh"]
         return ["ip", "netns", "exec", self._namespace, *inside, *command]
 
     def set_radio(self, works: bool) -> None:
-        """Let all packets on the cable be lost, or none. Neither end notices."""
+        """Lose all packets on the cable, or none. Neither end notices."""
         change = "del dev {} root" if works else "add dev {} root blackhole"
         for inside, end in ((["-n", self._namespace], "eth0"), ([], self._here)):
             subprocess.run(["tc", *inside, "qdisc", *change.format(end).split()], check=True)
 
     def open(self) -> None:
-        """Make it. Raises CalledProcessError if the kernel or its rights refuse that."""
+        """Make it. Raise CalledProcessError if the kernel or its permissions refuse that."""
         _ip(f"netns add {self._namespace}")
         _ip(f"link add {self._here} type veth peer name eth0 netns {self._namespace}")
         _ip(f"addr add 10.78.0.1/24 dev {self._here}")
@@ -45,7 +45,7 @@ class Apart:
 
 @contextmanager
 def apart() -> Iterator[Apart]:
-    """A host of its own, until it is left."""
+    """Make a robot's own host, and remove it on exit."""
     host = Apart()
     try:
         host.open()

@@ -1,4 +1,4 @@
-"""Robots' nodes in ROS 2, run by ROS's interpreter: messages.py says what comes and goes, until its input ends.
+"""Robots' nodes in ROS 2, run by ROS's interpreter until its input ends; messages.py has its messages.
 
 Its arguments are the names of the robots.
 """
@@ -32,8 +32,8 @@ def say(message: FromBridge) -> None:
 
 
 class Robot:
-    """A robot's node, which listens on /NAME/cmd_vel, and publishes what it is told on /NAME/odom, world_pose, and
-    battery_state."""
+    """A robot's node, which listens on /NAME/cmd_vel, and publishes the values that it gets on /NAME/odom, world_pose,
+    and battery_state."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -1,4 +1,4 @@
-"""A camera above the floor: what it says of robots' poses, late and sometimes wrong. It never reads a clock."""
+"""A camera above the floor, which reports robots' poses late and sometimes wrong. It never reads a clock."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from tests.ros.physics.faults import Fault
 
 Pose = tuple[float, float, float]
-"""Meters and radians."""
+"""A pose in meters and radians."""
 
 
 class Camera:
-    """Takes a picture of all robots and says what it saw `latency` seconds later. Of its poses, a `loss` is dropped."""
+    """A camera that reports the poses in a picture `latency` seconds later. It loses a share `loss` of them."""
 
     def __init__(self, latency: float, loss: float, seed: int) -> None:
         self._latency, self._loss = latency, loss
@@ -22,7 +22,7 @@ class Camera:
         self._waiting: deque[tuple[float, str, Pose, float]] = deque()
 
     def look(self, poses: Mapping[str, Pose], faults: Sequence[Fault], now: float) -> None:
-        """Take a picture of where robots are."""
+        """Take a picture of the robots."""
         for robot in poses:
             called, (x, y, heading) = robot, poses[robot]
             late, loss = self._latency, self._loss
@@ -41,7 +41,7 @@ class Camera:
                 self._waiting.append((now + late, called, (x, y, heading), now))
 
     def say(self, now: float) -> Iterator[tuple[str, Pose, float]]:
-        """Each robot that it saw, where, and when, as far as that is said by now."""
+        """Yield the robot, the pose, and the time of each observation whose latency is over by now."""
         for each in [each for each in self._waiting if each[0] <= now]:
             self._waiting.remove(each)
             _, robot, pose, at = each

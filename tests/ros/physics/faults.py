@@ -1,4 +1,4 @@
-"""What goes wrong with robots, and when. It never reads a clock."""
+"""Faults of robots and their times. This module never reads a clock."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _USUAL = {"lost": 1.0, "flat": 0.05}
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A kind of fault that these robots have, from one time to another, in seconds."""
+    """A kind of fault of these robots, from one time to another, in seconds."""
 
     kind: str
     robots: tuple[str, ...]
@@ -33,7 +33,7 @@ class Fault:
 
 
 def parsed(text: str, robots: Sequence[str]) -> Fault:
-    """A fault written as `KIND:ROBOT[,ROBOT][=AMOUNT][@START[-END]]`. Raises ValueError for anything else."""
+    """Parse a fault such as `KIND:ROBOT[,ROBOT][=AMOUNT][@START[-END]]`. Raise ValueError for any other text."""
     what, _, when = text.partition("@")
     kind, _, who = what.partition(":")
     names, _, amount = who.partition("=")

@@ -1,4 +1,4 @@
-"""What crosses from and to the processes of the bridge, as lines of JSON. Times are Unix time in `stamp`, else
+"""Messages from and to the processes of the bridge, as lines of JSON. `stamp` is Unix time, all other times are
 monotonic; headings are in radians."""
 
 from __future__ import annotations
@@ -7,13 +7,13 @@ from typing import Literal, TypedDict
 
 
 class Ready(TypedDict):
-    """The bridge has made all its robots' topics."""
+    """The bridge's message that it has made all its robots' topics."""
 
     type: Literal["ready"]
 
 
 class Told(TypedDict):
-    """A robot has heard a velocity."""
+    """A velocity that a robot has heard."""
 
     type: Literal["told"]
     robot: str
@@ -23,7 +23,7 @@ class Told(TypedDict):
 
 
 class Wheels(TypedDict):
-    """What a robot's encoders have counted."""
+    """A robot's pose and speeds by its encoders."""
 
     type: Literal["wheels"]
     robot: str
@@ -36,7 +36,7 @@ class Wheels(TypedDict):
 
 
 class Seen(TypedDict):
-    """Where a camera says that a robot was at `stamp`."""
+    """A robot's pose at `stamp`, as a camera reports it."""
 
     type: Literal["seen"]
     robot: str
@@ -47,7 +47,7 @@ class Seen(TypedDict):
 
 
 class Battery(TypedDict):
-    """How full a robot's battery is, from 0 to 1."""
+    """A robot's battery level, from 0 to 1."""
 
     type: Literal["battery"]
     robot: str
@@ -56,7 +56,7 @@ class Battery(TypedDict):
 
 
 class There(TypedDict):
-    """A robot's node should be there, or not."""
+    """A request to make or remove a robot's node."""
 
     type: Literal["there"]
     robot: str

@@ -21,12 +21,12 @@ TIMEOUT = 0.5
 GRIP = 0.7
 """The wheels' coefficient of friction."""
 HELD = 0.15
-"""Meters above the floor at which a robot is held that somebody lifts."""
+"""Meters above the floor at which a lifted robot is held."""
 
 
 @dataclass(slots=True)
 class Robot:
-    """A robot's controller: it regulates what its encoders count, which is more than its wheels really roll."""
+    """A robot's controller: it regulates the count of its encoders, which is more than its wheels really roll."""
 
     name: str
     bias: tuple[float, float]
@@ -36,10 +36,10 @@ class Robot:
     heard: float = -math.inf
     rims: list[float] = field(default_factory=lambda: [0.0, 0.0])  # the speeds that it regulates, in m/s
     counted: Pose = (0.0, 0.0, 0.0)
-    """Where it would be by its encoders alone, from where it began."""
+    """Its pose by its encoders alone, from its start."""
     linear: float = 0.0
     angular: float = 0.0
-    held: tuple[float, ...] | None = None  # where somebody holds it
+    held: tuple[float, ...] | None = None  # its pose while it is held
 
 
 class World:
@@ -55,7 +55,7 @@ class World:
         mujoco.mj_forward(self._model, self._data)
 
     def tell(self, name: str, linear: float, angular: float, at: float) -> None:
-        """A robot hears a velocity at a time, in seconds."""
+        """Give a robot a velocity at a time, in seconds."""
         robot = self.robots[name]
         robot.wanted, robot.heard = (linear, angular), at
 
@@ -69,7 +69,7 @@ class World:
             self._count(robot, number)
 
     def poses(self) -> dict[str, Pose]:
-        """Where robots really are."""
+        """Return the real poses of robots."""
         return {name: self._pose(robot) for name, robot in self.robots.items()}
 
     def _drive(self, robot: Robot, number: int, now: float, stuck: bool) -> None:

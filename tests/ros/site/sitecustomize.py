@@ -1,6 +1,6 @@
-"""Run by every Python that has this folder on its PYTHONPATH: sets limits of ours, and runs code, for a test.
+"""Set limits of ours and run code for a test, in every Python that has this folder on its PYTHONPATH.
 
-A limit is set once its module is imported, before anybody reads it: most processes import few of these modules.
+A limit is set when its module is imported, before any code reads it: most processes import few of these modules.
 """
 
 import json
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class Limits:
-    """Finds the modules that have these limits: `{"player.decide.LATE": 20}`."""
+    """A finder of the modules that have these limits: `{"player.decide.LATE": 20}`."""
 
     def __init__(self, limits: dict[str, Any]) -> None:
         self._limits: dict[str, dict[str, Any]] = {}

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.slow("starts a class with its stages, and a robot drive
 
 @pytest.fixture
 def said(alone: Mapping[str, str], tmp_path: Path) -> Iterator[tuple[str, str, str]]:
-    """What a class says that has a real robot: the children's address, the code, and the teacher's."""
+    """The lines of a class that has a real robot: the children's address, the code, and the teacher's address."""
     pyodide, site, robots = tmp_path / "pyodide", tmp_path / "site", tmp_path / "improv.toml"
     imitate(pyodide)  # no child plays here
     build(site, pyodide)

@@ -109,7 +109,7 @@ def test_a_listener_that_is_found_but_hears_nothing_yet_is_waited_for(start: Sta
         sink("prepare", TURTLE)
         assert sink("missing") == {"turtle1": ""}
         line = sink("find", "missing", "turtle1", "confirm")
-        assert line.startswith("a listener on /turtle1/cmd_vel doesn't confirm that it hears anything: look whether ")
+        assert line.startswith("a listener on /turtle1/cmd_vel doesn't confirm that it hears anything: check whether ")
     finally:
         os.kill(halted.pid, signal.SIGCONT)
     sink("wait")

@@ -244,6 +244,7 @@ class Stage:
                     self._loop.call_soon_threadsafe(self._begin_to_look)
         if message["type"] == "stopped":
             self._watch.stopped(time.monotonic())
+            self._moves = False
             self._failure = message.get("message", "")
         # Here and not on the event loop, which may be busy: a stop at a page has to be obeyed at once.
         stops = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
@@ -258,7 +259,6 @@ class Stage:
             self._hear(self, message, stops)
 
     def _end(self) -> None:
-        self._moves = False
         self._ended.set()
         self._over.set()
         self._awake.set()

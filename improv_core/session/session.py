@@ -29,6 +29,8 @@ from improv_core.session.on_stage_message import heard, heard_clock
 from improv_core.session.start import Options, SinkName, start_stage
 from improv_core.session.state import PlayScore, SessionState
 
+LOST = "the stage ended before it had stopped its robots"
+"""The reason why another one has to stop them."""
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
@@ -193,23 +195,43 @@ class Playback:
         self._osc.close()
         await asyncio.gather(*self._replacing)
         async with self._opening:
+            lost = await self._end_stages()
+            if not lost:
+                self._forget()
+                return
+            for name in lost:
+                self._heard(name, {"type": "gone", "message": LOST})
+        await asyncio.gather(*self._replacing)
+        if not self.state.still:
+            self._say("robots may still be moving: look at them")
+        async with self._opening:
             await self._close()
 
     async def _close(self) -> None:
-        stages = [*self._stages.values()]
-        await asyncio.gather(*(stage.close() for stage in stages))
-        for stage in stages:
-            self.stops.discard(stage)
+        await self._end_stages()
+        self._forget()
+
+    def _forget(self) -> None:
         self._stages.clear()
         self._hear_clock(None)
         self._do((self.state.closed(), []))
 
+    async def _end_stages(self) -> list[SinkName]:
+        """End all stages. Returns those that were killed before they could stop real robots that moved."""
+        stages = [*self._stages.items()]
+        await asyncio.gather(*(stage.close() for _, stage in stages))
+        for _, stage in stages:
+            self.stops.discard(stage)
+        return [name for name, stage in stages if self._moving(stage)]
+
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line of the answer."""
-        state, moving = self.state, self._moving()
+        state = self.state
+        moving = [robot for stage in [*self._stages.values()] for robot in self._moving(stage)]
         names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop()
-        if state.played and (state.is_on or moving):
+        lost = state.real is not None and not state.obeys
+        if state.played and (state.is_on or moving or lost):
             names = [state.played.name]
         if not names:
             return IDLE
@@ -217,17 +239,19 @@ class Playback:
             with suppress(RuntimeError):  # the loop has been closed
                 line: News = {"type": "warning", "message": "stopped by `improv stop`"}
                 self._loop.call_soon_threadsafe(self._listen, line, True)
+        if lost:
+            return f"{names[0]}: robots may still be moving, since their stage has failed: look at them"
         if not (state.is_on or moving):
             return f"stopped {names[0]} before it began"
         count = f"{len(moving) or 'no'} robot{'' if len(moving) == 1 else 's'}"
         moved = f": {count} {'was' if len(moving) == 1 else 'were'} moving" if state.is_real or moving else ""
         return f"stopped {names[0]} on {state.status}{moved}"
 
-    def _moving(self) -> list[str]:
-        """Return the real robots that move, by the reports of their stages and not by their scores."""
+    def _moving(self, stage: RunningStage) -> list[str]:
+        """Return the real robots that a stage moves, by its reports and not by its score; also those that it moved when
+        it was killed."""
         played = self.state.played
-        robots = played.score.moving().parts if played else ()
-        return [robot for stage in [*self._stages.values()] if stage.ready["real"] for robot in stage.moving(robots)]
+        return stage.moving(played.score.moving().parts if played and stage.ready["real"] else ())
 
     def _now(self, stops: int) -> Now:
         return Now(time.monotonic(), stops, self.stops.pressed)

@@ -35,6 +35,7 @@ class Fake:
         self.alive = True
         self.sent: list[ToStage] = []
         self.moves = False
+        self.hangs = False  # so it doesn't stop its robots when it is to end
         self.ready: Ready = {"type": "ready", "protocol": 2, "sink": sink, "real": sink == "ros"}
         if sink == "simulator":
             self.ready["page"] = f"http://127.0.0.1:{options.port or 8123}/"
@@ -47,6 +48,7 @@ class Fake:
 
     async def close(self) -> None:
         self.alive = False
+        self.moves = self.moves and self.hangs
 
     def say(self, message: FromStage) -> None:
         self.hear(message, self._stops.arrive(message["command"]) if message["type"] == "request" else 0)

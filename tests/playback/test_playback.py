@@ -22,7 +22,7 @@ from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock, Safety, Score
 from improv_core.session.acts import News
-from improv_core.session.session import Playback
+from improv_core.session.session import LOST, Playback
 from improv_core.session.start import Options, SinkName
 from improv_core.session.state import PlayScore
 from tests.playback.fakes import LIMIT, Fake, Fakes, performed
@@ -191,6 +191,34 @@ async def test_a_dead_leading_stage_is_replaced_by_one_that_stops_the_robots_fir
     new.tell("ended")
     assert await fakes.begin()
     assert new.loads[-1]["score"] != standing["score"]
+
+
+@performed
+async def test_a_new_stage_stops_the_robots_of_one_that_is_killed_in_the_end(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
+    leader.hangs = True
+    closing = asyncio.ensure_future(fakes.playback.close())
+    await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
+    new = fakes.latest("ros")
+    (standing,) = new.loads
+    assert standing["score"]["movements"] == []
+    assert not closing.done()
+    new.tell("ended")
+    await asyncio.wait_for(closing, LIMIT)
+    assert not new.alive
+    assert fakes.lines == [f"{LOST}: a new one is stopping the robots; save to play again"]
+
+
+@performed
+async def test_a_stop_names_no_robots_as_stopped_that_nothing_has_stopped_yet(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
+    failed = "dance.improv: robots may still be moving, since their stage has failed: look at them"
+    leader.die()
+    assert fakes.playback.stop() == failed
+    await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
+    assert fakes.playback.stop() == failed
+    fakes.latest("ros").tell("ended")
+    assert fakes.playback.stop() == IDLE
 
 
 @performed

@@ -276,7 +276,12 @@ class TerminalSession:
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
         wanted = PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway, arming=arming)
-        if await self.playback.play(wanted):
+        page = self.playback.state.stages.get("simulator")
+        begins = await self.playback.play(wanted)
+        if self.has_page and self.playback.state.stages.get("simulator") is not page:
+            # The stages of hosts were started with another simulator, which opens no page by an earlier address.
+            self.screen.say(f"watch it at {self.playback.link()}")
+        if begins:
             self._keep(path, analysis.text)
             named = f"{only.name}: " if only.name else ""
             self.screen.say(f"▶ {named}{summary(only.analysis)}, {self.playback.state.status}")

@@ -202,8 +202,11 @@ class Playback:
             for name in lost:
                 self._heard(name, {"type": "gone", "message": LOST})
         await asyncio.gather(*self._replacing)
-        if not self.state.still:
-            self._say("robots may still be moving: look at them")
+        if not self.state.obeys:
+            robots = [robot for each in lost.values() for robot in each]
+            line = f"{', '.join(robots)} may still be moving: no stage could stop them"
+            generation = self.state.generation
+            self._listen({"type": "unreached", "generation": generation, "robots": robots, "message": line}, True)
         async with self._opening:
             await self._close()
 
@@ -216,13 +219,13 @@ class Playback:
         self._hear_clock(None)
         self._do((self.state.closed(), []))
 
-    async def _end_stages(self) -> list[SinkName]:
-        """End all stages. Returns those that were killed before they could stop real robots that moved."""
+    async def _end_stages(self) -> dict[SinkName, list[str]]:
+        """End all stages. Returns the real robots of those that were killed before they could stop them."""
         stages = [*self._stages.items()]
         await asyncio.gather(*(stage.close() for _, stage in stages))
         for _, stage in stages:
             self.stops.discard(stage)
-        return [name for name, stage in stages if self._moving(stage)]
+        return {name: robots for name, stage in stages if (robots := self._moving(stage))}
 
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line of the answer."""

@@ -5,16 +5,20 @@ from __future__ import annotations
 import asyncio
 import re
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import TerminalSession
+from improv_core.program.analysis import analyze
 from improv_core.protocol.robot_messages import FaultMessage, WorstJson
+from improv_core.robots.config import read_robots
 from improv_core.safety import preflight
 from improv_core.score.motion import Pose
 from improv_core.session.start import Options
+from tests.playback.fakes import Fakes
 
 
 def fault(robot: str, beat: float, line: str, *, over: bool = False, worst: WorstJson | None = None) -> FaultMessage:
@@ -44,6 +48,23 @@ def test_each_line_about_faults_is_printed_once(session: TerminalSession, capsys
         session._hear(message, True)
         session._hear(message, False)  # the simulator beside them repeats it
     assert capsys.readouterr().err == "improv: no poses of a and b\nimprov: no pose of c\n"
+
+
+def test_the_address_of_the_page_is_printed_again_if_stages_of_hosts_replace_its_server(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    async def run() -> None:
+        fakes, session = Fakes(), TerminalSession(Options("both"), quiet=False, recorder=None, edit=None)
+        session.playback = fakes.playback
+        await session.open(browser=False)
+        for host in ("", 'host = "pi@pi.local"\n'):
+            analysis = analyze("p $ forward\n", read_robots(f"[robots.p]\n{host}"))
+            await session.play(analysis, Path("dance.improv"))
+        await fakes.playback.close()
+
+    asyncio.run(run())
+    printed = [line.partition(" ")[0] for line in capsys.readouterr().out.splitlines()]
+    assert printed == ["watch", "▶", "watch", "▶"]
 
 
 def test_after_an_interrupt_nothing_is_printed(session: TerminalSession, capsys: pytest.CaptureFixture[str]) -> None:

@@ -210,6 +210,17 @@ async def test_a_new_stage_stops_the_robots_of_one_that_is_killed_in_the_end(fak
 
 
 @performed
+async def test_closing_names_the_robots_that_no_stage_could_stop(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
+    leader.hangs = True
+    fakes.fails.add("ros")
+    await asyncio.wait_for(fakes.playback.close(), LIMIT)
+    (unreached,) = [each for each in fakes.news if each["type"] == "unreached"]
+    assert unreached["robots"] == ["r"]
+    assert unreached["message"] == "r may still be moving: no stage could stop them"
+
+
+@performed
 async def test_a_stop_names_no_robots_as_stopped_that_nothing_has_stopped_yet(fakes: Fakes) -> None:
     leader, _ = await fakes.play()
     failed = "dance.improv: robots may still be moving, since their stage has failed: look at them"

@@ -6,7 +6,6 @@ A thread writes, in the order in which things happened, so no save waits for a d
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime, timezone
@@ -30,13 +29,6 @@ class Records:
 
     def played(self, document: Document) -> None:
         """Keep a program that plays."""
-        self._write(history.keep, file_of(document), document.analysis.text, datetime.now(timezone.utc))
-
-    async def close(self) -> None:
-        """Wait until everything is written."""
-        await asyncio.to_thread(self._thread.shutdown)
-
-    def _write(self, write: Callable[..., None], *what: object) -> None:
         loop = asyncio.get_running_loop()
 
         def done(writing: Future[None]) -> None:
@@ -44,7 +36,12 @@ class Records:
                 with suppress(RuntimeError):  # the loop is closed
                     loop.call_soon_threadsafe(self._tell, str(problem))
 
-        self._thread.submit(write, *what).add_done_callback(done)
+        kept = self._thread.submit(history.keep, file_of(document), document.analysis.text, datetime.now(timezone.utc))
+        kept.add_done_callback(done)
+
+    async def close(self) -> None:
+        """Wait until everything is written."""
+        await asyncio.to_thread(self._thread.shutdown)
 
     def _tell(self, problem: str) -> None:
         """Warn of a problem, once: it may come with every save."""

@@ -21,8 +21,9 @@ LONGEST_SUBJECT = 72
 NO_BEGINNING = re.compile(r"(What|Whether|Who|Whom|Whose|Which|Where|How)\b")
 """Words with which no docstring begins: it begins with a verb or a noun."""
 NO_IMPERATIVE = re.compile(
-    r"(?i)(an?|the|no|it|that|this|of|one|two|all|tests?|[a-z]+ing|[a-z]+ed|[a-z]*[^s\W]s)\b|[^A-Z]"
+    r"[^A-Z]|(?i:(an?|the|no|it|that|this|what|whom?|which|of|one|two|all|tests?|[a-z]+(ing|ed)|[a-z]*[^s\W]s)\b)"
 )
+"""Beginnings of subjects that are no imperatives: no capital letter, an article, another form of a verb."""
 IMPERATIVES = ("Bring", "Embed", "Feed", "Focus", "Need", "Ring", "Seed", "Speed", "String", "Test ")
 """Imperatives that the pattern above would refuse."""
 

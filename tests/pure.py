@@ -10,25 +10,40 @@ import pytest
 from hypothesis import settings
 
 TESTS = Path(__file__).parent
-PURE = {"ide", "playback", "program", "remote", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
+PURE = {
+    *(
+        "hosts",
+        "ide",
+        "ipc",
+        "music",
+        "outputs",
+        "player",
+        "preview",
+        "program",
+        "protocol",
+        "robots",
+        "safety",
+        "score",
+    ),
+    *("session", "stage", "syntax", "test_plain.py", "test_text.py"),
+}
 NOT_PURE = {
-    "playback/test_clock_process.py",
-    "playback/test_interpreter.py",
-    "playback/test_isolation.py",
-    "playback/test_stage_process.py",
-    "playback/test_stop_socket.py",
+    "music/test_clock_process.py",
+    "outputs/test_interpreter.py",
+    "session/test_start.py",
+    "ipc/test_stage_process.py",
+    "safety/test_stop_socket.py",
     "program/test_fuzz.py",
     "program/test_huge.py",
-    "remote/test_bundle.py",
-    "remote/test_connecting.py",
+    "hosts/test_bundle.py",
+    "hosts/test_ssh.py",
     "robots/test_schema.py",
-    "stage/sinks/test_ros_publishing.py",
-    "stage/sinks/test_ros_reader.py",
-    "stage/test_osc_desk.py",
+    "outputs/test_publisher_client.py",
+    "outputs/test_sensors_client.py",
+    "music/test_osc_process.py",
     "stage/test_process.py",
-    "stage/test_standby.py",
-    "stage/test_watchdog.py",
-    "stage/viewer",
+    "outputs/test_standby_process.py",
+    "ipc/test_watchdog.py",
 }
 """Files in the folders of the pure tests that start something, or take long."""
 EXAMPLES = 10

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from playwright.sync_api import Browser, sync_playwright
 
 from tests.needs import need
-from tests.stage.viewer.conftest import FLAGS
+from tests.page.conftest import FLAGS
 
 
 @contextmanager

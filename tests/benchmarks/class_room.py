@@ -30,7 +30,7 @@ from improv_core.session.start import Options
 from improv_core.website.build import build
 from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.needs import need
-from tests.stage.viewer.conftest import FLAGS
+from tests.page.conftest import FLAGS
 
 PAGES = 3
 CHILDREN = 22

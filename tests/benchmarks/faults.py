@@ -21,7 +21,7 @@ import aiohttp
 
 from tests.benchmarks.robots import ENV, PYTHON
 from tests.benchmarks.tables import print_head, print_row
-from tests.page import live_behind
+from tests.open_page import live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener, Others
 from tests.ros.dance import AFTER, BEFORE, BEFORE_SPEED, URI, Server, Terminal, at_speed, dances, still

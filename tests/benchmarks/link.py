@@ -1,7 +1,7 @@
 """Error of another machine's clock as known through ssh over a bad Wi-Fi, and the price of a link.
 
 Both ends run on this machine, so the right answer is known: both clocks are the same, except that the one there may be
-made to drift. `tests/remote/slow_way.py` is the Wi-Fi: 2 to 100 ms of random delay each way, and 2% is lost.
+made to drift. `tests/hosts/slow_link.py` is the Wi-Fi: 2 to 100 ms of random delay each way, and 2% is lost.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from improv_core.hosts.connect import connect
 from improv_core.hosts.frames import LONGEST_UP, UP, Incoming, time_in
 from improv_core.ipc.child import Child
 from tests.benchmarks.tables import print_head, print_row
-from tests.remote.sshd import NAME, SLOW, Host, a_host
+from tests.hosts.sshd import NAME, SLOW, Host, a_host
 from tests.ros.conftest import with_code
 
 MARKS = (3.0, 10.0, 30.0, 60.0, 120.0)

@@ -33,7 +33,7 @@ from tests.benchmarks.robots import (
     start_anew,
 )
 from tests.benchmarks.servers import OURS, Server, memory, processor_time, stage_of
-from tests.stage.test_player import Memory
+from tests.player.test_player import Memory
 
 PATIENCE = 180.0
 """Seconds to wait for anything of the stage."""

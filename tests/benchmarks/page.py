@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 from tests.benchmarks.chromium import chromium
 from tests.benchmarks.servers import processor_time, stage_of
 from tests.benchmarks.tables import machine, p99, print_head, print_row
-from tests.page import live_behind
-from tests.stage.viewer.conftest import Show, watch
+from tests.open_page import live_behind
+from tests.page.conftest import Show, watch
 
 ROBOTS = 50
 SIZE = (1920, 1080)

@@ -19,8 +19,8 @@ from typing import Any
 
 from tests.benchmarks.chromium import chromium
 from tests.benchmarks.tables import machine, p99, print_head, print_row
-from tests.stage.viewer.conftest import Show, wait
-from tests.stage.viewer.songs import EAR, improv_toml, ramp
+from tests.page.conftest import Show, wait
+from tests.page.songs import EAR, improv_toml, ramp
 
 GOAL = 20.0
 """Milliseconds."""

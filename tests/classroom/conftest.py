@@ -1,5 +1,5 @@
 """The browser of the page's tests."""
 
-from tests.stage.viewer.conftest import browser, chromium, keep, page, window
+from tests.page.conftest import browser, chromium, keep, page, window
 
 __all__ = ["browser", "chromium", "keep", "page", "window"]

@@ -16,8 +16,8 @@ from playwright.sync_api import Page, expect
 from improv_core.website.build import build
 from tests.axe import violations
 from tests.commands.command_line import IMPROV
+from tests.page.conftest import Keep
 from tests.pyodide import imitate
-from tests.stage.viewer.conftest import Keep
 
 
 @pytest.fixture

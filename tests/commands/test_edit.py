@@ -1,4 +1,4 @@
-"""`improv new`, and the start of `improv edit` (tests/stage/viewer/test_editor.py writes with it)."""
+"""`improv new`, and the start of `improv edit` (tests/page/test_editor.py writes with it)."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ from improv_core.robots.config import read_robots
 from improv_core.score.score import Host as HostOfRobots
 from tests.commands.command_line import run
 from tests.commands.test_ros_setup import environment_maker
+from tests.hosts.sshd import LIMIT, Host, a_host
 from tests.processes import command_of, descendants, wait_until_gone
-from tests.remote.sshd import LIMIT, Host, a_host
 from tests.stage.test_process import SITE
 
 TOML = '[robots.a]\nhost = "pi@anna"\n[robots.b]\nhost = "pi@anna"\n[robots.c]\n[hosts."pi@anna"]\ndomain = 7\n'

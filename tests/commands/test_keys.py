@@ -19,7 +19,7 @@ from improv_core.commands import keys
 from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import HINT, HINT_ARMED
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running
-from tests.page import connected, heard, live_behind, token_behind
+from tests.open_page import connected, heard, live_behind, token_behind
 
 ADDRESS = r"watch it at (\S+)\r?\n"
 PROGRAM = "beat 600\nr $ until cue (repeat forward) left\n"

@@ -26,7 +26,7 @@ from improv_core.safety.stops import Stops
 from improv_core.session.session import Playback
 from improv_core.session.start import Options, SinkName
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, Ended, playing, run, written
-from tests.playback.fakes import Fake, Hear
+from tests.session.fakes import Fake, Hear
 
 
 def played(path: Path, *options: str) -> Any:

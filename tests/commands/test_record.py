@@ -16,7 +16,7 @@ from improv_core.commands.record import RecordError, record_live
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.session.start import Options
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, run, written
-from tests.page import connected, heard, live_behind
+from tests.open_page import connected, heard, live_behind
 from tests.processes import wait_until_written
 from tests.recordings import changes, read, read_joints
 from tests.stage_on_thread import USED, StageOnThread

@@ -18,7 +18,7 @@ from improv_core.robots.config import read_robots
 from improv_core.safety import preflight
 from improv_core.score.motion import Pose
 from improv_core.session.start import Options
-from tests.playback.fakes import Fakes
+from tests.session.fakes import Fakes
 
 
 def fault(robot: str, beat: float, line: str, *, over: bool = False, worst: WorstJson | None = None) -> FaultMessage:

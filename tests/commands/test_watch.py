@@ -1,4 +1,4 @@
-"""`improv watch`: plays at every save, in every way that editors save (tests/services/test_saves has the end of a
+"""`improv watch`: plays at every save, in every way that editors save (tests/storage/test_saves has the end of a
 save)."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import improv_core.commands.watch
 from improv_core.safety.stops import Stops
 from improv_core.slices import checkpoint
 from tests.commands.command_line import LIMIT, SIMULATED, Running
-from tests.page import connected, heard, live_behind
+from tests.open_page import connected, heard, live_behind
 from tests.strange_files import StrangeFile
 
 KEEPS = "✗ the previous dance keeps playing\n"

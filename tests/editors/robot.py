@@ -17,7 +17,7 @@ from pathlib import Path
 
 from aiohttp import ClientWebSocketResponse
 
-from tests.page import connected, live_behind
+from tests.open_page import connected, live_behind
 
 LIMIT = 60.0
 """Seconds to wait for a robot on a busy machine."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.ls.client import CAPABILITIES, QUIET, TOLD, Client, Message
-from tests.page import token_behind
+from tests.open_page import token_behind
 
 URI = "file:///dance.improv"
 

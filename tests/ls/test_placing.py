@@ -16,7 +16,7 @@ from improv_core.text import LineIndex, Span
 from improv_ls.placing import edits_of
 from improv_ls.positions import to_span
 from tests.ls.client import Client, Message
-from tests.page import connected, live_behind
+from tests.open_page import connected, live_behind
 
 CAPABILITIES = {
     "workspace": {"applyEdit": True, "workspaceEdit": {"documentChanges": True}},

@@ -15,7 +15,7 @@ from improv_core.ipc.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
 from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place
-from tests.page import connected, live_behind
+from tests.open_page import connected, live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.stage_on_thread import StageOnThread
 

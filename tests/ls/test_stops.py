@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient
-from tests.page import connected, heard, live_behind
+from tests.open_page import connected, heard, live_behind
 
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
 HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 60_000)) + "r $ forwrd\n"

@@ -41,7 +41,7 @@ def test_errors_in_hosts_are_reported() -> None:
 
 
 def test_names_unsafe_for_ssh_or_a_shell_are_no_hosts() -> None:
-    """tests/playback/test_hosts.py has these names."""
+    """tests/hosts/test_allowed.py has these names."""
     plain = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
     found = check(f"""
         [robots.anna]

@@ -44,7 +44,7 @@ def test_a_robot_that_comes_late_is_measured_unless_it_has_only_wheel_odometry(
 ) -> None:
     """Neither its place nor the frame of its poses matters.
 
-    tests/commands/test_calibrate.py and tests/services/test_calibration.py test the use of the measurements.
+    tests/commands/test_calibrate.py and tests/routines/test_calibration.py test the use of the measurements.
     """
     toml = ROBOTS.format(frame=frame)
     (tmp_path / "improv.toml").write_text(toml)

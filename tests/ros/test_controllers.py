@@ -1,6 +1,6 @@
 """Body parts of real robots, from a program to controllers that behave as ros2_control's (tests/ros/controller.py).
 
-tests/stage (test_controllers.py, sinks/test_ros_controllers.py) tests the commands; here real controllers obey them.
+tests/outputs (test_trajectories.py, test_ros_controllers.py) tests the commands; here real controllers obey them.
 The robot has a controller of each kind, and its base has nothing to do, so it needs no listener.
 """
 

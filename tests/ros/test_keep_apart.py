@@ -38,7 +38,7 @@ ARGUMENTS = "--noise", "0", "--loss", "0", "--delay", "0.08", "--rests"
 def test_bases_that_drive_toward_each_other_come_to_rest_apart(
     script: Script, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """At 0.3 m/s, braking at 0.9 m/s². tests/stage/test_keep_apart.py has all other cases."""
+    """At 0.3 m/s, braking at 0.9 m/s². tests/safety/test_keep_apart.py has all other cases."""
     (tmp_path / "improv.toml").write_text(TOML)
     (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat forward\n")
     bases = [script(BASE, "ada", *ARGUMENTS), script(BASE, "bo", *ARGUMENTS, "--start", "2", "0", str(math.pi))]

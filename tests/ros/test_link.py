@@ -22,8 +22,8 @@ from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import ToStage
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import to_json
+from tests.hosts.sshd import Host, a_host
 from tests.processes import command_of, descendants, wait_until_gone
-from tests.remote.sshd import Host, a_host
 from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
 
 pytestmark = pytest.mark.slow("a real ssh server, and a stage of ROS 2 that finds its robots")

@@ -1,6 +1,6 @@
 """Buttons that people press while robots move: real publishers of an emergency stop and of a gamepad.
 
-tests/stage (test_interlocks.py, test_player.py, test_loop.py) and tests/playback test the effects on robots.
+tests/safety (test_interlocks.py), tests/player, tests/stage, and tests/session test the effects on robots.
 """
 
 from __future__ import annotations

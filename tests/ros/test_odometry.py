@@ -13,7 +13,7 @@ from aiohttp import ClientSession
 
 from improv_core.outputs.ros.sensors.poses import TEXTS
 from tests.ls.client import ProcessClient
-from tests.page import live_behind
+from tests.open_page import live_behind
 from tests.ros.conftest import BASE, LIMIT, Listen, Publish, Script, Sink
 from tests.ros.dance import moving, still
 
@@ -90,7 +90,7 @@ async def measured(url: str, until: Callable[[Mapping[str, list[list[float]]]], 
 def test_the_page_shows_the_measured_places_of_bases(
     script: Script, listen: Listen, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """One also gets corrections that bring it back to its path. tests/stage/test_bases.py tests their accuracy."""
+    """One also gets corrections that bring it back to its path. tests/outputs/test_bases.py tests their accuracy."""
     script(BASE, "anna", "--noise", "0", "--loss", "0")
     script(BASE, "bert", "--wheel-error", "0.96", "0.94", "--start", "5", "6", "1")
     told = listen("/bert/cmd_vel")

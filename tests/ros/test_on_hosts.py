@@ -19,7 +19,7 @@ from improv_core.session.group import multi_host_stage
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import PlayScore
-from tests.remote.sshd import NAME, Host, a_host
+from tests.hosts.sshd import NAME, Host, a_host
 from tests.ros.conftest import LIMIT, Listen, be_patient, with_limits
 from tests.ros.dance import moving, still
 from tests.ros.test_link import process_of
@@ -124,7 +124,7 @@ def test_after_a_short_gap_in_the_link_robots_here_and_there_dance_on_together(
         await show.until(lambda message: message["type"] == "link")
         here.hear_all()
         here.heard.clear()
-        way = process_of("slow_way.py")
+        way = process_of("slow_link.py")
         os.kill(way, signal.SIGSTOP)
         for _ in range(GAP):
             await asyncio.to_thread(here.wait, moving)
@@ -153,7 +153,7 @@ def test_at_the_end_robots_behind_a_silent_link_are_named(host: Host, listen: Li
         await show.play("a p $ repeat forward\n")
         for robot in (here, there):
             await asyncio.to_thread(robot.wait, moving)
-        way = process_of("slow_way.py")
+        way = process_of("slow_link.py")
         os.kill(way, signal.SIGSTOP)
         try:
             await show.playback.close()

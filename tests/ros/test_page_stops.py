@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from tests.page import live_behind
+from tests.open_page import live_behind
 from tests.processes import command_of, players
 from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
 from tests.ros.dance import Server, dances, still

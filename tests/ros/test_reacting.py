@@ -77,7 +77,7 @@ ROAMER = "anna $ repeat (until near (repeat forward) until not near (repeat left
 def test_a_robot_turns_where_something_is_near_and_stands_while_its_sensor_is_silent(
     robot: Listener, publish: Publish, ros_python: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A line also says why. tests/stage/test_reacting.py tests the effects and their times."""
+    """A line also says why. tests/player/test_reacting.py tests the effects and their times."""
     scanner = publish("/anna/scan", "sensor_msgs/LaserScan", best_effort=True)
     scanner(FAR)
 

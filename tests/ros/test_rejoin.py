@@ -46,7 +46,7 @@ def where(base: subprocess.Popen[str]) -> tuple[float, float, float]:
 def test_a_base_that_is_restarted_drives_to_where_its_part_has_it_by_then(
     script: Script, listen: Listen, ros_env: dict[str, str], tmp_path: Path
 ) -> None:
-    """In tests/stage, test_player.py and test_returning.py test other ways to join again, and the drive back."""
+    """In tests/player, test_player.py and test_returning.py test other ways to join again, and the drive back."""
     listener = listen("/bo/cmd_vel")
     (tmp_path / "improv.toml").write_text(TOML)
     (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat 5 forward repeat 14 rest repeat 2 backward\n")

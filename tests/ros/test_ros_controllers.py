@@ -1,4 +1,4 @@
-"""The ROS sink alone, and listeners to commands for joints. tests/stage/sinks tests the effects, with a clock."""
+"""The ROS sink alone, and listeners to commands for joints. tests/outputs tests the effects, with a clock."""
 
 from __future__ import annotations
 

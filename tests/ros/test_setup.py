@@ -22,8 +22,8 @@ from improv_core.outputs.ros.setup import interpreter
 from improv_core.outputs.ros.setup import setup as setup_here
 from improv_core.outputs.ros.setup.environment import unsuited
 from improv_core.score.score import Host as HostOfRobots
+from tests.hosts.sshd import a_host
 from tests.needs import lacking
-from tests.remote.sshd import a_host
 from tests.traps import PYTHONPATHS, Traps
 
 INSTALL_LIMIT = 900.0

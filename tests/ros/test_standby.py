@@ -1,7 +1,6 @@
 """A stage that can no longer stop its robots: its standby does, and another one replaces a lost standby.
 
-test_relief.py, test_standby.py, and sinks/test_ros_standby.py in tests/stage test the times; here only a sink's standby
-could stop a robot.
+safety/test_failover.py and outputs/test_standby_*.py test the times; here only a sink's standby could stop a robot.
 """
 
 from __future__ import annotations

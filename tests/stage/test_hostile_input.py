@@ -16,8 +16,8 @@ from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import BuiltIn, Key, Topic
 from improv_core.stage.stdio import arrival
+from tests.player.test_player import Memory, score
 from tests.stage.test_loop import errors, load, perform, zeros
-from tests.stage.test_player import Memory, score
 
 PROGRAM = "x = left || repeat 2 slow 2 scale 1/3 (forward reverse right)\nr $ x\n"
 LOAD: Load = {

@@ -12,8 +12,8 @@ from improv_core.protocol.limits import MOST_AHEAD
 from improv_core.protocol.messages import FromStage
 from improv_core.score.motion import STILL
 from improv_core.score.score import Host, Score
+from tests.player.test_player import Memory
 from tests.stage.test_loop import PING, START, Event, FromRos, errors, load, perform, zeros
-from tests.stage.test_player import Memory
 
 DANCE = "beat 60\nr $ repeat forward\n"
 

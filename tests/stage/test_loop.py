@@ -30,7 +30,7 @@ from improv_core.score.senses import Key, RobotSense
 from improv_core.score.world import World
 from improv_core.stage.loop import Opened, run
 from improv_core.stage.stdio import arrival
-from tests.stage.test_player import Memory, score
+from tests.player.test_player import Memory, score
 
 START = 1000.0
 PING: Ping = {"type": "ping", "number": 1}

@@ -26,7 +26,7 @@ from tests.editors.editors import LIMIT, ROOT, find, program_of, started_from
 from tests.editors.terminal import until
 from tests.needs import EXTENSION as FOLDER
 from tests.needs import need, need_extension
-from tests.page import CALMLY
+from tests.open_page import CALMLY
 from tests.processes import command_of
 
 HERE = Path(__file__).parent

@@ -1,0 +1,248 @@
+"""Commands of the ROS sink for controllers of joints, and their times. The test provides topics, measurements, and the
+clock."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, Literal
+from unittest.mock import Mock
+
+import pytest
+
+from improv_core.outputs.ros.joints import controllers as ros_controllers
+from improv_core.outputs.ros.joints.controllers import PATIENCE, PERIOD, RosControllers
+from improv_core.outputs.ros.joints.trajectories import Course
+from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.score.algebra import hold
+from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
+from improv_core.score.by_part import by_part
+from improv_core.score.joints import JointMotion
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Velocity
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part
+
+HEAD = Controller("head", ("pitch", "yaw"))
+VELOCITY = replace(HEAD, interface="velocity")
+TOPIC, COMMANDS = "/ada/head_controller/joint_trajectory", "/ada/head_controller/commands"
+SPEED = 2.0
+"""The joints' highest speed in rad/s. They move to their starts at a fifth of it."""
+
+
+class Topic:
+    """A topic with a controller's listener."""
+
+    def __init__(self, name: str, message: str, node: object, robot: Robot, now: object, at_once: bool) -> None:
+        self.name, self._robot = name, robot
+
+    def missing(self, moves: bool) -> None:
+        """Every message is received."""
+
+    def ask(self, course: Course, clock: object, frame: bytes) -> None:
+        self._robot.asked.append(motions(course))
+
+    def publish(self, course: Course, clock: object, frame: bytes) -> None:
+        self._robot.sent.append((self.name, motions(course)))
+        self._robot.happened.append("sent")
+
+
+@pytest.fixture(autouse=True)
+def courses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Send courses instead of messages; tests/outputs/test_trajectories.py tests the messages."""
+    monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
+    monkeypatch.setattr(ros_controllers, "message_of", lambda channel, course: course)
+
+
+def motions(course: Course) -> list[tuple[float, float]]:
+    """Rounded positions, and velocities."""
+    return [(round(position, 6), velocity) for position, velocity in course.motions]
+
+
+def part(*controllers: Controller, home: Home = "wait") -> Part:
+    """The part of a robot that moves its head, left and up, by the joints yaw and pitch."""
+    head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
+    joints = [Joint(name, max_velocity=SPEED) for name in ("yaw", "pitch")]
+    profile = replace(TURTLESIM, body=Body([head], (), joints, controllers, "joint_states", home))
+    scene = by_part(hold(Velocity(0, 0, 1, 1), 1), "head")
+    return Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")
+
+
+class Robot:
+    """A robot whose controllers begin to perform a part, its joint positions, and the lines and messages about it."""
+
+    def __init__(self, performed: Part, **joints: float) -> None:
+        self.now, self.joints = 100.0, joints
+        self.sent: list[tuple[str, list[tuple[float, float]]]] = []
+        self.asked: list[list[tuple[float, float]]] = []
+        self.said: list[str] = []
+        self.happened: list[Literal["said", "sent"]] = []
+        self.standby, self.pending_zeros = Mock(), Mock()
+        node: Any = SimpleNamespace(get_clock=lambda: None)
+        advertise: Any = lambda channel: self  # noqa: E731
+        self.controllers = RosControllers(
+            node, advertise, self._measured, self.standby, self.pending_zeros, self._say, lambda: self.now
+        )
+        self.controllers.take({"ada": performed}, restart=True)
+
+    def send(self, at: float, **velocities: float) -> None:
+        """Send velocities. The positions that the stage assumes make no difference."""
+        told = {joint: JointMotion(9.0, velocity) for joint, velocity in velocities.items()}
+        self.controllers.send("ada", told, at)
+
+    def bring_home(self, seconds: float) -> None:
+        """Bring its joints to their starts for this many seconds."""
+        for _ in range(round(seconds / PERIOD)):
+            self.controllers.waits()
+            self.controllers.bring_home(["ada"])
+            self.now += PERIOD
+
+    def _say(self, line: str) -> None:
+        self.said.append(line)
+        self.happened.append("said")
+
+    def _measured(self, robot: str) -> dict[str, tuple[float, float]]:
+        return {joint: (position, self.now) for joint, position in self.joints.items()}
+
+
+def test_joints_begin_at_their_measured_positions_and_a_stop_holds_them() -> None:
+    robot = Robot(part(HEAD), pitch=-0.02, yaw=0.01)
+    robot.send(0.0, yaw=1.0, pitch=-1.0)
+    robot.now += 0.25
+    robot.send(0.25, yaw=0.0, pitch=0.0)
+    assert robot.sent == [(TOPIC, [(-0.02, -1), (0.01, 1)]), (TOPIC, [(-0.27, 0), (0.26, 0)])]
+    assert robot.said == []
+    assert robot.standby.mock_calls == robot.pending_zeros.mock_calls == [], "trajectories end at rest"
+
+
+def test_a_joint_that_is_held_back_does_not_jump_later() -> None:
+    """It stays put while it should have turned by several radians, as in a protective stop."""
+    robot = Robot(part(HEAD), pitch=-0.02, yaw=0.01)
+    for number in range(20):
+        robot.send(3.0 * number, yaw=1.0 + number % 2)
+        robot.now += 0.1
+    assert robot.sent[-1] == (TOPIC, [(-0.02, 0), (0.01, 2)])
+    assert robot.said == ["something holds back yaw of ada: it continues from its real position, not the program's"]
+
+
+def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:
+    """A save takes over while joints move."""
+    robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)
+    robot.send(0.0, yaw=1.0)
+    robot.now += 0.5
+    robot.joints["yaw"] = 0.5
+    other = Controller("other", HEAD.joints, interface="position")
+    robot.controllers.take({"ada": part(other)}, restart=False)
+    assert robot.sent[1:] == [(TOPIC, [(0, 0), (0.5, 0)])] * LAST_ZEROS
+    robot.send(0.5, yaw=1.0)
+    assert robot.sent[-1] == ("/ada/other_controller/commands", [(0, 0), (0.5, 1)])
+
+
+def test_velocity_controllers_need_zeros_but_no_measured_positions() -> None:
+    robot = Robot(part(VELOCITY))
+    robot.send(0.0, yaw=1.0, pitch=-0.5)
+    robot.send(1.0, pitch=0.0)
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves"], "one of them still turns"
+    robot.send(1.5, yaw=0.0)
+    assert [[velocity for _, velocity in motions] for _, motions in robot.sent] == [[-0.5, 1], [0, 1], [0, 0]]
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves", "stands"]
+    assert [call.args for call in robot.standby.mock_calls] == [(COMMANDS, "")] * 2 + [(COMMANDS,)]
+
+
+def test_only_finite_numbers_are_sent() -> None:
+    robot = Robot(part(HEAD), yaw=0.0, pitch=0.0)
+    with pytest.raises(ValueError, match="ada was given a joint's speed that is not a finite number"):
+        robot.send(0.0, yaw=float("nan"))
+    assert robot.sent == []
+
+
+def test_other_nodes_that_move_the_same_joints_are_named() -> None:
+    robot = Robot(part(HEAD))
+    assert robot.controllers.warning("ada", lambda topic, guarded: [] if guarded else ["/moveit"]) == (
+        f"other nodes also publish to {TOPIC}: /moveit; joints obey all of them: stop the others"
+    )
+
+
+def test_nothing_moves_while_joint_positions_are_unknown() -> None:
+    """The first positions may take a while to arrive."""
+    robot = Robot(part(HEAD))
+    assert robot.controllers.waits()
+    assert robot.said == []
+    robot.now += PATIENCE
+    assert robot.controllers.waits()
+    (line,) = robot.said
+    assert line.startswith("nothing moves: it isn't known where pitch of ada is: start what publishes its position on")
+    robot.send(0.0, yaw=1.0)
+    assert robot.sent == []
+
+
+def test_joints_get_no_commands_until_a_person_has_moved_them_to_their_starts() -> None:
+    """A person has to move them, and that person's commands to the controller must count."""
+    robot = Robot(part(HEAD), yaw=0.5, pitch=0.0)
+    assert robot.controllers.waits()
+    robot.controllers.ask(["ada"])
+    robot.bring_home(1.0)
+    assert (robot.asked, robot.sent) == ([], [])
+    robot.joints["yaw"] = 0.0
+    assert not robot.controllers.waits()
+    robot.controllers.ask(["ada"])
+    assert robot.asked == [[(0, 0), (0, 0)]]
+
+
+def test_joints_are_brought_to_their_starts_slowly() -> None:
+    """A controller obeys: yaw turns by 0.3 rad at 0.4 rad/s."""
+    robot = Robot(part(HEAD, home="move"), yaw=-0.3, pitch=0.0)
+    while robot.controllers.waits():
+        robot.bring_home(PERIOD)
+        robot.joints["yaw"] = min(robot.joints["yaw"] + 0.4 * PERIOD, 0.0)
+    assert robot.sent[0] == (TOPIC, [(0, 0), (-0.3, 0.4)])
+    assert robot.sent[-1] == (TOPIC, [(0, 0), (0, 0)])
+    assert robot.now == pytest.approx(100.75, abs=2 * PERIOD)
+    assert robot.said == ["joints move to their starts first: yaw of ada by +17°"]
+
+
+def test_joints_are_named_before_they_move() -> None:
+    """The position of pitch arrives 2.9 s later. A line about the missing position would come only after 5 s."""
+    yaw, pitch = (replace(HEAD, name=name, joints=(name,)) for name in ("yaw", "pitch"))
+    robot = Robot(part(yaw, pitch, home="move"), yaw=-1.5)
+    robot.bring_home(PERIOD)
+    assert robot.happened == ["said", "sent"]
+    assert [topic for topic, _ in robot.sent] == ["/ada/yaw_controller/joint_trajectory"]
+    assert robot.said == ["joints move to their starts first: yaw of ada by +86°"]
+    for _ in range(58):
+        robot.joints["yaw"] += 0.4 * PERIOD
+        robot.bring_home(PERIOD)
+    robot.joints["pitch"] = 0.5
+    robot.bring_home(PERIOD)
+    assert [topic for topic, _ in robot.sent].count("/ada/pitch_controller/joint_trajectory") == 1
+    assert robot.said[1:] == ["joints move to their starts first: pitch of ada by -29°"]
+
+
+def test_moving_joints_are_named_also_just_after_a_line_that_nothing_moves() -> None:
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5)
+    robot.bring_home(PATIENCE + 2 * PERIOD)
+    assert [line[:14] for line in robot.said] == ["nothing moves:"]
+    robot.joints["pitch"] = 0.0
+    robot.bring_home(PERIOD)
+    assert (len(robot.sent), robot.said[1:]) == (1, ["joints move to their starts first: yaw of ada by +86°"])
+
+
+def test_joints_that_were_halted_on_their_way_are_named_again_when_they_continue() -> None:
+    """The deadman button was released for a moment."""
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
+    robot.bring_home(PERIOD)
+    robot.controllers.bring_home([])
+    robot.now += 1.0
+    robot.bring_home(PERIOD)
+    assert robot.said == ["joints move to their starts first: yaw of ada by +86°"] * 2
+
+
+def test_joints_that_are_held_back_on_their_way_stay_where_they_are() -> None:
+    """They must not jump to their starts when released: a person has to move them there."""
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
+    robot.bring_home(3.0)
+    assert robot.sent[-1] == (TOPIC, [(0, 0), (-1.5, 0)])
+    count = len(robot.sent)
+    robot.bring_home(5.0)
+    assert len(robot.sent) == count
+    assert robot.said[-1] == "nothing moves until all joints are at their starts: turn yaw of ada by +86°"

@@ -1,0 +1,99 @@
+// The items of the timeline: a word is one shape, however many stretches it takes.
+
+import assert from "node:assert/strict"
+import test from "node:test"
+
+import { labels, outline, Reader, runs, shapes, starts } from "../../../improv_core/page/static/score/items.js"
+
+const WORDS = { forward: [1, 0, 0, 0], left: [0, 0, 0, 1], rest: [0, 0, 0, 0] }
+const TEXT = "r $ forward left"
+const FORWARD = [4, 11]
+const LEFT = [12, 16]
+
+/** Stretches of equal length that follow each other: each has a word, and its speed. */
+function stretches(...all) {
+  return all.map(([word, speed, beats = 0.125], i) => {
+    const start = all.slice(0, i).reduce((sum, [, , beats = 0.125]) => sum + beats, 0)
+    const velocity = { x: word === FORWARD ? speed : 0, y: 0, z: 0, yaw: word === LEFT ? speed : 0 }
+    return { start, end: start + beats, words: [word], velocity }
+  })
+}
+
+/** `start-end` of each shape. */
+function spans(all, first = 0, last = all.length) {
+  return shapes(all, first, last).map(({ start, end }) => `${start}-${end}`)
+}
+
+test("a word whose speed changes is one shape", () => {
+  assert.deepEqual(spans(stretches([LEFT, 0.3], [LEFT, 1], [LEFT, 1.3, 0.5], [LEFT, 1], [LEFT, 0.3])), ["0-1"])
+})
+
+test("two words are two shapes, also at the same speed", () => {
+  assert.deepEqual(spans(stretches([LEFT, 1], [LEFT, 2], [FORWARD, 2], [FORWARD, 1])), ["0-0.25", "0.25-0.5"])
+})
+
+test("a word that is repeated is a shape each time", () => {
+  assert.deepEqual(spans(stretches([LEFT, 1], [LEFT, 1])), ["0-0.125", "0.125-0.25"])
+  assert.deepEqual(spans(stretches([LEFT, 0.5], [LEFT, 1], [LEFT, 0.5], [LEFT, 0.5], [LEFT, 1])), ["0-0.375", "0.375-0.625"])
+})
+
+test("a shape at the edge of the view is whole", () => {
+  const all = stretches([FORWARD, 1], [LEFT, 0.3], [LEFT, 1], [LEFT, 0.3], [FORWARD, 1])
+  assert.deepEqual(spans(all, 2, 3), ["0.125-0.5"])
+})
+
+test("a bracket holds words whose speed changes", () => {
+  const all = stretches([FORWARD, 1], [LEFT, 0.3], [LEFT, 1], [LEFT, 0.3])
+  const found = runs(shapes(all, 0, 4), new Reader(TEXT, WORDS), () => "a bracket")
+  assert.deepEqual(found.map(({ start, end }) => [start, end]), [[0, 0.5]])
+})
+
+test("the outline follows the speed", () => {
+  const [shape] = shapes(stretches([LEFT, 1], [LEFT, 3], [LEFT, 4, 0.5], [LEFT, 3], [LEFT, 1]), 0, 5)
+  const [voice] = new Reader(TEXT, WORDS).voices(shape)
+  const points = outline(shape, voice)
+  assert.deepEqual(points[0], [0, 0])
+  assert.deepEqual(points.at(-1), [1, 0])
+  assert.deepEqual(points.filter(([, high]) => high === 1), [[0.3125, 1], [0.6875, 1]])
+  assert.ok(outline(...evenly([LEFT, 2])).every(([, high]) => high === 1))
+})
+
+test("a voice that keeps its speed has an even outline beside one that doesn't", () => {
+  const all = [1, 2, 1].map((yaw, i) => ({
+    start: i, end: i + 1, words: [FORWARD, LEFT], velocity: { x: 5, y: 0, z: 0, yaw },
+  }))
+  const [shape] = shapes(all, 0, 3)
+  const [forward, left] = new Reader(TEXT, WORDS).voices(shape)
+  assert.ok(outline(shape, forward).every(([, high]) => high === 1))
+  assert.ok(outline(shape, left).some(([, high]) => high < 0.6))
+})
+
+test("names stand where phrases begin, wherever the view begins", () => {
+  const text = "square = repeat 4 (forward left)\nverse = square square forward\nada $ verse verse\n"
+  const at = (word, from = 0) => [text.indexOf(word, from), text.indexOf(word, from) + word.length]
+  const [one, other] = [at("verse", text.indexOf("$")), at("verse", text.lastIndexOf("verse"))]
+  const [first, second] = [at("square", text.indexOf("verse")), at("square", text.lastIndexOf("square"))]
+  const square = (names) => [0, 1, 2, 3].flatMap(() => [[...names, at("forward")], [...names, at("left")]])
+  const end = at("forward", second[1])
+  const verse = (name) => [...square([name, first]), ...square([name, second]), [name, end]]
+  const velocity = { x: 1, y: 0, z: 0, yaw: 0 }
+  const all = [...verse(one), ...verse(other)].map((words, start) => ({ start, velocity, words }))
+  for (const from of [0, 12]) {
+    const found = labels(all, from, 34, new Reader(text, WORDS)).map(({ start, text }) => `${start} ${text}`)
+    assert.deepEqual(found, ["0 verse › square", "8 square", "17 verse › square", "25 square"])
+  }
+})
+
+function evenly(...all) {
+  const [shape] = shapes(stretches(...all), 0, all.length)
+  return [shape, new Reader(TEXT, WORDS).voices(shape)[0]]
+}
+
+test("a pose is one voice of two words, also under a name", () => {
+  const reader = new Reader("r $ head wave to  high", WORDS)
+  const pose = { velocity: { x: 0, y: 0, z: 2, yaw: 0 }, words: [[9, 13], [14, 22]] }
+  const [{ word, at, rests, names }] = reader.voices(pose)
+  assert.deepEqual([word, at, rests, names], ["to  high", 14, false, [{ word: "wave", at: 9 }]])
+  assert.deepEqual(starts(Array.from("r $ to  high"), [4, 12]), [4, 8])
+  assert.deepEqual(starts(Array.from("r $ left right"), [4, 8]), [4])
+})

@@ -1,0 +1,216 @@
+"""The bodies on the page: figures, gauges, rows of the timeline, and lit words."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.preview.window import about, window
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.files import robots_from
+from improv_core.protocol.robot_messages import JointPositions
+from improv_core.robots.config import read_robots
+from improv_core.score.joints import JointMotion
+from improv_core.score.replay import Replay
+from tests.axe import violations
+from tests.page.conftest import SCHEMES, Keep, switch_to, transport, wait
+from tests.robots.test_skeletons import TOML, URDF
+
+NAMES = ["ada", "bert", "carla", "dan", "eve", "fay", "gus", "hal", "ivy", "jon", "kim", "leo"]
+LIFTER = """
+[profiles.lifter]
+step = 1
+[profiles.lifter.body.lift]
+up = { joint = "mast", meters = 0.1 }
+[profiles.lifter.joints.mast]
+min = 0
+max = 0.5
+[robots.bo]
+profile = "lifter"
+"""
+
+
+def puppets(count: int) -> str:
+    lines = [
+        f"{name} $ head (left left right right) || arms (up [left right] to wide)\n"
+        if index % 2
+        else f"{name} $ slow 2 right_arm to high || head [up down]\n"
+        for index, name in enumerate(NAMES[:count])
+    ]
+    return f"{' '.join(NAMES[:count])} is puppet\nbeat 60\n{''.join(lines)}"
+
+
+def starts(count: int) -> str:
+    return "".join(
+        f"[robots.{name}]\nstart = {{ x = {2 * (index % 4)}, y = {-2 * (index // 4)} }}\n"
+        for index, name in enumerate(NAMES[:count])
+    )
+
+
+def gauge(page: Page, joint: str) -> Any:
+    return page.locator(f".gauge[title^='{joint}:']")
+
+
+def test_a_figure_turns_its_head_and_a_gauge_says_that_a_limit_holds_it(
+    still: Callable[..., Page], viewer: Viewer, simulator: Simulator
+) -> None:
+    page = still("ada is puppet\nbeat 60\nada $ head repeat 5 left\n")
+    eyes = page.locator("#bodies [data-body=ada] .front .eye[visibility=visible]")
+    expect(eyes).to_have_count(2)
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 0° (−90° to 90°)")
+    simulator.send_joints("ada", {"head_yaw": JointMotion(0.0, math.radians(30))}, 0.0)
+    simulator.advance(3.5)
+    viewer.publish(transport(1, "paused", 5.0, 3.5))
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 90° (−90° to 90°)")
+    expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "0")  # nobody asks for more
+    expect(eyes).to_have_count(1)
+    viewer.publish({**transport(1, "playing", 5.0, 3.5), "tempo": 1e-6})
+    expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "1")
+
+
+def test_all_of_many_figures_show_where_joints_came_to_rest(still: Callable[..., Page], simulator: Simulator) -> None:
+    names = NAMES[:7]
+    page = still(f"{' '.join(names)} is puppet\n{' '.join(names)} $ head left\n", starts(7))
+    for name in names:
+        simulator.send_joints(name, {"head_yaw": JointMotion(0.0, math.radians(30))}, 0.0)
+        simulator.send_joints(name, {"head_yaw": JointMotion(math.radians(30), 0.0)}, 1.0)
+    simulator.advance(2.0)
+    expect(page.locator(".gauge[title='head_yaw: 30° (−90° to 90°)']")).to_have_count(7)
+
+
+def test_a_real_joint_is_shown_beside_its_ideal_position(still: Callable[..., Page], viewer: Viewer) -> None:
+    page = still("ada is puppet\nada $ head left\n")
+    expect(page.locator(".gauge .real:visible")).to_have_count(0)
+    where: JointPositions = {
+        "type": "joints",
+        "generation": 1,
+        "robot": "ada",
+        "positions": {"head_yaw": math.radians(20)},
+        "beat": 0.0,
+        "performed": 0.0,
+        "wall": 0,
+    }
+    viewer.publish(where)
+    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 0°, really 20° (−90° to 90°)")
+    expect(page.locator(".gauge .real:visible")).to_have_count(1)
+
+
+def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[..., Page]) -> None:
+    page = still("ada is puppet\nada $ head (left right) || left_arm to high\nbo $ forward\n")
+    names = page.locator("#cast-list li .name")
+    expect(names).to_have_text(["ada", "head", "left arm", "bo"])
+    expect(page.locator("#score-text .lit.moving")).to_have_text(["left", "to", "high", "forward"])
+
+
+def test_a_body_without_head_and_arms_has_gauges_only(still: Callable[..., Page]) -> None:
+    page = still("bo $ lift up\n", LIFTER)
+    expect(page.locator("#bodies [data-body=bo] h2")).to_have_text("bo")
+    expect(page.locator("#bodies svg")).to_have_count(0)
+    expect(gauge(page, "mast")).to_have_attribute("title", "mast: 0.00 m (0.00 m to 0.50 m)")
+
+
+@pytest.mark.slow("a browser on a busy machine")
+def test_a_robot_with_a_urdf_is_a_stick_figure_that_turns_by_dragging_and_by_keys(
+    page: Page, still: Callable[..., Page], simulator: Simulator, keep: Keep, tmp_path: Path
+) -> None:
+    (tmp_path / "r.urdf").write_text(URDF)
+    still("ada $ head left\n", robots_from(TOML, tmp_path / "improv.toml"))
+    figure = page.get_by_role("img", name="ada: drag it")
+
+    def seen() -> str | None:
+        return page.locator("#bodies .sticks .moving").get_attribute("d")
+
+    wait(page, "document.querySelector('#bodies .sticks .moving').getAttribute('d')")
+    looks = [seen()]
+    box = figure.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 50, box["y"] + 50)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 90, box["y"] + 60)
+    page.mouse.up()
+    looks.append(seen())
+    page.mouse.move(box["x"] + 20, box["y"] + 20)  # nothing is held anymore
+    assert seen() == looks[-1]
+    for key in ("ArrowLeft", "ArrowUp"):
+        figure.press(key)
+        looks.append(seen())
+    assert len(set(looks)) == len(looks)
+    figure.dblclick()
+    assert seen() == looks[0]
+    simulator.send_joints("ada", {"lift": JointMotion(0.0, 0.1)}, 0.0)
+    simulator.advance(1.0)
+    wait(page, f"document.querySelector('#bodies .sticks .moving').getAttribute('d') !== {json.dumps(looks[0])}")
+    keep(page, "stick-figure.png")
+
+
+def test_without_bodies_there_is_no_room_for_them(still: Callable[..., Page]) -> None:
+    page = still("ada $ forward\n")
+    expect(page.locator("#bodies")).to_be_hidden()
+    expect(page.locator("#show-bodies")).to_be_hidden()
+
+
+def test_bodies_can_be_hidden(still: Callable[..., Page]) -> None:
+    page = still("ada is puppet\nada $ head left\n")
+    width = page.evaluate("document.getElementById('hall').offsetWidth")
+    if page.locator("#show-more").is_visible():
+        page.locator("#show-more").click()
+    page.get_by_role("button", name="Bodies").click()
+    expect(page.locator("#bodies")).to_be_hidden()
+    wait(page, f"document.getElementById('hall').offsetWidth > {width}")
+    page.reload()
+    wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
+    expect(page.locator("#bodies")).to_be_hidden()
+
+
+def test_a_score_lists_the_joints_of_a_robot_and_its_moving_parts() -> None:
+    score = score_of(analyze("bo $ lift up\nada is puppet\nada $ arms up\nturtle1 $ forward\n", read_robots(LIFTER)))
+    robots = about(score, 1, takes_start_poses=False)["robots"]
+    mast = {"name": "mast", "axis": "z", "sign": 1, "slides": True, "min": 0.0, "max": 0.5, "start": 0.0}
+    assert robots["bo"]["body"] == [{"name": "lift", "joints": [mast], "moves": True}]
+    moves = [(part["name"], part["moves"]) for part in robots["ada"]["body"]]
+    assert moves == [("head", False), ("left_arm", True), ("right_arm", True)]
+    assert robots["turtle1"]["body"] == []
+
+
+def test_a_window_has_the_moves_of_each_body_part() -> None:
+    program = "ada is puppet\nbeat 60\nada $ head (left right) || forward up\n"
+    told = window(Replay(score_of(analyze(program))), 0.0, 4.0)["ada"]
+
+    def spoken(moments: Sequence[Sequence[Any]]) -> list[tuple[float, str]]:
+        line = program.splitlines()[2]
+        return [(start, " ".join(line[begin:end] for _, begin, end in words)) for start, *_, words in moments]
+
+    assert spoken(told["moments"]) == [(0.0, "forward"), (1.0, "up")]
+    assert {part: spoken(moments) for part, moments in told["body"].items()} == {
+        "head": [(0.0, "left"), (1.0, "right")]
+    }
+    assert [math.copysign(1, yaw) for *_, yaw, _ in told["body"]["head"]] == [1, -1]
+
+
+@pytest.mark.slow("axe looks at pages of two sizes with 1, 4, and 12 figures")
+def test_axe_finds_nothing_and_no_size_covers_the_floor(page: Page, still: Callable[..., Page], keep: Keep) -> None:
+    for count, schemes in ((1, SCHEMES[:1]), (4, SCHEMES), (12, SCHEMES[:1])):  # more of them have no other colors
+        page.emulate_media(color_scheme="light")
+        still(puppets(count), starts(count))
+        for width, height in ((1280, 800), (390, 844)):
+            page.set_viewport_size({"width": width, "height": height})
+            expect(page.locator("#bodies-list > li")).to_have_count(count)
+            floor, bodies = (page.locator(name).bounding_box() for name in ("#hall", "#bodies"))
+            assert floor
+            assert bodies
+            assert floor["width"] * floor["height"] > 0.3 * width * height
+            beside = bodies["x"] >= floor["x"] + floor["width"] or bodies["y"] + bodies["height"] <= floor["y"]
+            assert beside
+            for scheme in schemes:
+                switch_to(page, scheme)
+                assert violations(page) == [], f"{count} figures, {width}, {scheme}"
+                keep(page, f"bodies-{count}-{width}-{scheme}.png")

@@ -1,0 +1,368 @@
+"""Every control of the page, by mouse and by key, on a real stage."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Iterator
+from datetime import datetime
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import Armed, CountJson
+from tests.page.conftest import (
+    TOKEN,
+    Chromium,
+    Commands,
+    Keep,
+    Show,
+    asked,
+    at,
+    link,
+    play_anew,
+    shared_page,
+    transport,
+    wait,
+    watch,
+)
+
+LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
+
+
+@pytest.fixture(scope="module")
+def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    with shared_page(chromium, LONG) as opened:
+        yield opened
+
+
+@pytest.fixture
+def stage(shared: tuple[Show, Page]) -> Page:
+    """The page on which LONG begins again."""
+    show, page = shared
+    play_anew(page, show, LONG)
+    wait(page, "improv.transport.state === 'playing'")
+    return page
+
+
+def arm(shared: tuple[Show, Page], **arming: float) -> Page:
+    """Arm LONG, which waits until somebody begins it, or until this time."""
+    show, page = shared
+    play_anew(page, show, LONG, arming=arming)
+    return page
+
+
+def tell_armed(
+    shared: tuple[Show, Page], armed: bool, begins: float | None = None, count: CountJson | None = None
+) -> None:
+    """Send the message of armed real robots."""
+    show, page = shared
+    generation = page.evaluate("improv.transport.generation")
+    told: Armed = {"type": "armed", "generation": generation, "armed": armed, "begins": begins}
+    show.tell({**told, "count": count} if count else told)
+
+
+def test_every_button_controls_the_dance(stage: Page) -> None:
+    wait(stage, "improv.beat > 1.2")
+    stage.get_by_role("button", name="Pause").click()
+    wait(stage, "improv.transport.state === 'paused'")
+    expect(stage.locator("#state")).to_have_text("paused")
+    beat = stage.evaluate("improv.beat")
+    expect(stage.get_by_role("status")).to_have_text(f"paused at beat {int(beat) + 1}")
+    stage.get_by_role("button", name="Play").click()
+    wait(stage, "improv.transport.state === 'playing'")
+    assert stage.evaluate("improv.transport.beat") == beat  # it continues from the same place
+    generation = stage.evaluate("improv.transport.generation")
+    stage.get_by_role("button", name="Restart").click()
+    wait(stage, f"improv.transport.generation > {generation} && improv.transport.beat < {beat}")
+    stage.get_by_role("button", name="Stop").click()
+    wait(stage, "improv.transport.state === 'stopped'")
+    stage.get_by_role("button", name="Play").click()  # it begins again
+    wait(stage, f"improv.transport.state === 'playing' && improv.transport.generation > {generation + 1}")
+    assert stage.evaluate("improv.transport.beat") == 0
+
+
+def test_the_play_button_begins_an_armed_dance(shared: tuple[Show, Page], keep: Keep) -> None:
+    page = arm(shared)
+    expect(page.locator("#state-word")).to_have_text("armed")
+    expect(page.get_by_role("status")).to_have_text("armed: press Play to begin")
+    keep(page, "armed.png")
+    assert page.evaluate("improv.transport.state") == "waiting"
+    page.get_by_role("button", name="Begin").click()
+    wait(page, "improv.transport.state === 'playing'")
+    expect(page.locator("#state-word")).to_have_text("playing")
+    page.get_by_role("button", name="Stop").click()
+    for armed, says in ((True, "armed"), (False, "stopped")):  # beside real robots
+        tell_armed(shared, armed)
+        expect(page.locator("#state-word")).to_have_text(says)
+
+
+def test_the_page_says_when_it_begins_by_itself(shared: tuple[Show, Page], keep: Keep) -> None:
+    page = arm(shared, begins=datetime(2099, 11, 24, 20, 15).timestamp())
+    expect(page.locator("#state-word")).to_have_text(re.compile("^armed for .*:15"))
+    keep(page, "armed-at.png")
+
+
+def test_the_page_counts_the_beats_before_beat_0(shared: tuple[Show, Page], keep: Keep) -> None:
+    page = arm(shared)
+    expect(page.locator("#state-word")).to_have_text("armed")
+    count: CountJson = {"beats": 4, "period": 100.0}
+    tell_armed(shared, True, time.time() + 250, count)
+    expect(page.locator("#state-word")).to_have_text("count-in")
+    expect(page.locator("#beat-now")).to_have_text("2")
+    keep(page, "count-in.png")
+    tell_armed(shared, True, time.time() + 50, count)
+    expect(page.locator("#beat-now")).to_have_text("4")
+    tell_armed(shared, False)
+
+
+def test_stepping_stops_at_whole_beats(stage: Page) -> None:
+    step = stage.get_by_role("button", name="Step to the next beat")
+    stage.keyboard.press("k")
+    wait(stage, "improv.transport.state === 'paused'")
+    stage.keyboard.press("Home")
+    wait(stage, "improv.beat === 0")
+    for beat in (1, 2):
+        step.click()
+        stands_where_it_should(stage, beat)
+
+
+def stands_where_it_should(stage: Page, beat: int) -> None:
+    """Wait until robots are at LONG's poses after this many beats: ada turns in place, bo drives a square of 2 m."""
+    ada, bo, x = beat * math.pi / 2, -(beat // 2) * math.pi / 2, (0, 2, 2, 2, 2, 0, 0, 0)[beat % 8]
+    wait(
+        stage,
+        f"improv.beat === {beat} && Math.cos(improv.robots.ada.heading - {ada}) > 1 - 1e-8"
+        f" && Math.cos(improv.robots.bo.heading - {bo}) > 1 - 1e-8 && Math.abs(improv.robots.bo.x - {x}) < 1e-3",
+    )
+
+
+def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Show, Page], stage: Page) -> None:
+    show, page = shared
+    expect(page.locator("#scenes")).to_be_hidden()  # there is nothing to choose
+    scenes = "beat 60\n--- walk\nada $ repeat 20 forward\n--- bow\nada $ repeat 20 left\n---\nada $ repeat 20 right\n"
+    play_anew(page, show, scenes)
+    wait(page, "improv.transport.state === 'playing'")
+    scene = page.get_by_label("Scene")
+    assert scene.locator("option").all_text_contents() == ["walk", "bow", "scene 3"]
+    expect(scene).to_have_value("walk")
+    scene.select_option("scene 3")
+    wait(page, "improv.beat >= 40")
+    scene.select_option("bow")
+    wait(page, "improv.beat >= 20 && improv.beat < 40 && improv.transport.state === 'playing'")
+    expect(scene).to_have_value("bow")
+    page.keyboard.press("R")
+    wait(page, "improv.beat < 20")
+    expect(scene).to_have_value("walk")
+
+
+def test_speed_and_silence_are_changed_and_shown(stage: Page) -> None:
+    stage.get_by_role("button", name="Faster").click()
+    wait(stage, "improv.transport.speed === 1.25")
+    expect(stage.locator("#tempo")).to_have_text("75 beats/min")
+    stage.keyboard.press("[")
+    stage.keyboard.press("[")
+    wait(stage, "improv.transport.speed < 1.25")
+    stage.get_by_role("button", name="back to normal").click()
+    wait(stage, "improv.transport.speed === 1")
+    expect(stage.locator("#normal")).to_have_text("1×")
+    mute = stage.get_by_role("button", name="Mute ada")
+    mute.click()
+    wait(stage, "improv.transport.muted.join() === 'ada'")
+    expect(mute).to_have_attribute("aria-pressed", "true")
+    stage.get_by_role("button", name="Solo ada").click()
+    wait(stage, "improv.transport.soloed.join() === 'ada'")
+    expect(stage.locator("li[data-robot=bo]")).to_have_attribute("data-silent", "true")
+    expect(stage.locator("li[data-robot=ada]")).to_have_attribute("data-silent", "false")
+    mute.click()
+    stage.get_by_role("button", name="Solo ada").click()
+    wait(stage, "!improv.transport.muted.length && !improv.transport.soloed.length")
+
+
+def test_the_timeline_is_a_slider_for_hand_and_keys(stage: Page) -> None:
+    stage.keyboard.press("k")
+    wait(stage, "improv.transport.state === 'paused'")
+    slider = stage.get_by_role("slider", name="Position in beats")
+    box = slider.bounding_box()
+    assert box
+    stage.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + 40)
+    stage.mouse.down()
+    stage.mouse.move(box["x"] + box["width"] * 0.7, box["y"] + 40, steps=4)
+    stage.mouse.up()
+    wait(stage, "improv.beat > 5")
+    slider.focus()
+    stage.keyboard.press("Home")
+    wait(stage, "improv.beat === 0")
+    for _ in range(3):
+        stage.keyboard.press("ArrowRight")
+    wait(stage, "improv.beat === 3")
+    stage.keyboard.press("ArrowLeft")
+    wait(stage, "improv.beat === 2")
+    expect(slider).to_have_attribute("aria-valuenow", "2")
+    expect(slider).to_have_attribute("aria-valuetext", "beat 3 of 80")
+    wait(stage, "Math.abs(improv.robots.bo.x - 2) < 1e-3")
+
+
+def test_keys_that_stop_stop_wherever_the_focus_is(stage: Page) -> None:
+    stage.get_by_role("button", name="Starts").click()
+    field = stage.get_by_label("x", exact=True).first
+    for key in ("Space", "Escape"):
+        field.focus()
+        stage.keyboard.press(key)
+        wait(stage, "improv.transport.state === 'stopped'")
+        assert field.input_value() == "0"
+        stage.get_by_role("button", name="Play").click()
+        wait(stage, "improv.transport.state === 'playing'")
+
+
+def test_text_typed_outside_the_editor_starts_nothing(stage: Page) -> None:
+    stage.get_by_role("button", name="Stop").click()
+    wait(stage, "improv.transport.state === 'stopped'")
+    generation = stage.evaluate("improv.transport.generation")
+    did = stage.locator("#did")
+    for focus in ("body", "#score-text"):
+        stage.evaluate("focus => { document.activeElement.blur(); document.querySelector(focus).focus() }", focus)
+        stage.keyboard.type("forwards", delay=20)
+        expect(stage.locator("#score")).to_be_visible()
+    expect(did).to_have_text("Keys work once you have clicked the stage")
+    stage.locator("#stage").click(position={"x": 300, "y": 200})
+    stage.keyboard.press("l")
+    expect(did).to_have_text("L: timeline hidden")
+    expect(stage.locator("#timeline")).to_be_hidden()
+    assert stage.evaluate("improv.transport.generation") == generation
+    stage.keyboard.press("r")
+    expect(did).to_have_text("R: restart")
+    wait(stage, f"improv.transport.generation > {generation}")
+    stage.keyboard.press("l")
+    expect(stage.locator("#timeline")).to_be_visible()
+
+
+def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
+    stage.keyboard.press("?")
+    dialog = stage.get_by_role("dialog", name="Help")
+    expect(dialog).to_be_visible()
+    letters = dialog.get_by_role("button", name="Single-letter keys")
+    letters.focus()
+    stage.keyboard.press("Enter")
+    expect(letters).to_have_attribute("aria-pressed", "false")
+    stage.keyboard.press("k")
+    stage.keyboard.press("ArrowRight")  # still works
+    wait(stage, "improv.beat > 1")
+    assert stage.evaluate("improv.transport.state") == "playing"
+    letters.click()
+    expect(letters).to_have_attribute("aria-pressed", "true")
+    dialog.get_by_role("button", name="Close").click()
+    expect(dialog).to_be_hidden()
+    expect(stage.get_by_role("button", name="Help", exact=True)).to_be_focused()
+
+
+def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> None:
+    page = still(LONG)
+    fit = page.get_by_role("button", name="Fit")
+    at(page, 0, 0)  # once the view has come to rest
+    before = page.evaluate("improv.view")
+    page.keyboard.press("+")
+    page.keyboard.press("Shift+ArrowLeft")
+    wait(page, f"improv.view.scale > {before['scale']} && improv.view.x < {before['x']}")
+    expect(fit).to_have_attribute("aria-pressed", "false")
+    page.mouse.move(400, 300)
+    page.mouse.wheel(0, 200)
+    page.mouse.down()
+    page.mouse.move(500, 350)
+    page.mouse.up()
+    page.keyboard.press("f")
+    expect(fit).to_have_attribute("aria-pressed", "true")
+    wait(page, f"Math.abs(improv.view.scale / {before['scale']} - 1) < 0.2")
+
+
+@pytest.mark.slow("opens two windows")
+def test_two_pages_show_the_same(window: BrowserContext, shared: tuple[Show, Page], stage: Page) -> None:
+    other = watch(window.new_page(), shared[0])
+    other.get_by_role("button", name="Pause").click()
+    for page in (stage, other):
+        wait(page, "improv.transport.state === 'paused'")
+        expect(page.locator("#state")).to_have_text("paused")
+    stage.keyboard.press("n")
+    for page in (stage, other):
+        wait(page, "Number.isInteger(improv.beat) && improv.beat > 0")
+    beat = stage.evaluate("improv.beat")
+    assert other.evaluate("improv.beat") == beat
+    for page in (stage, other):
+        wait(page, "Math.abs(improv.robots.bo.x - improv.transport.poses.bo.x) < 1e-3")
+        expect(page.locator("#beat")).to_have_text(f"beat {beat + 1:g} / 80")
+    other.close()
+
+
+@pytest.mark.slow("a browser on a busy machine")
+def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show: Show, keep: Keep) -> None:
+    stage = watch(page, show, LONG)
+    stage.keyboard.press("Escape")
+    wait(stage, "improv.transport.state === 'stopped'")
+    stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
+    placed = "(window.sent ?? []).filter(({ type }) => type === 'place').map(({ start_poses }) => start_poses)"
+    stage.get_by_role("button", name="Starts").click()
+    dialog = stage.get_by_role("dialog", name="Start poses")
+    x, y = at(stage, 0, 0)
+    stage.mouse.move(x, y)
+    stage.mouse.down()
+    to_x, to_y = at(stage, 2, 1)
+    stage.mouse.move(to_x, to_y, steps=3)
+    assert stage.evaluate(placed) == []
+    stage.mouse.up()
+    assert stage.evaluate(placed) == [{"ada": {"x": 2, "y": 1, "heading": 0}}]
+    dialog.get_by_label("heading", exact=True).first.fill("90")
+    dialog.get_by_label("heading", exact=True).first.press("Enter")
+    assert stage.evaluate(placed)[1:] == [{"ada": {"x": 2, "y": 1, "heading": 90}}]
+    for wrong in ("5000", ""):  # a wrong number moves nobody, and the last right number comes back
+        dialog.get_by_label("y", exact=True).first.fill(wrong)
+        dialog.get_by_label("y", exact=True).first.press("Enter")
+        expect(dialog.get_by_label("y", exact=True).first).to_have_value("1")
+    assert len(stage.evaluate(placed)) == 2
+    dialog.get_by_label("y", exact=True).first.fill("0.12549")
+    dialog.get_by_label("y", exact=True).first.press("Enter")
+    assert stage.evaluate(placed)[2:] == [{"ada": {"x": 2, "y": 0.125, "heading": 90}}]
+    keep(stage, "page-starts.png")
+
+
+@pytest.mark.slow("a browser on a busy machine")
+def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, keep: Keep) -> None:
+    simulator = Simulator()
+    viewer = Viewer(0, simulator.snapshot, lambda command: None, takes_start_poses=True, token=TOKEN)
+    viewer.show(score_of(analyze("".join(f"r{number} $ repeat forward\n" for number in range(9)))), 1)
+    viewer.publish(transport(1, "paused", None))
+    page.goto(link(viewer))
+    wait(page, "window.improv?.known.r0 > 0")
+    dialog = page.get_by_role("dialog", name="Start poses")
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        if width < 720:
+            page.get_by_role("button", name="View").click()
+        page.get_by_role("button", name="Starts").click()
+        for field in dialog.get_by_label("heading", exact=True).all():
+            field.fill("90")
+        keep(page, f"page-starts-{width}.png")
+        expect(dialog.get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
+        dialog.get_by_role("button", name="Close").click()
+        expect(dialog).to_be_hidden()
+    viewer.close()
+
+
+def test_a_step_continues_from_the_previous_one_even_if_the_server_is_late(
+    still: Callable[..., Page], viewer: Viewer, commands: Commands
+) -> None:
+    page = still("beat 60\nada $ repeat 8 forward\n")
+    page.get_by_role("slider", name="Position in beats").focus()
+    page.keyboard.press("ArrowRight")
+    page.evaluate("(now => { performance.now = () => now() + 1000 })(performance.now.bind(performance))")
+    page.keyboard.press("ArrowRight")
+    assert [asked(commands)["beat"] for _ in range(2)] == [1, 2]
+    for beat in (2.0, 5.0):  # confirmed, then somebody else has it continue elsewhere
+        viewer.publish(transport(1, "paused", beat=beat))
+        wait(page, f"improv.beat === {beat}")
+    page.keyboard.press("ArrowRight")
+    assert asked(commands)["beat"] == 6

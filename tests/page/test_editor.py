@@ -1,0 +1,473 @@
+"""`improv edit` in a real browser: a program is written on the page, and nobody's text is lost."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, WebSocketRoute, expect
+
+from improv_core.protocol.fields import LONGEST_TEXT
+from tests.axe import AXE
+from tests.commands.command_line import IMPROV
+from tests.needs import lacking
+from tests.page.conftest import LIMIT, Keep, Show, at, wait, watch
+from tests.page.editing import IDLE, PLAYING, Edit
+
+SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
+
+# True if the colored text lies exactly below the written text.
+ALIGNED = """() => {
+  const [ink, text] = ["ink", "text"].map(id => document.getElementById(id))
+  const shown = [...ink.children].map(line => line.textContent).join("\\n")
+  text.style.height = "0"
+  const height = text.scrollHeight
+  text.style.height = ""
+  const same = ink.getBoundingClientRect().width === text.getBoundingClientRect().width
+  const end = ink.lastElementChild.getBoundingClientRect().bottom + parseFloat(getComputedStyle(ink).paddingBottom)
+  return [shown === text.value, same, Math.round(end - ink.getBoundingClientRect().top) - height]
+}"""
+
+
+@pytest.fixture
+def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[[str], Edit]]:
+    opened: list[Edit] = []
+
+    def begin(program: str, *options: str) -> Edit:
+        file = tmp_path / "dance.improv"
+        file.write_bytes(program.encode())
+        opened.append(Edit(file, window, *options))
+        return opened[-1]
+
+    yield begin
+    for each in opened:
+        each.close()
+
+
+def write(page: Page, keys: str) -> None:
+    """Type at the end of the program."""
+    page.locator("#text").focus()
+    page.keyboard.press("Control+End")
+    page.keyboard.type(keys)
+
+
+@pytest.mark.slow("writes a program as people do")
+def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], Edit], keep: Keep) -> None:
+    edited = edit("\ufeff# 🤖🤖\r\nbeat 60\r\n")
+    page = edited.page()
+    text, fix = page.locator("#text"), page.locator("#mistakes .fix")
+    write(page, "ada $ repeat (forwrd || le")
+    offer = page.locator("#offers li")
+    expect(offer).to_have_text(["left A quarter turn to the left."])
+    page.keyboard.press("Tab")
+    write(page, ")\nbo $ left\n")  # Enter is a new line, also while words are offered
+    expect(page.locator("#ink .error")).to_have_text(["forwrd"])
+    expect(fix).to_have_text(["Change to forward"])
+    pressed = fix.element_handle()
+    keep(page, "edit-mistake.png")
+    page.keyboard.press("Control+Enter")
+    expect(page.get_by_role("alert").first).to_contain_text("dance.improv can't play")
+    assert edited.wait("unknown-name")
+    page.locator("#ink .function").first.hover(force=True)
+    expect(page.get_by_role("tooltip")).to_be_visible()  # so the page has analyzed the saved text
+    assert pressed.evaluate("button => button.isConnected")  # a button that is being pressed is not replaced
+    fix.click()
+    whole = "# 🤖🤖\nbeat 60\nada $ repeat (forward || left)\nbo $ left\n"
+    expect(text).to_have_value(whole)
+    expect(page.locator("#mistakes")).to_be_hidden()
+    expect(page.locator("#offers")).to_be_hidden()
+    page.keyboard.press("Control+z")
+    expect(text).to_have_value(whole.replace("forward", "forwrd"))
+    page.keyboard.press("Control+Shift+z")
+    page.get_by_role("button", name="Play", exact=True).click()
+    wait(page, f"{PLAYING} && {IDLE} && improv.robots.ada?.x > 0")
+    expect(page.locator("#problems")).to_be_hidden()
+    assert edited.file.read_bytes() == f"\ufeff{whole}".replace("\n", "\r\n").encode()
+    lit = page.locator("#ink .lit")
+    expect(lit).to_contain_text(["forward"])
+    write(page, "# more")  # the words that play stay lit at their current places
+    expect(page.locator("#ink .comment").last).to_have_text("# more")
+    expect(lit).to_contain_text(["forward"])
+    page.locator("#ink .function").first.hover(force=True)
+    expect(page.get_by_role("tooltip")).to_contain_text("forward: One step forward.")
+    expect(page.locator("#tooltip img")).to_be_visible()
+    keep(page, "edit-playing.png")
+    page.locator("#text").focus()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("tooltip")).to_be_hidden()
+    expect(page.locator("#state")).to_have_text("stopped")
+
+
+@pytest.mark.slow("types in a browser six times")
+def test_a_completion_replaces_text_typed_after_its_offer(tmp_path: Path, browser: Browser) -> None:
+    answers = True
+
+    def lose_answers(page: WebSocketRoute) -> None:
+        server = page.connect_to_server()
+        server.on_message(lambda message: page.send(message) if answers or "completed" not in str(message) else None)
+
+    file = tmp_path / "dance.improv"
+    file.touch()
+    with browser.new_context() as window, closing(Edit(file, window)) as edited:
+        window.route_web_socket(re.compile(""), lose_answers)
+        page = edited.page()
+        for keys, after in {
+            "": "ada $ left",
+            "e": "ada $ left",
+            "ef": "ada $ left",
+            "\b": "ada $ left",
+            " ": "ada $ l ",
+            "(": "ada $ l(",
+        }.items():
+            page.locator("#text").fill("")
+            answers = True
+            write(page, "ada $ l")
+            expect(page.get_by_role("option", name="left").first).to_be_visible()
+            answers = False
+            for key in keys:
+                page.keyboard.press("Backspace" if key == "\b" else key)
+            page.keyboard.press("Tab")
+            expect(page.locator("#text")).to_have_value(after)
+
+
+@pytest.mark.slow("opens three pages")
+def test_unsaved_text_and_settings_are_there_after_a_reload_and_on_a_new_page(edit: Callable[[str], Edit]) -> None:
+    edited = edit(SQUARE)
+    page = edited.page()
+    write(page, "bo $ ")
+    session = page.context.new_cdp_session(page)
+    session.send("Input.imeSetComposition", {"text": "かめ", "selectionStart": 2, "selectionEnd": 2})
+    page.keyboard.press("Escape")  # belongs to the input method
+    session.send("Input.imeSetComposition", {"text": "かめ", "selectionStart": 2, "selectionEnd": 2})
+    session.send("Input.insertText", {"text": "亀 🐢"})
+    mine = f"{SQUARE}bo $ 亀 🐢"
+    text = page.locator("#text")
+    expect(text).to_have_value(mine)
+    expect(page.locator("#ink .error").first).to_be_visible()
+    assert page.evaluate(ALIGNED) == [True, True, 0]
+
+    margin, numbers = "text => parseFloat(getComputedStyle(text).paddingLeft)", page.locator("#ink > div").nth(1)
+    number = "line => getComputedStyle(line, '::before').content"
+    wide = text.evaluate(margin)
+    assert numbers.evaluate(number) == "counter(line)"
+    page.get_by_role("button", name="Help").click()
+    page.get_by_role("button", name="Line numbers").click()
+    assert text.evaluate(margin) < wide
+    assert numbers.evaluate(number) == "none"
+
+    page.reload()
+    expect(text).to_have_value(mine)
+    expect(page.locator("#file-state")).to_have_text("not saved yet")
+    assert text.evaluate(margin) < wide
+    page.close()
+    page = edited.page()  # a new tab offers what another one had
+    expect(page.locator("#text")).to_have_value(SQUARE)
+    page.get_by_role("button", name="Show it instead").click()
+    expect(page.locator("#text")).to_have_value(mine)
+    page.get_by_role("button", name="Show it instead").click()
+    page.get_by_role("button", name="Forget it").click()
+    expect(page.locator("#versions")).to_be_hidden()
+    assert page.evaluate("Object.keys(localStorage).filter(key => key.includes('draft'))") == []
+    assert edited.file.read_text() == SQUARE
+
+
+@pytest.mark.slow("starts a process, and a stage's process")
+def test_a_process_that_edits_saves_plays_and_says_how_to_continue_after_its_end(tmp_path: Path, page: Page) -> None:
+    file = tmp_path / "dance.improv"
+    file.write_text(SQUARE)
+    command = [*IMPROV, "edit", str(file), "--backend", "sim", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        page.goto(next(process.stdout).split()[-1])
+        wait(page, f"window.improv?.connected && {IDLE}")
+        write(page, "# saved\n")
+        page.keyboard.press("Control+Enter")
+        wait(page, f"{PLAYING} && {IDLE}")
+        assert file.read_text() == f"{SQUARE}# saved\n"
+        write(page, "# not saved")
+        process.terminate()
+        expect(page.locator("#notice")).to_contain_text("To continue, run improv edit in the terminal.")
+        expect(page.locator("#file-state")).not_to_have_text("saved")
+        assert process.wait(LIMIT) == 130
+
+
+def test_a_stop_also_stops_a_save_that_is_about_to_play(edit: Callable[[str], Edit]) -> None:
+    show = edit(SQUARE)
+    page = show.page()
+    # All at once: the second save waits for the answer to the first one.
+    page.evaluate("""() => {
+      window.sent = []
+      const send = WebSocket.prototype.send
+      WebSocket.prototype.send = function (text) {
+        window.sent.push(JSON.parse(text).type)
+        send.call(this, text)
+      }
+      const press = (key, ctrlKey) => dispatchEvent(new KeyboardEvent("keydown", { key, ctrlKey }))
+      press("Enter", true)
+      press("Enter", true)
+      press("Escape", false)
+    }""")
+    wait(page, IDLE)
+    assert page.evaluate("window.sent.filter(type => ['write', 'press'].includes(type))") == ["write", "press"]
+    page.keyboard.press("Control+Enter")
+    wait(page, PLAYING)
+
+
+@pytest.mark.slow("writes on two pages at once")
+def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
+    edit: Callable[[str], Edit], keep: Keep
+) -> None:
+    edited = edit(SQUARE)
+    one, two = edited.page(), edited.page()
+    write(one, "# one\n")
+    one.keyboard.press("Control+s")
+    wait(one, f"{IDLE} && {PLAYING}")
+    expect(two.locator("#text")).to_have_value(f"{SQUARE}# one\n")  # it had nothing of its own
+    write(one, "# mine\n")
+    write(two, "")
+    two.keyboard.press("Control+Space")
+    expect(two.locator("#offers")).to_be_visible()
+    edited.file.write_text(f"{SQUARE}# theirs\n")
+    expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    expect(two.locator("#offers")).to_be_hidden()  # they were about another text
+    versions = one.locator("#versions")
+    expect(versions).to_contain_text("Another program has changed dance.improv")
+    keep(one, "edit-versions.png")
+    one.keyboard.press("Control+Enter")  # asks first
+    expect(one.get_by_role("button", name="Use the version on disk")).to_be_focused()
+    assert edited.file.read_text() == f"{SQUARE}# theirs\n"
+    one.reload()
+    expect(versions).to_contain_text("Another program has changed dance.improv")
+    one.get_by_role("button", name="Keep mine").click()
+    expect(one.get_by_role("button", name="Keep mine")).to_be_hidden()
+    expect(versions).to_contain_text("Another text, from")
+    expect(one.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
+    one.get_by_role("button", name="Save and play").click()
+    wait(one, IDLE)
+    assert edited.file.read_text() == f"{SQUARE}# one\n# mine\n"
+    one.get_by_role("button", name="Show it instead").click()
+    expect(one.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    one.keyboard.press("Control+z")
+    expect(one.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
+    one.get_by_role("button", name="Show it instead").click()  # it can still be opened
+    expect(one.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    keep(one, "edit-kept.png")
+    expect(two.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
+    write(two, "# two\n")
+    one.keyboard.press("Control+Enter")
+    expect(two.locator("#versions")).to_be_visible()
+    two.get_by_role("button", name="Use the version on disk").click()
+    expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    two.keyboard.press("Control+z")
+    expect(two.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n# two\n")
+
+
+def test_another_text_with_the_same_time_asks_which_one_to_use(edit: Callable[[str], Edit]) -> None:
+    edited = edit(SQUARE)
+    page = edited.page()
+    write(page, "# mine\n")
+    before, new = edited.file.stat(), edited.file.with_name("new")
+    new.write_text(f"{SQUARE}# their\n")
+    os.utime(new, ns=(before.st_atime_ns, before.st_mtime_ns))
+    new.replace(edited.file)
+    page.keyboard.press("Control+Enter")
+    page.get_by_role("button", name="Keep mine").click()
+    page.keyboard.press("Control+Enter")
+    wait(page, IDLE)
+    assert edited.file.read_text() == f"{SQUARE}# mine\n"
+
+
+@pytest.mark.slow("writes in a program of a thousand lines")
+def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callable[[str], Edit], keep: Keep) -> None:
+    long = "# a line that is so long that it does not fit beside the stage and has to be broken\n"
+    edited = edit("".join(f"{long}r{i} $ repeat 2 (forward || left) # 🤖\n\n" for i in range(334)))
+    page = edited.page()
+    write(page, "last $ left")
+    wait(page, "document.querySelector('#ink').lastElementChild.querySelector('.function')")
+    assert page.evaluate("document.querySelector('#ink').childElementCount") == 1003
+    assert page.evaluate(ALIGNED) == [True, True, 0]
+    shown = """() => {
+      const [paper, last] = [document.querySelector("#paper"), document.querySelector("#ink").lastElementChild]
+        .map(each => each.getBoundingClientRect())
+      return last.top >= paper.top && last.bottom <= paper.bottom
+    }"""
+    assert page.evaluate(shown)
+    keep(page, "edit-long.png")
+    write(page, "x")
+    expect(page.locator("#mistakes .fix")).to_be_visible()  # which leaves less room for the text
+    wait(page, f"({shown})()")
+    assert page.locator("#text").get_attribute("maxlength") == str(LONGEST_TEXT)
+
+
+@pytest.mark.slow("axe looks at four pages")
+def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], keep: Keep) -> None:
+    if not AXE.exists():
+        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
+    edited = edit(f"# a dance\n{SQUARE}bo $ repeat 2 (forwrd || near)\nstep = left\n")
+    page = edited.page()
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+    for scheme, (width, height) in product(schemes, ((390, 844), (1920, 1080))):
+        page.emulate_media(color_scheme=scheme)
+        page.set_viewport_size({"width": width, "height": height})
+        write(page, "b")
+        expect(page.locator("#offers li").first).to_be_visible()
+        expect(page.locator("#mistakes .quick").first).to_be_visible()
+        for name in ("Stop", "Play", "Save and play"):
+            expect(page.get_by_role("button", name=name, exact=name != "Stop")).to_be_in_viewport(ratio=1)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
+        assert [(each["id"], [node["target"] for node in each["nodes"]]) for each in found] == []
+        keep(page, f"edit-{width}-{scheme}.png")
+        page.keyboard.press("Backspace")
+    page.set_viewport_size({"width": 390, "height": 500})  # a phone's keyboard is open
+    for name in ("Stop", "Save and play"):
+        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    expect(page.locator("#controls")).to_be_hidden()
+    for part, least in (("#hall", 150), ("#paper", 80)):
+        box = page.locator(part).bounding_box()
+        assert box
+        assert box["height"] > least
+    keep(page, "edit-phone-keyboard.png")
+
+
+@pytest.mark.slow("drags a ring, types, and plays")
+def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str], Edit], keep: Keep) -> None:
+    before = "beat 6\nada bo cleo at line 2\nada bo cleo $ repeat 4 (forward left)\n"
+    edited = edit(before)
+    page = edited.page()
+    text = page.locator("#text")
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, PLAYING)
+    page.get_by_role("button", name="Stop").click()
+    wait(page, "improv.transport.state === 'stopped'")
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    card = dialog.bounding_box()
+    assert card
+    wait(page, f"improv.toScreen(0, 0).x > {card['x'] + card['width'] + 16}")  # the rings are beside it
+
+    x, y = at(page, 0, -2)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    to_x, to_y = at(page, 2, 1)
+    page.mouse.move(to_x, to_y, steps=4)
+    page.mouse.up()
+    dragged = before.replace("ada bo cleo at line 2", "ada bo at line 2 around 0 1\ncleo at 2 1")
+    expect(text).to_have_value(dragged)
+    keep(page, "edit-starts.png")
+    text.press("Control+z")
+    expect(text).to_have_value(before)  # one step
+    rings = [dialog.get_by_label(key, exact=True) for key in ("x", "y", "heading")]
+    expect(rings[1].last).to_have_value("-2")  # its ring goes along
+    text.press("Control+y")
+    expect(rings[0].last).to_have_value("2")
+
+    rings[2].last.fill("90")
+    page.get_by_role("button", name="Play", exact=True).click()  # at once: the typed text is written, then saved
+    expect(text).to_have_value(dragged.replace("cleo at 2 1", "cleo at 2 1 facing 90"))
+    wait(page, f"{PLAYING} && improv.transport.generation === 2 && improv.robots.cleo.x > 1.99")
+    assert edited.file.read_text(encoding="utf-8") == text.input_value()
+
+    dialog.get_by_text("Formation", exact=True).click()
+    dialog.get_by_label("Distance in meters").fill("4")
+    dialog.get_by_role("button", name="Circle, out").click()
+    expect(text).to_have_value(before.replace("line 2", "circle 2.309 facing out"))
+    expect(rings[1].first).to_have_value("2.309")
+
+    arranged = text.input_value()
+    page.set_viewport_size({"width": 390, "height": 844})  # the card hides the text
+    expect(text).to_be_hidden()
+    rings[0].first.fill("1")
+    rings[0].first.press("Enter")
+    expect(text).to_have_value(re.compile("ada at 1 2.309 facing 90\\n"))
+    dialog.get_by_role("button", name="Close").click()
+    text.press("Control+z")
+    expect(text).to_have_value(arranged)
+    assert sorted(each.name for each in edited.file.parent.iterdir()) == ["dance.improv"]
+
+    page.set_viewport_size({"width": 1280, "height": 800})
+    broken = before.replace("line 2", "x")
+    text.fill(broken)
+    page.get_by_role("button", name="Starts").click()
+    rings[0].first.fill("3")
+    expect(dialog.get_by_role("alert")).to_have_text("a line with `at` has an error: fix it first")
+    expect(text).to_have_value(broken)
+
+
+def test_no_start_is_moved_while_a_rehearsal_begins_elsewhere(edit: Callable[..., Edit]) -> None:
+    program = "ada at 1 1\nada $ forward\n--- end\nada $ left\n"
+    page = edit(program, "--from", "end").page()
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, "improv.transport.generation === 1 && Math.abs(improv.robots.ada.x - 3) < 0.01")
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    dialog.get_by_label("x", exact=True).fill("5")
+    line = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
+    expect(dialog.get_by_role("alert")).to_have_text(line)
+    expect(page.locator("#text")).to_have_value(program)
+
+
+@pytest.mark.slow("lists 45 messages at two sizes")
+def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[str], Edit], keep: Keep) -> None:
+    edited = edit("beat 60\n" + "".join(f"r{number} $ forwrd left\n" for number in range(45)))
+    page = edited.page()
+    rows = page.locator("#mistakes-list li")
+    expect(rows).to_have_count(45)
+    expect(page.get_by_role("heading", name="45 messages")).to_be_visible()
+    page.keyboard.press("Control+Enter")
+    expect(page.locator("#problems-title")).to_contain_text("fix 45 errors")
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        heights = rows.evaluate_all("rows => rows.map(row => row.getBoundingClientRect().height)")
+        assert max(heights) < 40  # one line
+        stage, listed = page.locator("#hall").bounding_box(), page.locator("#mistakes").bounding_box()
+        assert stage
+        assert listed
+        assert stage["height"] > 0.3 * height
+        assert listed["height"] < 0.33 * height
+        keep(page, f"edit-messages-{width}.png")
+    rows.first.locator(".where").focus()
+    page.keyboard.press("ArrowDown")
+    expect(rows.nth(1).locator(".where")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(rows.nth(1).locator(".source")).to_have_text("r1 $ forwrd left")
+    page.get_by_role("button", name="Change to forward: all 45").click()
+    expect(page.locator("#mistakes")).to_be_hidden()
+    expect(page.locator("#text")).to_have_value(
+        "beat 60\n" + "".join(f"r{each} $ forward left\n" for each in range(45))
+    )
+    page.keyboard.press("Control+z")
+    expect(rows).to_have_count(45)  # one step back
+
+
+def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
+    watch(page, show, "ada $ repeat forward\n")
+    expect(page.locator("#read-only")).to_contain_text("Read-only here")
+    expect(page.locator("#text")).to_be_hidden()
+
+    said = page.evaluate(
+        """() => new Promise(done => {
+          const token = encodeURIComponent(localStorage.getItem("improv.token"))
+          const socket = new WebSocket(`ws://${location.host}/live?token=${token}`)
+          const said = []
+          socket.onopen = () => {
+            socket.send(JSON.stringify({ type: "analyze", number: 1, text: "r $ left" }))
+            socket.send(JSON.stringify({ type: "write", number: 1, text: "r $ left", revision: "" }))
+            socket.send(JSON.stringify({ type: "stop" }))
+          }
+          socket.onmessage = ({ data }) => {
+            said.push(JSON.parse(data).type)
+            if (JSON.parse(data).state === "stopped") done(said)
+          }
+        })"""
+    )
+    assert not {"source", "analyzed", "written"} & set(said)

@@ -1,0 +1,306 @@
+"""The looks of the page, for everyone: drawings and lights, sizes, themes, files to download, and axe's rules."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import Twist
+from improv_core.score.svg import plot
+from tests.axe import violations
+from tests.page.conftest import (
+    SCHEMES,
+    Chromium,
+    Keep,
+    Show,
+    at,
+    next_frame,
+    play_anew,
+    shared_page,
+    switch_to,
+    transport,
+    wait,
+    watch,
+)
+from tests.page.looks import COUNT, PIXEL
+from tests.web_server import served
+
+ROOT = Path(__file__).parents[2]
+
+CARDS = {"Help": "Help", "Starts": "Start poses", "Save": "Save"}
+DANCE = "beat 60\nada $ forward left forward\n"
+FAINT = [222, 164, 124]  # half of the first robot's color in the light
+
+
+@pytest.fixture(scope="module")
+def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    with shared_page(chromium, DANCE) as opened:
+        yield opened
+
+
+def test_the_words_that_play_are_lit_even_after_emoji(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, "beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
+    page.keyboard.press("n")  # which pauses, also a short dance that is over already
+    wait(page, "improv.transport.state === 'paused'")
+    page.keyboard.press("Home")
+    wait(page, "improv.transport.state === 'paused' && improv.beat === 0")
+    lit = page.locator("#score-text .lit")
+    expect(lit).to_have_text(["forward", "left", "step"])
+    page.keyboard.press("n")
+    expect(lit).to_have_text(["right"])
+    expect(page.locator("#score-text")).to_contain_text("🤖🤖 dance")
+    page.keyboard.press("Escape")
+    expect(lit).to_have_count(0)
+
+
+PAINTED = f"""(
+  window.before = window.count,
+  window.count = ({COUNT})({FAINT}),
+  window.same = window.count === window.before ? window.same + 1 : 0,
+  window.count > 100 && window.same > 10
+)"""
+"""True once a path ahead has been painted, and for ten frames nothing more."""
+
+
+@pytest.mark.slow("looks at every pixel, again and again")
+def test_the_path_ahead_is_drawn_and_can_be_hidden(still: Callable[..., Page]) -> None:
+    page = still(DANCE)
+    wait(page, PAINTED)
+    page.keyboard.press("a")
+    wait(page, f"({COUNT})({FAINT}) < 40")
+    page.keyboard.press("a")
+    wait(page, f"({COUNT})({FAINT}) > 100")
+
+
+def test_trails_can_be_cleared_and_turned_off(still: Callable[..., Page], viewer: Viewer, simulator: Simulator) -> None:
+    page = still("beat 60\nada $ forward forward forward\n", "[robots.ada]\nstart = {x=0,y=0.3}\n")
+    simulator.send("ada", Twist(2.0), 0.0)
+    simulator.advance(0.6)
+    viewer.publish(transport(1, "paused", 3.0, 0.6))  # the path ahead begins there
+    wait(page, "improv.robots.ada.x > 1.19")
+    ground = f"({PIXEL})(0.55, 0.3) === '251,250,247'"
+    wait(page, f"!({ground})")
+    page.get_by_label("Trails").select_option("off")
+    wait(page, ground)
+    page.get_by_label("Trails").select_option("all")
+    wait(page, f"!({ground})")
+    page.get_by_role("button", name="Clear").click()
+    wait(page, ground)
+
+
+@pytest.mark.slow("robots drive in real time")
+def test_an_endless_program_stays_known_on_a_delayed_page_too(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, "beat 960\nada $ repeat (forward left)\nbo $ forward\n")
+    expect(page.locator("li[data-robot=ada] .endless")).to_be_visible()
+    expect(page.locator("li[data-robot=bo] .endless")).to_have_count(0)
+    known = page.evaluate("improv.known.ada")
+    wait(page, f"improv.beat > 20 && improv.known.ada >= {known} + 16")
+    beat = page.evaluate("improv.beat")
+    page.evaluate("() => { const end = performance.now() + 400; while (performance.now() < end); }")
+    wait(page, f"improv.beat > {beat} + 8")
+    assert page.evaluate("improv.moved") == {}  # the path ahead stays in its place, though the page was delayed
+
+
+def test_a_program_that_takes_over_continues_from_the_robots_exact_places(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, "beat 240\nada $ repeat forward\n")
+    wait(page, "improv.robots.ada.x > 3")
+    show.play("beat 120\nada $ repeat left\n", when="now")
+    wait(page, "improv.known.ada > improv.transport.begins?.ada && improv.beat > improv.transport.begins?.ada + 2")
+    expect(page.locator("#score-text")).to_contain_text("repeat left")
+    assert page.evaluate("improv.robots.ada.x") > 2.9
+    assert page.evaluate("improv.moved") == {}  # the path ahead begins where the score has it
+
+
+def test_a_small_page_unfolds_its_tools_and_a_large_one_shows_the_same_as_before(
+    still: Callable[..., Page],
+) -> None:
+    page = still(DANCE)
+    for hidden in ([], ["#timeline"], ["#timeline", "#score"]):
+        page.set_viewport_size({"width": 390, "height": 700})  # as when a phone is turned
+        if not hidden:
+            expect(page.locator("#score")).to_be_hidden()
+            expect(page.locator("#timeline")).to_be_visible()
+            wait(page, "document.getElementById('stage').clientHeight > 200")
+        page.set_viewport_size({"width": 1280, "height": 800})  # and turned back
+        for panel in ("#timeline", "#score"):
+            expect(page.locator(panel)).to_be_visible(visible=panel not in hidden)
+        for panel in ("#timeline", "#score")[len(hidden) :][:1]:
+            page.locator(f"#show-{panel[1:]}").click()
+
+    page.set_viewport_size({"width": 320, "height": 640})
+    view = page.get_by_role("button", name="View")
+    clear = page.get_by_role("button", name="Clear")
+    expect(clear).to_be_hidden()
+    view.press("Enter")
+    expect(view).to_have_attribute("aria-expanded", "true")
+    for name in ("Clear", "Paths", "Starts", "Save"):
+        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    assert page.evaluate(COVERED) == []
+    page.get_by_role("button", name="Save").click()
+    expect(clear).to_be_hidden()
+    page.get_by_role("button", name="Close").click()
+    expect(view).to_be_focused()
+
+
+def test_the_page_shows_the_end_and_the_next_program(page: Page, show: Show, keep: Keep, tmp_path: Path) -> None:
+    program = "beat 60\nada $ forward left slow 100 forward\n"
+    watch(page, show, program)
+    wait(page, "improv.robots.ada.x > 0.2")
+    loaded = "({ name, responseEnd }) => name.includes('/path.svg') && responseEnd"
+    wait(page, f"performance.getEntriesByType('resource').some({loaded})")
+    show.end_stage()
+    notice = page.locator("#notice")
+    expect(notice).to_have_text("The performance is over. Play again from your editor or terminal.")
+    expect(page.get_by_role("status")).to_have_text(notice.inner_text())
+    expect(page.locator("#state")).to_have_text("stopped")
+    expect(page.locator("#stage")).to_have_css("filter", "none")
+    page.get_by_role("button", name="Save").click()
+    assert downloaded(page, "SVG", tmp_path / "paths.svg").read_text() == plot(score_of(analyze(program)))
+    keep(page, "page-over.png")
+    expect(page.get_by_role("button", name="Play")).to_have_attribute("aria-disabled", "true")
+    show.play("beat 60\nbo $ slow 100 forward\n")
+    wait(page, "improv.connected && improv.known.bo === 100 && improv.transport.state === 'playing'")
+    expect(notice).to_be_hidden()
+
+
+def test_editors_on_this_machine_may_frame_the_page_and_strangers_may_not(
+    window: BrowserContext, show: Show, tmp_path: Path
+) -> None:
+    show.play("beat 60\nada $ repeat (forward || left)\n")
+    url = show.url
+    (tmp_path / "index.html").write_text(f"<iframe src='{url}' width=900 height=600></iframe>", encoding="utf-8")
+    page = window.new_page()
+    with served(tmp_path) as editor:
+        page.goto(editor)
+        inside = page.frame_locator("iframe")
+        expect(inside.locator("#state")).to_have_text("playing")
+        inside.get_by_role("button", name="Stop").click()
+        expect(inside.locator("#state")).to_have_text("stopped")
+    with page.expect_event("requestfailed", lambda request: request.url == url) as failed:
+        page.goto((tmp_path / "index.html").as_uri())
+    assert failed.value.failure == "net::ERR_BLOCKED_BY_RESPONSE"
+    page.close()
+
+
+COVERED = """() => {
+  const inside = ({ left, top, right, bottom }) => left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight
+  const all = document.querySelectorAll("#bar button, #tools button, #presenting button, #cast button")
+  return [...all].filter(each => each.checkVisibility()).filter(each => {
+    const box = each.getBoundingClientRect()
+    if (each.closest("#cast")) return box.right > innerWidth
+    const hit = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2)
+    return !inside(box) || !each.contains(hit)
+  }).map(each => each.id)
+}"""
+"""Finds the buttons that are cut off or covered."""
+SEEN = "[...document.querySelectorAll('button')].filter(each => each.checkVisibility()).map(({ id }) => id)"
+BUTTONS = {"stop", "play", "restart", "step", "slower", "faster", "show-timeline", "show-score", "present", "show-help"}
+WIDTHS = ((1920, 1080), (1280, 800), (900, 700), (800, 700), (757, 800), (740, 800), (721, 800), (390, 844), (320, 640))
+
+
+@pytest.mark.slow("looks at nine sizes, twice each")
+def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[..., Page], keep: Keep) -> None:
+    page = still("beat 60\n" + "".join(f"r{number:02} $ repeat 8 (forward left)\n" for number in range(12)))
+    expect(page.locator("#cast-list li")).to_have_count(12)
+    page.set_viewport_size({"width": 844, "height": 390})  # as when a phone is turned
+    wait(page, f"document.getElementById('stage').clientWidth <= 844 && !({COVERED})().length")
+    assert set(page.evaluate(SEEN)) >= BUTTONS
+    hall = page.locator("#hall").bounding_box()
+    assert hall
+    assert hall["height"] > 120
+    present = page.get_by_role("button", name="Present")
+    for width, height in WIDTHS:
+        page.set_viewport_size({"width": width, "height": height})
+        wait(page, f"innerWidth === {width} && document.getElementById('stage').clientWidth <= {width}")
+        next_frame(page)
+        assert page.evaluate(COVERED) == [], f"at {width} pixels"
+        assert set(page.evaluate(SEEN)) >= BUTTONS
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        stop = page.get_by_role("button", name="Stop").bounding_box()
+        assert stop
+        assert stop["y"] < 60  # an editor's messages lie at the bottom
+        box, tools, tracks = (page.locator(each).bounding_box() for each in ("#hall", "#tools", "#tracks"))
+        assert box
+        assert tools
+        assert tracks
+        assert box["height"] > 0.49 * height, f"at {width} pixels"
+        assert tools["height"] < 60  # one row
+        assert tracks["height"] < 0.26 * height  # the rest is scrolled to
+        keep(page, f"page-twelve-{width}.png")
+        present.click()
+        next_frame(page)
+        assert page.evaluate(COVERED) == [], f"presenting at {width} pixels"
+        page.get_by_role("button", name="End").click()
+    page.locator("#tracks").evaluate("tracks => tracks.scrollTo(0, tracks.scrollHeight)")
+    wait(page, "document.getElementById('tracks').scrollTop > 100")
+    tracks, rows = (page.locator(each).bounding_box() for each in ("#tracks", "#rows"))
+    assert tracks
+    assert rows
+    assert rows["y"] == pytest.approx(tracks["y"], abs=1)  # the timeline is there at every scroll position
+    keep(page, "page-scrolled.png")
+
+
+def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page], simulator: Simulator) -> None:
+    page.emulate_media(reduced_motion="reduce")
+    still(DANCE)
+    assert page.evaluate("getComputedStyle(document.querySelector('.lamp')).transform") == "none"
+    at(page, 0, 0)  # once the view has come to rest
+    view = page.evaluate("improv.view")
+    simulator.send("ada", Twist(2.0), 0.0)
+    simulator.advance(1.0)
+    wait(page, "improv.robots.ada.x > 1.9")
+    assert page.evaluate("improv.view") == view
+
+
+@pytest.mark.slow("records a video")
+def test_the_paths_and_a_video_can_be_downloaded(shared: tuple[Show, Page], tmp_path: Path) -> None:
+    show, page = shared
+    program = "beat 60\nada $ repeat (forward || left)\nbo $ forward\n"
+    play_anew(page, show, program)
+    page.get_by_role("button", name="Save").click()
+    svg = downloaded(page, "SVG", tmp_path / "paths.svg").read_text(encoding="utf-8")
+    assert svg == plot(score_of(analyze(program)))
+    png = downloaded(page, "PNG", tmp_path / "paths.png").read_bytes()
+    assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    width, height = struct.unpack(">II", png[16:24])
+    assert max(width, height) == 2400
+    page.get_by_role("button", name="Record a video").click()
+    beat = page.evaluate("improv.beat")
+    wait(page, f"improv.beat > {beat} + 1")
+    video = downloaded(page, "Stop and save the video", tmp_path / "dance.webm").read_bytes()
+    assert video.startswith(b"\x1a\x45\xdf\xa3")  # EBML
+    assert b"webm" in video[:64]
+    assert len(video) > 10_000
+    page.get_by_role("dialog", name="Save").get_by_role("button", name="Close").click()
+
+
+def downloaded(page: Page, button: str, path: Path) -> Path:
+    with page.expect_download() as download:
+        page.get_by_role("button", name=button).click()
+    assert download.value.suggested_filename.endswith(path.suffix)
+    download.value.save_as(path)
+    return path
+
+
+@pytest.mark.slow("axe looks at the page with each card, in two colors")
+def test_axe_finds_nothing(still: Callable[..., Page]) -> None:
+    page = still("# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
+    for card in ("", "Help", "Starts", "Save"):
+        if card:
+            page.get_by_role("button", name=card, exact=True).click()
+        for scheme in SCHEMES:
+            switch_to(page, scheme)
+            assert violations(page) == [], f"{card}, {scheme}"
+        if card:
+            page.get_by_role("dialog", name=CARDS[card]).get_by_role("button", name="Close").click()

@@ -1,0 +1,73 @@
+"""Robots that are not in their places: the page's lines, its arrows, and the requests of its buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.page.server import Viewer
+from improv_core.safety.preflight import Standing, message
+from improv_core.score.motion import Pose
+from tests.page.conftest import Commands, Keep, asked, wait
+from tests.page.looks import PIXEL
+
+ADA = {"ada": Standing(Pose(), Pose(2.0))}
+ADVICE = "move ada 2.00 m toward 180°"
+
+
+@pytest.fixture
+def waiting(still: Callable[..., Page], viewer: Viewer) -> Page:
+    """The page of a dance that doesn't begin, since ada stands two meters off."""
+    page = still("ada bo $ forward\n", "[robots.ada]\nstart = { x = 0 }\n[robots.bo]\nstart = { y = 2 }\n")
+    viewer.publish(message(ADA, 1))
+    return page
+
+
+def test_the_page_lists_misplaced_robots_and_their_places(waiting: Page, viewer: Viewer) -> None:
+    panel = waiting.get_by_role("region", name="Robots that are not in their places")
+    lines = panel.get_by_role("listitem")
+    expect(panel.get_by_role("heading")).to_have_text("Not in place")
+    expect(lines).to_have_text([ADVICE])
+    expect(waiting.locator("#news")).to_have_text(f"Not in place: {ADVICE}")
+    waiting.reload()  # a page that is opened later shows it, too
+    expect(lines).to_have_text([ADVICE])
+    viewer.publish(message({"bo": Standing(Pose(0.0, 2.0), None)}, 1))
+    expect(lines).to_have_text(["nobody knows where bo stands: its poses have to arrive"])  # a place, but no arrow
+    viewer.publish(message({f"r{number}": Standing(Pose(), Pose(1.0)) for number in range(30)}, 1))
+    expect(lines).to_have_text([*(f"move r{number} 1.00 m toward 180°" for number in range(4)), "… and 26 more"])
+    viewer.publish(message(None, 1))  # nothing waits for robots
+    expect(panel).to_be_hidden()
+
+
+def test_each_button_asks_for_what_it_says(waiting: Page, commands: Commands) -> None:
+    for button, wanted in (("Play", "resume"), ("Begin anyway", "anyway")):
+        waiting.locator("#misplaced").get_by_role("button", name=button).click()
+        assert asked(commands) == {"type": wanted}
+
+
+def test_an_arrow_leads_from_a_robot_to_its_place(waiting: Page, viewer: Viewer, keep: Keep) -> None:
+    """The arrow also shows while the robot is halfway."""
+    floor = f"({PIXEL})(0.6, 0.6) === '251,250,247'"
+    wait(waiting, floor)
+    viewer.publish(message({"ada": Standing(Pose(), Pose(1.2, 1.2))}, 1))
+    wait(waiting, f"!({floor})")
+    keep(waiting, "misplaced.png")
+    viewer.publish(message({}, 1))
+    expect(waiting.locator("#misplaced-title")).to_have_text("All robots are in place")
+    expect(waiting.get_by_role("button", name="Begin anyway")).to_be_hidden()
+    expect(waiting.locator("#in-place")).to_be_visible()
+    wait(waiting, floor)
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_no_robot_is_under_the_panel(waiting: Page, width: int) -> None:
+    waiting.set_viewport_size({"width": width, "height": 844})
+    panel = "misplaced.getBoundingClientRect()"
+    for x, y in ((2, 0), (0, 0), (0, 2)):
+        wait(
+            waiting,
+            f"improv.toScreen({x}, {y}).x > {panel}.right - hall.getBoundingClientRect().left"
+            f" || improv.toScreen({x}, {y}).y > {panel}.bottom - hall.getBoundingClientRect().top",
+        )

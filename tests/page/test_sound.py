@@ -1,0 +1,235 @@
+"""The sound of a dance in a real browser. modules/music.test.js tests the order of sounds; the benchmark `song`
+measures their times."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterator
+from itertools import accumulate, pairwise
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, Route, expect
+
+from tests.page.conftest import LIMIT, Chromium, Keep, Show, next_frame, play_anew, shared_page, wait, watch
+from tests.page.editing import Edit
+from tests.page.songs import clicks, improv_toml
+
+DANCE = "beat 120\nbar 3\nada $ repeat (forward left)\n"
+SONG = clicks(200, 120)
+RIGHT = "Math.abs(improv.song - (0.5 + improv.beat / 2)) < 0.25"
+"""True if the page plays the position that belongs to the beat. The benchmark measures the error."""
+OSCILLATORS = """
+const start = OscillatorNode.prototype.start
+const stop = OscillatorNode.prototype.stop
+window.clicks = []
+OscillatorNode.prototype.start = function (at) {
+  window.clicks.push({ node: this, at, frequency: this.frequency.value })
+  return start.call(this, at)
+}
+OscillatorNode.prototype.stop = function (...at) {
+  if (!at.length) window.clicks = window.clicks.filter(({ node }) => node !== this)
+  return stop.apply(this, at)
+}
+"""
+"""Notes the audible clicks, without those that are taken back."""
+
+TAP = """milliseconds => {
+  const now = performance.now
+  performance.now = () => 1e6 + milliseconds
+  document.querySelector("#tap").click()
+  performance.now = now
+}"""
+"""Taps the beat at a time that the test sets."""
+NEEDS_A_CLICK = """
+const resume = AudioContext.prototype.resume
+let clicked = false
+addEventListener("click", () => (clicked = true), true)
+AudioContext.prototype.resume = function () {
+  return clicked ? this.off.then(() => resume.call(this)) : new Promise(() => {})
+}
+window.AudioContext = class extends AudioContext {
+  constructor(options) {
+    super(options)
+    this.off = this.suspend()
+  }
+}
+"""
+"""Has the page need a click, as browsers do: for a browser, an evaluation by Playwright is a person who clicks."""
+
+
+@pytest.fixture(scope="module")
+def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    with shared_page(chromium, DANCE) as opened:
+        yield opened
+
+
+@pytest.fixture
+def dance(shared: tuple[Show, Page], tmp_path: Path) -> Page:
+    """A page on which DANCE plays with its song, whose first beat is after half a second. No earlier song is left."""
+    show, page = shared
+    play_anew(page, show, DANCE)
+    play_anew(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    page.locator("#stage").click()  # before that, browsers play nothing
+    return page
+
+
+def test_the_page_plays_the_song_at_the_beat_and_through_pause_seek_and_stop(dance: Page) -> None:
+    wait(dance, RIGHT)
+    dance.locator("#play").click()
+    wait(dance, "improv.transport.state === 'paused' && improv.song === null")
+    dance.locator("#play").click()
+    wait(dance, RIGHT)
+    before = dance.evaluate("improv.transport.generation")
+    dance.locator("#restart").click()
+    wait(dance, f"improv.transport.generation > {before} && {RIGHT}")
+    dance.locator("#stop").click()
+    wait(dance, "improv.transport.state === 'stopped' && improv.song === null")
+    expect(dance.locator("#song-line")).to_be_hidden()
+    expect(dance.locator("#sound-on")).to_be_hidden()
+
+
+def test_a_save_keeps_the_song_which_is_not_sent_again(dance: Page, shared: tuple[Show, Page], tmp_path: Path) -> None:
+    show, _ = shared
+    wait(dance, RIGHT)
+    with dance.expect_response(re.compile("/song")) as answer:
+        next_frame(dance)  # Playwright listens only once it has answered something
+        show.play(DANCE, '[music]\nfile = "song.wav"\nfirst_beat = 0.5', when="now", folder=tmp_path)
+    assert answer.value.status == 304
+    wait(dance, RIGHT)
+
+
+def test_a_song_that_is_not_there_is_one_line_and_the_dance_plays(shared: tuple[Show, Page], tmp_path: Path) -> None:
+    show, page = shared
+    play_anew(page, show, DANCE, '[music]\nfile = "gone.mp3"', folder=tmp_path)
+    expect(page.get_by_text("gone.mp3 is not beside improv.toml: put it there, and play again.").first).to_be_visible()
+    assert page.evaluate("improv.transport.state") == "playing"
+
+
+def test_the_old_song_ends_when_a_dance_with_another_song_begins(page: Page, show: Show, tmp_path: Path) -> None:
+    watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    page.locator("#stage").click()
+    wait(page, RIGHT)
+    held: list[Route] = []
+    page.route(re.compile("/song"), lambda route: held.append(route))
+    (tmp_path / "other.wav").write_bytes(SONG)
+    with page.expect_request(re.compile("/song")):
+        play_anew(page, show, DANCE, '[music]\nfile = "other.wav"\nfirst_beat = 0.5', folder=tmp_path)
+    expect(page.locator("#song-name")).to_have_text(re.compile("^none"))
+    wait(page, "improv.song === null")
+    held[0].continue_()
+    wait(page, RIGHT)
+
+
+def test_a_file_that_is_no_song_is_one_line(shared: tuple[Show, Page], tmp_path: Path) -> None:
+    show, page = shared
+    play_anew(page, show, DANCE, improv_toml(tmp_path, b"no song"), folder=tmp_path)
+    line = "song.wav can't be played: this browser doesn't know its format."
+    expect(page.locator("#song-line")).to_have_text(line)
+    assert page.evaluate("improv.transport.state") == "playing"
+
+
+@pytest.mark.slow("a browser on a busy machine")
+def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
+    watch(page, show, DANCE)
+    sent: list[str] = []
+    page.on("request", lambda request: sent.append(request.method))
+    page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": SONG})
+    wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
+    page.get_by_role("button", name="Sound").click()
+    expect(page.locator("#song-name")).to_have_text("own.wav")
+    page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+    expect(page.locator("#sound-offer-lines")).to_have_text("[music]\nfirst_beat = 0.01")
+    page.evaluate(
+        """() => {
+          const dataTransfer = new DataTransfer()
+          dataTransfer.items.add(new File(["text"], "notes.txt"))
+          document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }))
+        }"""
+    )
+    line = "notes.txt can't be played: this browser doesn't know its format."
+    expect(page.locator("#song-line")).to_have_text(line)
+    wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
+    assert set(sent) == {"GET"}
+
+
+def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> None:
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url.partition("?")[0].rpartition("/")[2]))
+    watch(page, show, DANCE)
+    wait(page, "improv.beat > 1")
+    assert "sound.js" in asked
+    assert not {"audio.js", "grains.js", "music.js", "song"} & set(asked)
+    expect(page.get_by_role("slider", name="Beat 0 in the song, in seconds")).to_be_hidden()
+
+
+@pytest.mark.slow("hears a whole bar")
+def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) -> None:
+    page.add_init_script(OSCILLATORS)
+    watch(page, show, DANCE.replace("120", "300"))
+    page.get_by_role("button", name="Sound").click()
+    page.get_by_role("button", name="Click on each beat").click()
+    wait(page, "window.clicks.length > 6")
+    made = page.evaluate("clicks.map(({ at, frequency }) => [at, frequency])")
+    gaps = [later - before for (before, _), (later, _) in pairwise(made)]
+    steps = [max(1, round(gap / 0.2)) for gap in gaps]  # a beat for which the page was late is left out
+    assert all(abs(gap - 0.2 * step) < 0.1 for gap, step in zip(gaps, steps, strict=True)), gaps
+    beats = [*accumulate(steps, initial=0)]
+    high = [beat for beat, (_, frequency) in zip(beats, made, strict=True) if frequency > 1500]
+    assert high == [beat for beat in beats if (beat - high[0]) % 3 == 0]
+
+
+def test_if_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(page: Page, show: Show, tmp_path: Path) -> None:
+    page.add_init_script(NEEDS_A_CLICK)
+    watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    asks = page.get_by_role("button", name="Click for sound")
+    expect(asks).to_be_visible()
+    assert page.evaluate("[improv.transport.state, improv.song]") == ["playing", None]
+    page.locator("#stage").click()
+    expect(asks).to_be_hidden()
+    wait(page, RIGHT)
+
+
+def test_the_song_lies_under_the_timeline_and_moves_with_keys_and_by_dragging(dance: Page, keep: Keep) -> None:
+    wait(dance, RIGHT)
+    song = dance.get_by_role("slider", name="Beat 0 in the song, in seconds")
+    expect(song).to_be_visible()
+    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.500 s")
+    keep(dance, "song.png")
+    song.press("ArrowLeft")
+    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.510 s")
+    song.press("ArrowRight")
+    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.500 s")
+    box = song.bounding_box()
+    assert box
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    dance.mouse.move(x, y)
+    dance.mouse.down()
+    dance.mouse.move(x - 40, y, steps=4)
+    wait(dance, "improv.song - improv.beat / 2 > 0.6")  # it sounds at once
+    dance.mouse.up()
+
+
+@pytest.mark.slow("edits on a page")
+def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, window: BrowserContext) -> None:
+    robots = tmp_path / "improv.toml"
+    robots.write_text(improv_toml(tmp_path, SONG), encoding="utf-8")
+    (tmp_path / "dance.improv").write_text(DANCE, encoding="utf-8")
+    edit = Edit(tmp_path / "dance.improv", window)
+    try:
+        page = edit.page()
+        page.get_by_role("button", name="Save and play").click()
+        page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+        end = time.monotonic() + LIMIT
+        while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:
+            next_frame(page)
+        assert robots.read_text(encoding="utf-8").endswith("first_beat = 0.01\n")
+        page.get_by_role("button", name="Sound").click()
+        for tap in range(8):
+            page.evaluate(TAP, 625 * tap)  # 96 beats a minute
+        expect(page.locator("#tapped")).to_have_text("96 beats a minute")
+        page.get_by_role("button", name="beat 96").click()
+        expect(page.locator("#text")).to_have_value(DANCE.replace("120", "96"))
+    finally:
+        edit.close()

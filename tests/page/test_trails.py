@@ -1,0 +1,73 @@
+"""Trails on the page: the arcs from the start of the performance, whenever the page was opened, and after a seek."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from playwright.sync_api import Page
+
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.score import Score
+from tests.page.conftest import Show, link, part, transport, wait, watch
+from tests.page.looks import PIXEL
+
+CORNERS = "beat 240\nada $ forward left forward left forward left slow 40 forward\n"
+
+
+def trail(page: Page) -> list[tuple[float, float]]:
+    """The corners of ada's trail, beginning with its start."""
+    points = [(round(x, 2) + 0.0, round(y, 2) + 0.0) for x, y, _ in page.evaluate("improv.trails.ada")]
+    return [point for point, before in zip(points, [None, *points], strict=False) if point != before]
+
+
+SQUARE = [(0, 0), (2, 0), (2, 2), (0, 2)]
+
+
+def test_a_page_that_is_delayed_or_opened_late_shows_the_whole_trail(
+    page: Page, viewer: Viewer, simulator: Simulator
+) -> None:
+    page.goto(link(viewer))
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose())}), restart=True)
+    wait(page, "window.improv?.robots.ada")
+    for second in range(6):
+        simulator.send("ada", Twist(yaw=math.pi / 2) if second % 2 else Twist(2.0), float(second))
+    simulator.advance(6.0)  # all between two frames
+    wait(page, "improv.trails.ada.length > 6")
+    assert trail(page) == SQUARE
+    page.reload()
+    wait(page, "window.improv?.robots.ada && improv.trails.ada.length > 6")
+    assert trail(page) == SQUARE
+
+
+def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None:
+    watch(page, show, CORNERS)
+    page.keyboard.press("k")
+    wait(page, "improv.transport.state === 'paused'")
+    page.keyboard.press("Home")
+    wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
+    for beat in range(1, 5):
+        page.keyboard.press("ArrowRight")
+        wait(page, f"improv.transport.beat === {beat} && improv.trails.ada.length > {beat}")
+    assert trail(page) == SQUARE[:3]
+    page.keyboard.press("Home")
+    wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
+
+
+def test_a_seek_whose_pose_arrives_late_leaves_no_trail(page: Page, viewer: Viewer, simulator: Simulator) -> None:
+    page.emulate_media(reduced_motion="reduce")  # so the view stands, and repaints nothing
+    page.goto(link(viewer))
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(0.0, 0.3))}), restart=True)
+    simulator.send("ada", Twist(x=1.0), 0.0)
+    simulator.advance(3.0)
+    viewer.publish(transport(1, "paused", beat=3.0))
+    ground = f"({PIXEL})(1.3, 0.3) === '251,250,247'"
+    wait(page, f"improv.robots.ada?.x === 3 && !({ground})")
+    viewer.publish(transport(1, "paused", beat=0.0))
+    wait(page, "improv.transport.beat === 0")
+    frames = page.evaluate("improv.frames")
+    wait(page, f"improv.frames > {frames} + 5")
+    simulator.place({"ada": Pose(0.0, 0.3)})
+    wait(page, f"improv.robots.ada.x === 0 && {ground}")

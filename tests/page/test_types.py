@@ -1,0 +1,32 @@
+"""The types in the page's JavaScript, which are JSDoc comments."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.needs import need_extension
+
+HERE = Path(__file__).parent
+PAGE = HERE.parents[1] / "improv_core" / "page" / "static"
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.slow("starts the TypeScript compiler")
+def test_the_types_of_the_page_fit_together_and_a_wrong_one_is_found(tmp_path: Path) -> None:
+    compiler = need_extension() / "node_modules" / ".bin" / "tsc"
+    wrong = tmp_path / "wrong.js"
+    wrong.write_text(
+        f'// @ts-check\nimport {{ Clock }} from "{PAGE / "score" / "clock.js"}"\nnew Clock().isSilent(7)\n', "utf-8"
+    )
+    config = tmp_path / "tsconfig.json"
+    settings = {"extends": str(HERE / "tsconfig.json"), "include": [str(PAGE / "**" / "*.js"), "wrong.js"]}
+    config.write_text(json.dumps(settings), encoding="utf-8")
+    checked = subprocess.run(
+        [compiler, "--project", tmp_path], capture_output=True, text=True, timeout=290, check=False
+    )
+    (error,) = [line for line in checked.stdout.splitlines() if ": error " in line]
+    assert "wrong.js(3,22): error TS2345" in error

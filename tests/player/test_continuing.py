@@ -1,0 +1,421 @@
+"""A save with `continue` edits the score that plays: the player's commands, on a clock that the tests advance."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import astuple, replace
+
+import pytest
+
+from improv_core.player.subscribers import LOOK_AT
+from improv_core.protocol.messages import Takeover, TransportMessage, When
+from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Safety, Score
+from improv_core.session.part_versions import Editions
+from tests.player.test_player import QUARTER, Memory, Stage, score
+
+ANNA = "anna $ repeat (forward [left right])\n"
+BERT = "bert $ repeat (forward left)\n"
+EDITED = "bert $ repeat right\n"
+
+
+class Topics(Memory):
+    """A memory that also knows the topic of each command."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.topics: dict[str, str] = {}
+        self.by_topic: list[tuple[str, Twist]] = []
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        super().prepare(score, restart)
+        self.topics.update({robot: part.topic for robot, part in score.parts.items()})
+
+    def send(self, robot: str, twist: Twist, at: float) -> None:
+        super().send(robot, twist, at)
+        self.by_topic.append((self.topics[robot], twist))
+
+
+class Continuing(Stage):
+    """A stage whose parent numbers the parts, as `Playback` does."""
+
+    def __init__(self, start: float = 1000.0) -> None:
+        super().__init__(start)
+        self.sink: Topics = Topics()
+        self.editions = Editions()
+        self.generation = 0
+        self.player = type(self.player)(self.sink, self._hear, lambda: 0.0)
+
+    def _hear(self, message: object) -> None:
+        self.told.append(message)  # type: ignore[arg-type]
+        if isinstance(message, dict) and message["type"] == "transport":
+            self.editions = self.editions.plays(message["generation"])
+
+    def save(self, program: str | Score, when: When = "beat", entry: Takeover | None = None) -> Score:
+        """Load a program as the parent would. Return the score that was sent."""
+        self.generation += 1
+        asked = score(program) if isinstance(program, str) else program
+        self.editions, sent = self.editions.number(asked, self.generation)
+        self.player.load(sent, self.generation, when, self.now, entry)
+        return sent
+
+    @property
+    def transport(self) -> TransportMessage:
+        return self.transports[-1]
+
+    def sent_to(self, robot: str) -> list[tuple[str, float, Twist]]:
+        return [each for each in self.sink.sent if each[0] == robot]
+
+
+def played(program: str | Score, seconds: float) -> Continuing:
+    """A stage that has played a program for so long."""
+    stage = Continuing()
+    stage.save(program, "restart")
+    stage.run(seconds)
+    return stage
+
+
+def check_untouched(robot: str, program: str, disturb: Callable[[Continuing], None], seconds: float = 20.0) -> None:
+    """Check that a robot gets the same commands at the same times, whatever happens to the others."""
+    alone, disturbed = Continuing(), Continuing()
+    alone.save(program, "restart")
+    alone.run(seconds)
+    disturbed.save(program, "restart")
+    disturb(disturbed)
+    disturbed.run(1000 + seconds - disturbed.now)
+    assert alone.sent_to(robot)
+    assert disturbed.sent_to(robot) == alone.sent_to(robot)
+
+
+def changes(stage: Continuing, robot: str, since: float = 0.0) -> list[tuple[float, float, float]]:
+    return [change for change in stage.sink.changes(robot) if change[0] >= since]
+
+
+@pytest.mark.parametrize("when", ["now", "beat", "bar", "end"])
+def test_saves_to_one_robot_leave_the_other_alone(when: When) -> None:
+    dice = random.Random(when)
+
+    def disturb(stage: Continuing) -> None:
+        for turn in range(100):
+            stage.run(dice.uniform(0, 0.15))
+            stage.save(f"# {turn}\n{ANNA}bert $ slow {turn % 7 + 1} repeat (forward left)\n", when)
+
+    check_untouched("anna", ANNA + BERT, disturb)
+
+
+def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting() -> None:
+    stage = played(ANNA + BERT, 5.5)
+    stage.save(ANNA + "bert $ right forward left\n")
+    stage.run(10)
+    assert changes(stage, "bert", 5.5) == [(6, 0, -QUARTER), (7, 2, 0), (8, 0, QUARTER), (9, 0, 0)]
+    told = stage.transports[1]
+    assert (told["beat"], told["performed"], told["begins"], told["restarted"]) == (6, 6, {"bert": 6}, 1)
+    assert (told["generation"], told["beats"]) == (2, None)
+
+
+@pytest.mark.parametrize(("bar", "asked"), [("", 3), ("bar 3\n", 4)], ids=["asked", "written"])
+def test_a_bar_has_as_many_beats_as_the_playing_program_sets_or_else_the_request(bar: str, asked: int) -> None:
+    stage = Continuing()
+    stage.save(bar + BERT, "restart")
+    assert stage.transport.get("bar") == (3 if bar else None)
+    stage.run(3.5)
+    stage.player.load(score(EDITED), 2, "bar", stage.now, beats_per_bar=asked)
+    stage.run(10)
+    assert stage.transport["begins"] == {"bert": 6}
+    assert "bar" not in stage.transport
+
+
+def test_a_new_tempo_keeps_everyones_beat() -> None:
+    stage = played("beat 60\nanna $ repeat (forward left)\n", 2.5)
+    stage.save("beat 120\nanna $ repeat (forward left)\n")
+    stage.run(2)
+    # Beat 3 at 3 s: from there on, twice as fast. It plays the rest of its path, not its beginning.
+    assert changes(stage, "anna", 2.5) == [(3, 0, 2 * QUARTER), (3.5, 4, 0), (4, 0, 2 * QUARTER), (4.5, 4, 0)]
+    assert "begins" not in stage.transport
+
+
+def with_part(program: str, robot: str, **different: object) -> Score:
+    whole = score(program)
+    return replace(whole, parts={**whole.parts, robot: replace(whole.parts[robot], **different)})  # type: ignore[arg-type]
+
+
+def test_a_robot_on_another_topic_goes_on_with_the_part_and_the_one_on_the_old_topic_stops() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.5)
+        stage.save(with_part(ANNA + BERT, "bert", topic="/other/cmd_vel"))
+        stage.run(4)
+        old, new = ([twist for topic, twist in stage.sink.by_topic if topic == name] for name in OLD_AND_NEW)
+        assert old[-3:] == [STILL] * 3
+        assert new[0] == Twist(yaw=math.pi / 2)
+        assert changes(stage, "bert", 2.5)[-1][0] > 3
+
+    check_untouched("anna", ANNA + BERT, disturb)
+
+
+OLD_AND_NEW = ("/bert/cmd_vel", "/other/cmd_vel")
+
+
+def test_a_restart_stops_a_robot_on_its_old_topic_too() -> None:
+    stage = played(BERT, 2.5)
+    stage.save(with_part(BERT, "bert", topic="/other/cmd_vel"), "restart")
+    assert [twist for topic, twist in stage.sink.by_topic if topic == OLD_AND_NEW[0]][-3:] == [STILL] * 3
+
+
+def test_another_profile_begins_the_part_again() -> None:
+    stage = played(ANNA + BERT, 2.5)
+    profile = replace(score(BERT).parts["bert"].profile, step=0.5)
+    stage.save(with_part(ANNA + BERT, "bert", profile=profile))
+    stage.run(1.5)
+    assert changes(stage, "bert", 2.5) == [(3, 0.5, 0), (4, 0, QUARTER)]
+
+
+def test_a_robot_removed_and_restored_within_a_beat_was_never_away() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.1)
+        stage.save(ANNA)
+        stage.run(0.4)
+        stage.save(ANNA + BERT)
+
+    check_untouched("bert", ANNA + BERT, disturb)
+
+
+def test_a_robot_that_returns_while_it_is_being_stopped_moves_again() -> None:
+    stage = played(ANNA + BERT, 2.5)
+    stage.save(ANNA, "now")
+    stage.run(0.06)
+    stage.save(ANNA + BERT, "now")
+    stage.run(0.5)
+    assert [twist.x for _, at, twist in stage.sent_to("bert") if at >= 2.56] == [2] * 10
+
+
+def test_a_save_that_waits_follows_the_speed() -> None:
+    stage = played(ANNA + BERT, 5.5)
+    stage.save(ANNA + EDITED)
+    stage.player.set_speed(0.5, stage.now)
+    stage.run(3)
+    assert changes(stage, "bert", 5.6) == [(6.5, 0, -QUARTER / 2)]
+    assert stage.transport["begins"] == {"bert": 6}
+
+
+def test_everything_begins_again_at_the_end() -> None:
+    stage = Continuing()
+    stage.save("anna $ forward\nbert $ forward left\n", "restart")
+    stage.run(1.5)
+    stage.save("anna $ forward\nbert $ right\n", "end")
+    stage.run(5)
+    assert changes(stage, "anna") == [(0, 2, 0), (1, 0, 0), (2, 2, 0), (3, 0, 0)]
+    assert changes(stage, "bert", 1.5) == [(2, 0, -QUARTER), (3, 0, 0)]
+    assert stage.states == ["playing", "playing", "ended"]
+    assert (stage.transport["beat"], stage.transport["beats"]) == (3, 3)
+
+
+def test_a_part_that_has_ended_is_left_alone_while_others_play() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.5)
+        stage.save("anna $ forward\nbert $ right\n")
+        stage.run(0.6)
+        assert stage.transport["beats"] == 4
+
+    check_untouched("anna", "anna $ forward\nbert $ repeat 8 forward\n", disturb)
+
+
+def test_a_muted_robot_that_plays_on_is_unaffected_by_a_save() -> None:
+    stage = played(ANNA + BERT, 2.25)
+    stage.player.set_silent({"anna"}, (), stage.now)
+    stage.run(3)
+    before = len(stage.sent_to("anna"))
+    stage.save(ANNA + EDITED)
+    stage.run(3)
+    assert len(stage.sent_to("anna")) == before
+    stage.player.set_silent((), (), stage.now)
+    stage.run(1.5)
+    assert [at for at, *_ in changes(stage, "anna", 8)] == [8.25, 9, 9.5]  # in its own rhythm
+
+
+def test_a_seek_counts_each_part_from_its_own_beginning() -> None:
+    stage = played("anna $ repeat (forward left)\nbert $ repeat forward\n", 2.5)
+    stage.save("anna $ repeat (forward left)\nbert $ repeat (left forward)\n")
+    stage.run(1)
+    stage.player.seek(8.0, stage.now)  # 5 beats of bert's part, which began at beat 3
+    stage.run(0.5)
+    assert changes(stage, "anna", 3.5)[0] == (3.5, 2, 0)
+    assert changes(stage, "bert", 3.5)[0] == (3.5, 2, 0)
+    stage.player.seek(2.5, stage.now)  # before bert's part begins
+    stage.run(1.2)
+    assert changes(stage, "bert", 4.0) == [(4, 0, 0), (4.5, 0, QUARTER)]
+
+
+def test_a_simulated_robot_is_placed_on_its_whole_path() -> None:
+    stage = played("bert $ repeat forward\n", 2.5)
+    stage.save("bert $ left repeat forward\n")
+    stage.run(1)
+    stage.player.seek(5.0, stage.now)  # three beats forward, a quarter turn, one beat forward
+    start = score("bert $ forward\n").parts["bert"].start
+    ideal = start.then(Pose(6, 2, 0, math.pi / 2))
+    assert astuple(stage.sink.placed["bert"]) == pytest.approx(astuple(ideal))
+
+
+class Pair:
+    """A stage that leads and its twin, which its parent loads as `Playback` does: a little later each time."""
+
+    def __init__(self, late: float) -> None:
+        self.leader, self.twin, self.late = Continuing(), Continuing(), late
+        self.sent: dict[int, Score] = {}
+        self.known = 0
+
+    def save(self, program: str, when: When = "beat") -> None:
+        sent = self.leader.save(program, when)
+        self.sent[self.leader.generation] = sent
+
+    def run(self, seconds: float) -> None:
+        """Run in small steps, so that the twin soon gets what the leading stage did."""
+        end = self.leader.now + seconds
+        while self.leader.now < end:
+            self.leader.run(0.01)
+            self.twin.run(max(self.leader.now + self.late - self.twin.now, 0))
+            told = self.leader.transports[-1]
+            if told["state"] == "playing" and told["generation"] == max(self.sent) > self.known:
+                self.known = told["generation"]
+                entry: Takeover = {"beat": told["beat"], "monotonic": told["monotonic"]}
+                entry["begins"] = told.get("begins", {})
+                when: When = "restart" if told["restarted"] == self.known else "now"
+                self.twin.player.load(self.sent[self.known], self.known, when, self.twin.now, entry)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.005, 0.3])
+def test_the_twin_follows_the_leading_stage(late: float) -> None:
+    pair, dice = Pair(late), random.Random(1)
+    pair.save(ANNA + BERT, "restart")
+    for turn in range(60):
+        pair.run(dice.uniform(0, 0.4))
+        pair.save(ANNA + (BERT, EDITED, "cleo $ repeat left\n")[turn % 3], ("beat", "now", "bar")[turn // 5 % 3])
+    pair.run(10)
+    leader, twin = pair.leader, pair.twin
+    assert twin.transport.get("begins") == leader.transport.get("begins")
+    assert twin.transport["beat"] == pytest.approx(leader.transport["beat"])
+    end = leader.now - 1000
+    for robot, since in (("anna", 0.0), ("bert", end - 9), ("cleo", end - 9)):
+        one, other = ({change for change in changes(each, robot, since) if change[0] < end} for each in (twin, leader))
+        assert one == other
+
+
+def test_a_new_twin_joins_in_the_middle() -> None:
+    pair = Pair(0.005)
+    pair.save(ANNA + BERT, "restart")
+    pair.run(5.5)
+    pair.twin = Continuing(pair.twin.now)  # the old one died
+    pair.save(ANNA + EDITED)
+    pair.run(3)
+    assert pair.twin.transport["begins"] == pair.leader.transport["begins"] == {"bert": 6}
+    assert [(round(at + 6, 6), x, yaw) for at, x, yaw in pair.twin.sink.changes("anna")] == changes(
+        pair.leader, "anna", 6
+    )
+    assert pair.twin.sink.placed.keys() == {"anna", "bert"}
+
+
+def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None:
+    pair = Pair(0.005)
+    pair.save(ANNA, "restart")
+    pair.run(2)
+    pair.leader.player.pause(pair.leader.now)
+    pair.twin.player.pause(pair.leader.now)
+    pair.save(BERT, "restart")
+    pair.leader.player.pause(pair.leader.now)
+    pair.run(1)
+    pair.leader.player.resume(pair.leader.now)
+    pair.run(1)
+    assert pair.twin.sink.prepared == [True, True]
+    assert pair.twin.transport["restarted"] == 2
+
+
+@pytest.mark.parametrize("when", ["restart", "now"])
+def test_a_renamed_robot_is_not_stopped_in_between(when: When) -> None:
+    def on_one_topic(program: str) -> Score:
+        made = score(program)
+        return replace(made, parts={name: replace(part, topic="/cmd_vel") for name, part in made.parts.items()})
+
+    stage = played(on_one_topic(ANNA), 2.5)
+    before = len(stage.sink.by_topic)
+    stage.save(on_one_topic(ANNA.replace("anna", "carl")), when)
+    stage.run(0.9)
+    sent = [twist for _, twist in stage.sink.by_topic[before:]]
+    count = sent.count(STILL)
+    assert count >= LAST_ZEROS
+    assert sent[:count] == [STILL] * count
+
+
+def test_robots_that_enter_later_are_met_at_once() -> None:
+    """Their listeners are found before their first command, and nobody waits for that at the beat."""
+    stage = played(ANNA, 2.5)
+    stage.save(ANNA + BERT, "bar")
+    assert stage.sink.met == {"anna", "bert"}
+    assert stage.sink.prepared == [True]
+    stage.run(2)
+    assert stage.sink.prepared == [True, False]
+
+
+def test_a_robot_that_left_gets_all_its_zeros_even_if_the_dance_restarts_at_once() -> None:
+    stage = played(ANNA + BERT, 2.5)
+    stage.save(ANNA, "now")
+    stage.save(ANNA, "restart")
+    stage.run(1)
+    assert [twist for _, _, twist in stage.sent_to("bert")[-LAST_ZEROS:]] == [STILL] * LAST_ZEROS
+
+
+def guarded(program: str, safety: Safety) -> Score:
+    return replace(score(program), safety=safety)
+
+
+def test_a_save_does_not_forget_that_a_robot_has_gone_away() -> None:
+    safety = Safety(rejoin="pause")
+    stage = Continuing()
+    stage.sink.real = True
+    stage.save(guarded(ANNA + BERT, safety), "restart")
+    stage.run(1)
+    stage.sink.deaf = {"anna": "nobody listens on /anna/cmd_vel"}
+    stage.run(1)
+    assert stage.transport["waits_for"] == ["anna"]
+    stage.save(guarded(ANNA + EDITED, safety))
+    stage.run(1)
+    assert (stage.transport["state"], stage.transport["waits_for"]) == ("paused", ["anna"])
+    stage.sink.deaf = {}
+    stage.run(1)
+    assert stage.transport["state"] == "playing"
+
+
+@pytest.mark.slow("saves for many beats")
+@pytest.mark.parametrize("asked", ["save", "seek"])
+def test_a_robot_that_goes_away_is_noticed_despite_saves_and_seeks(asked: str) -> None:
+    robots = [f"r{number}" for number in range(LOOK_AT * 3)]
+    crowd = "".join(f"{robot} $ repeat (forward left)\n" for robot in robots)
+    stage = Continuing()
+    stage.sink.real = True
+    saves = [guarded(crowd + part, Safety(rejoin="pause")) for part in (BERT, EDITED)]
+    stage.save(saves[0], "restart")
+    stage.run(2)
+    stage.sink.deaf = {robots[-1]: f"nobody listens on /{robots[-1]}/cmd_vel"}
+    for turn in range(60):
+        stage.run(0.02)
+        if asked == "save":
+            stage.save(saves[turn % 2], "now")
+        else:
+            stage.player.seek(float(turn), stage.now)
+    assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])
+
+
+def test_reports_are_not_repeated_at_every_save() -> None:
+    stage = Continuing()
+    stage.sink.deaf = {"bert": "nothing is listening on /bert/cmd_vel"}
+    stage.save(ANNA + BERT, "restart")
+    stage.run(6)
+    told = list(stage.lines)
+    for turn in range(10):
+        stage.save(ANNA + (BERT, EDITED)[turn % 2], "now")
+        stage.run(1)
+    assert stage.lines == told == ["nothing is listening on /bert/cmd_vel"]
+    stage.save(ANNA + BERT, "restart")
+    stage.run(6)
+    assert stage.lines == 2 * told

@@ -1,0 +1,234 @@
+"""The commands to body parts and their times, on a clock that the tests advance."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import When
+from improv_core.robots.config import read_robots
+from improv_core.score.joints import joint_moments, limbs_of
+from improv_core.score.score import Score
+from tests.player.test_continuing import Continuing
+from tests.player.test_player import Stage
+
+SUITE: dict[str, Any] = json.loads((Path(__file__).parent.parent / "bodies.json").read_text())
+TOML = """
+[profiles.nod]
+base = "turtlesim"
+[profiles.nod.body.head]
+left = { joint = "yaw", degrees = 30 }
+up = { joint = "pitch", degrees = 20 }
+[profiles.nod.body.head.poses]
+aside = { left = 60 }
+[profiles.nod.joints.yaw]
+min = -90
+max = 90
+[profiles.nod.joints.pitch]
+[robots.a]
+profile = "nod"
+[robots.b]
+profile = "nod"
+"""
+Turn = tuple[float, float, float]
+
+
+def analyzed(program: str, toml: str = TOML) -> Analysis:
+    analysis = analyze("beat 60\n" + program, read_robots(toml))
+    assert analysis.ok, (analysis.diagnostics, analysis.cast.diagnostics)
+    return analysis
+
+
+class Bodies(Continuing):
+    """A stage, and the commands to the joints of a robot."""
+
+    def __init__(self, program: str, toml: str = TOML) -> None:
+        super().__init__()
+        self.save(score_of(analyzed(program, toml)), "restart")
+
+    def turns(self, robot: str = "a", joint: str = "yaw") -> list[Turn]:
+        """The times at which a joint's velocity changed, its position then, and its new velocity, in degrees."""
+        turns: list[Turn] = []
+        for name, at, joints in self.sink.joints:
+            if name == robot and joint in joints:
+                position, velocity = (round(each * 180 / 3.141592653589793, 6) for each in joints[joint])
+                if not turns or turns[-1][2] != velocity:
+                    turns.append((round(at, 9), position + 0.0, velocity + 0.0))
+        return turns
+
+
+@pytest.mark.parametrize(
+    ("program", "turns"),
+    [
+        pytest.param("a $ head (left right)", [(0, 0, 30), (1, 30, -30), (2, 0, 0)], id="turns"),
+        pytest.param("a $ head left forward", [(0, 0, 30), (1, 30, 0)], id="waits while the base moves"),
+        pytest.param("a $ forward || head fast 2 left", [(0, 0, 60), (0.5, 30, 0)], id="moves beside the base"),
+        pytest.param("a $ rest head slow 2 left", [(0, 0, 0), (1, 0, 15), (3, 30, 0)], id="begins later"),
+        pytest.param(
+            "a $ head (repeat 2 slow 0.5 (left left) right)",
+            [(0, 0, 60), (1.5, 90, 0), (2, 90, -30), (3, 60, 0)],
+            id="stops at its limit on the way and goes on from there",
+        ),
+        pytest.param("a $ head (left to start)", [(0, 0, 30), (1, 30, -30), (2, 0, 0)], id="pose"),
+        pytest.param(
+            "a $ head (repeat 4 left to aside)",
+            [(0, 0, 30), (3, 90, 0), (4, 90, -30), (5, 60, 0)],
+            id="pose after limit",
+        ),
+        pytest.param("a $ head left\n---\na $ head left", [(0, 0, 30), (2, 60, 0)], id="scenes"),
+        pytest.param("a $ head left\n---\na $ rest", [(0, 0, 30), (1, 30, 0)], id="scene without it"),
+    ],
+)
+def test_joints_get_every_change_at_its_time(program: str, turns: list[Turn]) -> None:
+    stage = Bodies(program)
+    stage.run(10)
+    assert stage.turns() == turns
+    assert stage.states[-1] == "ended"
+
+
+def test_a_joint_gets_its_position_again_and_again() -> None:
+    stage = Bodies("a $ head left")
+    stage.run(0.51)
+    told = [(at, joints["yaw"].position) for _, at, joints in stage.sink.joints]
+    assert [at for at, _ in told] == pytest.approx([0.05 * count for count in range(11)])
+    assert [position for _, position in told] == pytest.approx([0.5235987755982988 * at for at, _ in told])
+
+
+def test_changes_at_the_same_time_go_to_all_joints_of_a_robot_at_once() -> None:
+    """Also if the positions of joints decide how they move."""
+    toml = TOML.replace("[robots.a]", '[profiles.nod.body.tail]\nup = { joint = "tail", degrees = 9 }\n[robots.a]')
+    stage = Bodies("a b $ head (left right) || tail (up to start)", toml)
+    stage.run(1.5)
+    told = [(robot, at, [*joints]) for robot, at, joints in stage.sink.joints if at in (0, 1)]
+    assert told == [(robot, at, ["yaw", "pitch", "tail"]) for at in (0, 1) for robot in "ab"]
+
+
+def test_a_pause_only_interrupts() -> None:
+    stage = Bodies("a $ head (left to aside right)")
+    stage.run(1.5)
+    stage.player.pause(stage.now)
+    stage.run(1)
+    stage.player.resume(stage.now)
+    stage.run(5)
+    assert stage.turns() == [(0, 0, 30), (1.5, 45, 0), (2.5, 45, 30), (3, 60, -30), (4, 30, 0)]
+
+
+def test_at_twice_the_speed_joints_turn_twice_as_fast() -> None:
+    stage = Bodies("a $ head (left left right)")
+    stage.run(1.5)
+    stage.player.set_speed(2, stage.now)
+    stage.run(5)
+    assert stage.turns() == [(0, 0, 30), (1.5, 45, 60), (1.75, 60, -60), (2.25, 30, 0)]
+
+
+def test_a_muted_robot_stands_and_continues_from_there() -> None:
+    stage = Bodies("a $ head (left left to start right)")
+    stage.run(0.5)
+    stage.player.set_silent(["a"], [], stage.now)
+    stage.run(1)
+    stage.player.set_silent([], [], stage.now)
+    stage.run(5)
+    assert stage.turns() == [(0, 0, 30), (0.5, 15, 0), (1.5, 15, 30), (2, 30, -30), (4, -30, 0)]
+
+
+def test_after_a_save_changed_parts_begin_from_where_joints_are() -> None:
+    stage = Bodies("a $ head (left left left)\nb $ repeat head (left right)")
+    stage.run(0.5)
+    stage.save(score_of(analyzed("a $ repeat head right\nb $ repeat head (left right)")))
+    stage.run(1)
+    assert stage.turns() == [(0, 0, 30), (1, 30, -30)]
+    assert stage.turns("b") == [(0, 0, 30), (1, 30, -30)]
+
+
+def test_after_a_save_a_body_part_that_left_stands() -> None:
+    stage = Bodies("a $ repeat head left")
+    stage.run(0.5)
+    stage.save(score_of(analyzed("a $ repeat forward")))
+    stage.run(1)
+    assert stage.turns() == [(0, 0, 30), (1, 30, 0)]
+    assert [round(at, 9) for _, at, joints in stage.sink.joints if not joints["yaw"].velocity] == [1, 1.05, 1.1]
+
+
+def test_after_a_save_with_another_body_joints_go_on_from_where_they_are_within_their_new_limits() -> None:
+    stage = Bodies("a $ head (left left left)")
+    stage.run(1.5)
+    narrower = TOML.replace("min = -90\nmax = 90", "min = -40\nmax = 40").replace("left = 60", "left = 30")
+    stage.save(score_of(analyzed("a $ repeat head right", narrower)))
+    stage.run(1)
+    assert stage.turns() == [(0, 0, 30), (2, 60, 0), (2, 40, -30)]
+
+
+def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are() -> None:
+    stage = Bodies("a $ head left\nb $ repeat head (left right)")
+    stage.run(1.5)
+    alone, together = score_of(analyzed("b $ repeat head (left right)")), score_of(analyzed("a b $ repeat head right"))
+    saves: list[tuple[Score, When]] = [(alone, "now"), (alone, "restart"), (together, "now")]
+    for score, when in saves:
+        stage.save(score, when)
+        stage.run(0.5)
+    assert stage.turns()[-1][1:] == (30, -30)
+
+
+@pytest.mark.parametrize(
+    ("beat", "turns"),
+    [
+        pytest.param(1.5, [(0, 0, 30), (0.5, 45, 0), (0.5, 45, 30)], id="within a movement"),
+        pytest.param(2.25, [(0, 0, 30), (0.5, 45, 0), (0.5, 45, -60)], id="within a pose"),
+        pytest.param(0.25, [(0, 0, 30), (0.5, 7.5, 0), (0.5, 7.5, 30)], id="back"),
+    ],
+)
+def test_after_a_jump_joints_stand_where_they_ideally_are(beat: float, turns: list[Turn]) -> None:
+    stage = Bodies("a $ head (left left to start right)")
+    stage.run(0.5)
+    stage.player.seek(beat, stage.now)
+    stage.run(0.1)
+    assert stage.turns() == turns
+
+
+def test_senses_decide_what_a_body_part_does() -> None:
+    stage = Bodies("a $ head (until hit repeat left right) || repeat forward", TOML + "[senses.hit]\nkey = 'h'\n")
+    stage.run(1.5)
+    stage.player.hold_key("h", True, stage.now)
+    stage.run(3)
+    assert stage.turns() == [(0, 0, 30), (1.5, 45, 0), (2, 45, -30), (3, 15, 0)]
+
+
+def suite() -> list[tuple[str, Score]]:
+    groups = [SUITE, SUITE["poses"]]
+    return [
+        (case["program"], score_of(analyze(case["program"], read_robots(group["toml"]))))
+        for group in groups
+        for case in group["cases"]
+    ]
+
+
+def test_simulated_joints_are_where_the_score_says_at_any_time() -> None:
+    for program, score in suite():
+        simulator = Simulator(period=None)
+        stage = Stage()
+        stage.player = type(stage.player)(simulator, stage.told.append, lambda: 0.0)
+        stage.player.load(score, 1, "restart", stage.now)
+        for number in range(12):
+            stage.run(0.74)
+            stage.player.advance(stage.now)
+            found = simulator.snapshot().joints
+            beat = 0.74 * (number + 1) * float(score.tempo) / 60
+            for robot, part in score.parts.items():
+                for limb in limbs_of(part, score.tempo):
+                    ideal = dict(limb.positions)
+                    for moment, velocities, begin in joint_moments(part.movement, limb):
+                        if moment.start >= beat:
+                            break
+                        beats = min(float(moment.duration), beat - float(moment.start))
+                        seconds = beats * 60 / float(score.tempo)
+                        ideal = {
+                            name: limb.body.joint[name].within(begin[name] + velocity * seconds)
+                            for name, velocity in velocities.items()
+                        }
+                    assert {name: found[robot][name] for name in ideal} == pytest.approx(ideal, abs=1e-9), program

@@ -1,0 +1,260 @@
+"""A robot that was away drives slowly back to its part, and continues there (`rejoin = "return"`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from improv_core.protocol.output import RawPose
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import TURTLEBOT4, slow_speeds
+from improv_core.score.score import Host, Safety
+from improv_core.score.world import Wall, World
+from tests.player.test_player import GONE, Stage, score
+
+STEP = 0.05
+"""Seconds between two poses of each robot."""
+APART = {"r": Pose(0, 0), "s": Pose(0, 3)}
+DRIVES, BACK = "r drives slowly to where it should be, and continues there", "r is back in its place and continues"
+SQUARE = "beat 60\nr s $ repeat (forward forward left left)\n"
+LINE = "beat 60\nr s $ repeat 5 forward repeat 100 rest\n"
+SLOW, SLOW_TURN = slow_speeds(TURTLEBOT4)
+
+
+class Floor(Stage):
+    """Two real robots that obey their commands at once, and a camera that sees them."""
+
+    def __init__(
+        self,
+        program: str = LINE,
+        *,
+        world: World | None = None,
+        safety: Safety | None = None,
+        deaf: Mapping[str, str] | None = None,
+        elsewhere: Collection[str] = (),
+    ) -> None:
+        super().__init__()
+        self.sink.real, self.sink.deaf = True, dict(deaf or {})
+        self.poses = dict(APART)
+        self.unseen: set[str] = set()
+        self._heard = self._mark = 0
+        self._obeys = dict.fromkeys(APART, STILL)
+        read = score(program)
+        parts = {
+            robot: replace(
+                part,
+                odom=f"/{robot}/pose",
+                odom_frame="world",
+                start=APART[robot],
+                profile=TURTLEBOT4,
+                host=Host("pad") if robot in elsewhere else None,
+            )
+            for robot, part in read.parts.items()
+        }
+        self.dance = replace(
+            read, parts=parts, world=world or World(keep_apart=0.3), safety=safety or Safety(rejoin="return")
+        ).on("")
+        self.see()
+        self.player.load(self.dance, 1, "restart", self.now, anyway=True)
+
+    def see(self) -> None:
+        seen = self.poses.keys() - self.unseen
+        raw = [RawPose(robot, "geometry_msgs/PoseStamped", self.poses[robot], self.now) for robot in sorted(seen)]
+        self.player.measure(raw, self.now)
+
+    def move(self, seconds: float) -> None:
+        """Let time pass, in which robots obey their commands."""
+        for _ in range(round(seconds / STEP)):
+            self.run(STEP)
+            for robot, _, twist in self.sink.sent[self._heard :]:
+                self._obeys[robot] = STILL if robot in self.sink.deaf else twist
+            self._heard = len(self.sink.sent)
+            for robot, twist in self._obeys.items():
+                self.poses[robot] = self.poses[robot].after(twist, STEP)
+            self.see()
+
+    def heard(self, robot: str = "r") -> list[Twist]:
+        """The commands to a robot since the last call."""
+        found = [twist for name, _, twist in self.sink.sent[self._mark :] if name == robot]
+        self._mark = len(self.sink.sent)
+        return found
+
+    def stands(self, seconds: float = 1.0) -> bool:
+        """Return whether a robot stands from now on, for this long."""
+        self.heard()
+        before = self.poses["r"]
+        self.move(seconds)
+        return not any(twist != STILL for twist in self.heard()) and self.poses["r"].apart(before)[0] < 0.02
+
+    @property
+    def off(self) -> float:
+        """The distance of robot `r` from the ideal pose of its part, in meters."""
+        measured = [each["robots"]["r"] for each in self.told if each["type"] == "measured" and "r" in each["robots"]]
+        ideal = measured[-1]["ideal"]
+        return math.dist((ideal["x"], ideal["y"]), (self.poses["r"].x, self.poses["r"].y))
+
+
+def returning(program: str = LINE, seconds: float = 3.0, **rest: Any) -> Floor:
+    """Robot `r` was away while its part continued, and has begun to drive back."""
+    floor = Floor(program, **rest)
+    floor.move(1)
+    floor.sink.deaf = GONE
+    floor.move(seconds)
+    floor.sink.deaf = {}
+    floor.move(1)
+    return floor
+
+
+def until_back(floor: Floor) -> None:
+    for _ in range(60):
+        if BACK in floor.lines:
+            return
+        floor.move(1)
+    raise AssertionError(floor.lines)
+
+
+def test_a_robot_drives_slowly_to_where_its_part_has_it_and_continues_there() -> None:
+    floor = Floor(SQUARE)
+    floor.move(1)
+    floor.sink.deaf = GONE
+    floor.move(2)
+    assert floor.off > 0.15
+    floor.sink.deaf = {}
+    floor.heard()
+    while BACK not in floor.lines:
+        way = floor.heard()
+        assert all(abs(twist.x) <= SLOW and abs(twist.yaw) <= SLOW_TURN for twist in way)
+        floor.move(STEP)
+    assert DRIVES in floor.lines
+    floor.move(8)
+    assert floor.off < 0.1
+    assert max(twist.x for twist in floor.heard()) > SLOW, "it dances as before"
+    assert {twist.x for twist in floor.heard("s")} <= {0.0, 0.2}
+
+
+def test_a_robot_that_was_missing_at_beat_0_drives_to_its_part_too() -> None:
+    floor = Floor(deaf=GONE)
+    floor.move(8)
+    assert floor.states[-1] == "playing"
+    floor.sink.deaf = {}
+    floor.heard()
+    floor.move(3)
+    assert DRIVES in floor.lines
+    assert 0 < max(twist.x for twist in floor.heard()) <= SLOW
+    until_back(floor)
+
+
+def test_driving_back_is_reported() -> None:
+    floor = returning()
+    floor.move(1)
+    told = [each["robots"] for each in floor.told if each["type"] == "vitals"]
+    assert (told[-1]["r"]["instead"], told[-1]["s"]["instead"]) == ("drives back", "")
+    floor.sink.deaf = GONE
+    floor.move(2)
+    told = [each["robots"] for each in floor.told if each["type"] == "vitals"]
+    assert told[-1]["r"]["instead"] == "stands"
+
+
+def test_it_waits_where_a_part_stands_until_the_next_scene() -> None:
+    floor = returning("beat 60\nr s $ repeat 4 forward\n---\nr s $ repeat 20 rest backward\n")
+    assert DRIVES in floor.lines
+    until_back(floor)
+    assert floor.off < 0.1
+
+
+@pytest.mark.parametrize("robot", ["r", "s"])
+def test_it_stands_while_any_robot_is_not_seen(robot: str) -> None:
+    floor = returning()
+    assert not floor.stands()
+    floor.unseen = {robot}
+    floor.move(0.3)
+    assert floor.stands()
+    floor.unseen = set()
+    floor.move(0.1)
+    assert not floor.stands()
+
+
+def test_it_stands_while_another_robot_is_in_its_way() -> None:
+    floor = returning()
+    floor.poses["s"] = floor.poses["r"].after(Twist(0.7), 1)
+    floor.move(0.2)
+    assert floor.stands()
+    floor.poses["s"] = APART["s"]
+    floor.move(0.1)
+    assert not floor.stands()
+
+
+def test_a_robot_drives_back_once_those_that_stages_elsewhere_move_are_seen_too() -> None:
+    floor = Floor(elsewhere={"s"})
+    floor.move(1)
+    floor.sink.deaf = GONE
+    floor.move(3)
+    floor.sink.deaf, floor.unseen = {}, {"s"}
+    floor.move(1)
+    assert floor.stands()
+    floor.unseen = set()
+    until_back(floor)
+
+
+def test_something_in_the_world_is_in_its_way() -> None:
+    floor = returning(world=World(keep_apart=0.3, walls=(Wall(0.6, -2, 0.6, 2),)))
+    assert floor.lines.count("r finds no path to where it should be: carry it there") == 1
+    assert floor.stands(3)
+    assert floor.lines.count("r finds no path to where it should be: carry it there") == 1
+
+
+HALTS: dict[str, Callable[[Floor], None]] = {
+    "mute": lambda floor: floor.player.set_silent({"r"}, set(), floor.now),
+    "stop": lambda floor: floor.player.stop(floor.now),
+    "pause": lambda floor: floor.player.pause(floor.now),
+    "lose": lambda floor: floor.sink.deaf.update(GONE),
+}
+
+
+def test_it_finds_no_path_to_a_part_that_senses_decide() -> None:
+    floor = returning("beat 60\nr s $ repeat 3 forward repeat (if near left else right)\n")
+    assert "r finds no path to where it should be: carry it there" in floor.lines
+    assert floor.stands()
+
+
+@pytest.mark.parametrize("halt", HALTS)
+def test_every_stop_stops_it_on_its_way(halt: str) -> None:
+    floor = returning()
+    floor.heard()
+    HALTS[halt](floor)
+    floor.move(1 if halt == "lose" else 0.1)
+    assert floor.heard()[-1] == STILL
+    assert floor.stands(3)
+
+
+def test_after_a_pause_it_drives_on_and_nobody_has_to_put_it_in_its_place() -> None:
+    floor = returning()
+    floor.player.pause(floor.now)
+    floor.move(1)
+    floor.player.resume(floor.now)
+    floor.move(1)
+    assert floor.states[-1] == "playing"
+    assert not floor.stands()
+    until_back(floor)
+
+
+@pytest.mark.parametrize("factor", [0.25, 3.0])
+def test_it_continues_only_where_its_part_is_although_the_speed_changes(factor: float) -> None:
+    floor = returning(SQUARE)
+    floor.player.set_speed(factor, floor.now)
+    while BACK not in floor.lines:
+        floor.move(STEP)
+        assert floor.now < 1100
+    assert floor.off < 0.15
+
+
+def test_a_save_meanwhile_does_not_make_it_dance_elsewhere() -> None:
+    floor = returning()
+    floor.player.load(replace(floor.dance, tempo=floor.dance.tempo * 2), 2, "now", floor.now)
+    floor.heard()
+    floor.move(1)
+    assert all(abs(twist.x) <= SLOW for twist in floor.heard())

@@ -1,0 +1,182 @@
+"""The forecast of a performance for others, from the messages of a real player."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+
+from improv_core.preview.forecast import AHEAD, MOST_POSES, Outlook
+from improv_core.protocol.fields import PoseJson
+from improv_core.protocol.messages import MeasuredRobot, When
+from improv_core.score.motion import Pose
+from improv_core.score.senses import RobotSense
+from tests.player.test_player import Stage, score
+
+
+class Watched(Stage):
+    """A player of a program, and a forecast that gets all its messages."""
+
+    def __init__(self, program: str, *, real: bool = True) -> None:
+        super().__init__()
+        self.sink.real = real
+        self.outlook = Outlook()
+        self._heard = 0
+        self.load(program)
+
+    def load(self, program: str, when: When = "restart") -> None:
+        made, generation = score(program), len(self.told) + 1
+        self.outlook.meet(made, generation)
+        self.player.load(made, generation, when, self.now)
+
+    def see(self, robot: str = "r") -> tuple[float, float, float, str]:
+        """Return x, y, and degrees of a robot now, and its movement."""
+        for message in self.told[self._heard :]:
+            if message["type"] == "transport" or message["type"] == "sensed":
+                self.outlook.take(message)
+        self._heard = len(self.told)
+        self.outlook.look(self.now)
+        sight = self.outlook.sight(robot, self.now)
+        assert sight.pose
+        x, y, heading = sight.pose.x, sight.pose.y, math.degrees(sight.pose.heading)
+        return round(x, 6), round(y, 6), round(heading, 6), " ".join(sight.words)
+
+    def path(self, robot: str = "r") -> list[tuple[float, Pose]]:
+        self.see(robot)
+        return list(self.outlook.path(robot))
+
+
+def test_the_first_senses_count_after_a_thousand_changes() -> None:
+    stage = Watched("r $ until bump (repeat forward) repeat (if near left else right)\n", real=False)
+    for _ in range(600):
+        stage.run(0.1)
+        for value in (True, False):
+            stage.player.force(RobotSense("r", "near"), value, stage.now)
+            stage.player.force(RobotSense("r", "bump"), value, stage.now)
+    stage.run(1.25)
+    assert stage.see()[3] == "right"
+    stage.player.force(RobotSense("r", "near"), True, stage.now)
+    stage.run(1)
+    assert stage.see()[3] == "left"
+
+
+def test_the_forecast_has_a_robots_pose_and_movement() -> None:
+    stage = Watched("side = forward left\nr $ repeat 4 side\n")
+    assert stage.see() == (0, 0, 0, "side forward")
+    stage.run(0.5)
+    assert stage.see() == (1, 0, 0, "side forward")
+    stage.run(1)
+    assert stage.see() == (2, 0, 45, "side left")
+    stage.player.set_speed(2, stage.now)
+    stage.run(0.5)
+    assert stage.see() == (2, 1, 90, "side forward")
+    stage.player.seek(4.5, stage.now)
+    assert stage.see() == (1, 2, 180, "side forward")
+    stage.run(10)
+    assert stage.see() == (0, 0, 360, "")
+
+
+def test_a_path_reaches_half_a_minute_ahead() -> None:
+    stage = Watched("beat 120\nr $ repeat (forward forward left)\n")
+    stage.run(0.25)
+    path = stage.path()
+    assert path[0] == (0, Pose(1.0))
+    assert path[-1][0] == pytest.approx(AHEAD)
+    times = [at for at, _ in path]
+    assert times == sorted(times)
+    turns = [abs(b.heading - a.heading) for (_, a), (_, b) in itertools.pairwise(path)]
+    assert max(turns) <= math.radians(10) + 1e-9
+    stage.player.set_speed(0.5, stage.now)
+    assert stage.path()[-1][0] == pytest.approx(AHEAD)
+
+
+@pytest.mark.slow("walks the longest paths")
+@pytest.mark.parametrize(
+    ("program", "length"),
+    [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MOST_POSES)],
+)
+def test_the_length_of_a_path(program: str, length: int) -> None:
+    stage = Watched(program)
+    assert len(stage.path()) == length
+
+
+def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
+    stage = Watched("r $ repeat forward\n")
+    assert stage.path()
+    stage.player.pause(stage.now)
+    assert stage.path()
+    stage.player.set_silent(["r"], [], stage.now)
+    assert stage.path() == []
+    stage.player.set_silent([], ["r"], stage.now)
+    assert stage.path()
+    stage.player.stop(stage.now)
+    assert stage.path() == []
+    assert stage.outlook.transport
+    assert stage.outlook.transport["state"] == "stopped"
+
+
+def test_a_save_continues_from_where_robots_are() -> None:
+    """Real robots don't report where they are: a new part begins at the ideal pose of the one before."""
+    stage = Watched("r $ repeat forward\nb $ repeat left\n")
+    stage.see()
+    stage.run(1)
+    stage.load("r $ repeat backward\nb $ repeat left\n", "now")
+    assert stage.see() == (2, 0, 0, "backward")
+    stage.run(0.5)
+    assert stage.see() == (1, 0, 0, "backward")
+    stage.load("r $ forward\nb $ repeat left\n", "restart")
+    assert stage.see() == (0, 0, 0, "forward")
+
+
+def test_the_forecast_follows_decisions_of_senses() -> None:
+    stage = Watched("r $ until cue (repeat forward) left\n---\nr $ forward\n", real=False)
+    stage.see()
+    stage.run(1.5)
+    assert stage.see() == (3, 0, 0, "forward")
+    stage.player.cue(stage.now)
+    stage.run(0.25)
+    assert stage.see() == (3, 0, 0, "until")
+    stage.run(0.75)
+    assert stage.see() == (3, 0, 45, "left")
+    stage.run(1)
+    assert stage.see() == (3, 1, 90, "forward")
+    stage.run(10)
+    assert stage.see() == (3, 2, 90, "")
+    stage.player.seek(0.5, stage.now)
+    assert stage.see() == (1, 0, 0, "forward")
+
+
+def test_in_the_frame_of_odometry() -> None:
+    """Once that frame is known, and as long as the robot has one."""
+    stage = Watched("r $ repeat forward\n")
+    stage.see()
+    at: PoseJson = {"x": 0, "y": 5, "z": 0, "heading": math.pi / 2}
+    robot: MeasuredRobot = {
+        "source": "nav_msgs/Odometry",
+        "frame": "r/odom",
+        "origin": at,
+        "pose": at,
+        "ideal": at,
+        "aligned": 1,
+        "follows": False,
+        "beat": 0,
+        "performed": 0,
+        "wall": 0,
+    }
+    outlook = stage.outlook
+    outlook.take({"type": "measured", "generation": 1, "robots": {"r": robot}})
+    stage.run(1)
+    assert (stage.see()[:3], outlook.frame("r").name) == ((2, 0, 0), "improv")
+    assert outlook.score
+    outlook.score = replace(outlook.score, parts={"r": replace(outlook.score.parts["r"], odom="/r/odom")})
+    assert (stage.see()[:3], outlook.frame("r").name) == ((0, 7, 90), "r/odom")
+    last = stage.path()[-1][1]
+    assert (last.x, last.y) == pytest.approx((0, 67))
+
+
+def test_nothing_is_known_before_the_first_message() -> None:
+    outlook = Outlook()
+    outlook.look(0.0)
+    assert (outlook.beat(0.0), outlook.sight("r", 0.0).pose, list(outlook.path("r"))) == (0, None, [])

@@ -1,0 +1,152 @@
+"""The limits of valid messages, and the list of all messages and fields in docs/protocol.md."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import pytest
+
+from improv_core.protocol.clock_messages import FromClock
+from improv_core.protocol.decoding import ProtocolError, by_type
+from improv_core.protocol.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
+from improv_core.protocol.osc_messages import FromOsc, ToOsc
+from improv_core.protocol.page_messages import FromPage, ToPage
+from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
+from improv_core.protocol.reader_messages import FromReader, ToReader
+from improv_core.protocol.standby_messages import FromStandby, ToStandby
+from tests.page.conftest import transport
+
+PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("heading", "union"),
+    [
+        ("To the stage", ToStage),
+        ("From the stage", FromStage),
+        ("To the standby", ToStandby),
+        ("From the standby", FromStandby),
+        ("To the publisher", ToPublisher),
+        ("From the publisher", FromPublisher),
+        ("From the clock", FromClock),
+        ("To the reader", ToReader),
+        ("From the reader", FromReader),
+        ("To the process that speaks OSC", ToOsc),
+        ("From the process that speaks OSC", FromOsc),
+        ("To the page", ToPage),
+        ("From the page", FromPage),
+    ],
+)
+def test_the_page_lists_every_message_and_field(heading: str, union: Any) -> None:
+    section = PAGE.split(f"## {heading}\n")[1].split("\n#")[0]
+    listed = {}
+    for kind, fields in re.findall(r"^\| `(\w+)` \| (.*?) ?\|", section, re.MULTILINE):
+        required, _, optional = fields.partition("optional:")
+        listed[kind] = (set(re.findall(r"`(\w+)`", required)), set(re.findall(r"`(\w+)`", optional)))
+    typed = {}
+    for kind, message in by_type(union).items():
+        required = message.__required_keys__  # type: ignore[attr-defined]
+        typed[kind] = (set(required) - {"type"}, get_type_hints(message).keys() - required)
+    assert listed == typed
+
+
+LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}
+READY = {"type": "ready", "protocol": 2, "sink": "simulator", "real": False}
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        LOAD,
+        {**LOAD, "zero": 1},
+        {"type": "stop"},
+        {"type": "seek", "beat": 1, "at": 2.5},
+        {"type": "seek", "beat": 1.5, "added_later": None},
+        {"type": "silence", "muted": [], "soloed": ["r"]},
+    ],
+)
+def test_a_message_to_a_stage_arrives_as_it_was_sent(message: dict[str, Any]) -> None:
+    assert read_to_stage(json.dumps(message).encode()) == message
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        READY,
+        {**READY, "page": "http://127.0.0.1:1/"},
+        {"type": "request", "command": {"type": "watched"}},
+        {"type": "request", "command": {"type": "place", "start_poses": {"r": {"x": 1, "y": 2, "heading": 90.0}}}},
+        {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}},
+        {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1},
+    ],
+)
+def test_a_message_from_a_stage_arrives_as_it_was_sent(message: dict[str, Any]) -> None:
+    assert read_from_stage(json.dumps(message).encode()) == message
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("{", "this line is not JSON"),
+        ("[" * 100_000, "this line is not JSON"),
+        ("[1]", "this line is JSON, but not a message: it has no `type`"),
+        ('{"type": 1}', "this line is JSON, but not a message: it has no `type`"),
+        ('{"type": "dance"}', "there is no message `dance`"),
+        ('{"type": "ready"}', "there is no message `ready`"),
+        ('{"type": "load", "generation": 1}', "`load` needs `backend` and `score` and `when`"),
+        ('{"type": "seek", "beat": NaN}', "`beat` of `seek` has a wrong value"),
+        ('{"type": "seek", "beat": true}', "`beat` of `seek` has a wrong value"),
+        ('{"type": "seek", "beat": "1"}', "`beat` of `seek` has a wrong value"),
+        ('{"type": "stop", "at": null}', "`at` of `stop` has a wrong value"),
+        ('{"type": "silence", "muted": [1], "soloed": []}', "`muted` of `silence` has a wrong value"),
+        (json.dumps({**LOAD, "when": "later"}), "`when` of `load` has a wrong value"),
+        (json.dumps({**LOAD, "generation": 1.5}), "`generation` of `load` has a wrong value"),
+        (json.dumps({**LOAD, "score": []}), "`score` of `load` has a wrong value"),
+    ],
+)
+def test_anything_else_is_refused_with_the_reason(line: str, problem: str) -> None:
+    with pytest.raises(ProtocolError, match=f"^{re.escape(problem)}$"):
+        read_to_stage(line.encode())
+
+
+@pytest.mark.parametrize(
+    "command",
+    [{}, {"type": "dance"}, {"type": "seek"}, {"type": "place", "starts": {"r": {"x": 1, "y": 2}}}],
+)
+def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
+    with pytest.raises(ProtocolError, match="`command` of `request` has a wrong value"):
+        read_from_stage(json.dumps({"type": "request", "command": command}).encode())
+
+
+@pytest.mark.parametrize(
+    ("beat", "beats", "expected"),
+    [
+        (0.0, 8.0, "beat 1/8"),
+        (2.75, 8.0, "beat 3/8"),
+        (7.5, 7.5, "beat 8/8"),
+        (8.0, 8.0, "beat 8/8"),
+        (0.0, 0.0, "beat 1/1"),
+        (41.0, None, "beat 42/∞"),
+    ],
+)
+def test_beats_are_counted_from_one(beat: float, beats: float | None, expected: str) -> None:
+    assert counted(transport(1, "playing", beats), beat) == expected
+
+
+@pytest.mark.parametrize(
+    ("beat", "beats", "expected"),
+    [
+        (0.0, 8.0, "bar 1, beat 1"),
+        (2.75, 8.0, "bar 1, beat 3"),
+        (3.0, None, "bar 2, beat 1"),
+        (7.5, 7.5, "bar 3, beat 2"),
+        (9.0, 9.0, "bar 3, beat 3"),
+    ],
+)
+def test_beats_are_counted_in_the_bars_of_the_program(beat: float, beats: float | None, expected: str) -> None:
+    told = transport(1, "playing", beats)
+    told["bar"] = 3
+    assert counted(told, beat) == expected

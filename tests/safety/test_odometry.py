@@ -1,0 +1,662 @@
+"""The deviation of robots: poses in any frame are moved to the world of the score, and compared with the ideal path."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, get_args
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.commands.rehearsal import perform
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.player import Player
+from improv_core.player.reports import Told
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.errors import Errors, error
+from improv_core.protocol.limits import MEASURED_AT_REST
+from improv_core.protocol.messages import When
+from improv_core.protocol.output import Noticed, RawJoints, RawPose
+from improv_core.robots.config import read_robots
+from improv_core.safety.fault_rules import QUIET
+from improv_core.safety.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
+from improv_core.score.faults import Fault, FaultRules, Response
+from improv_core.score.following import OLDEST
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
+from improv_core.score.score import OdomFrame, Part, Safety
+from tests.player.test_player import Stage, numbered, score
+
+ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"
+FRAME = Pose(5, -3, 0, 2.5)
+"""The origin of the world in the frame of the source."""
+PROGRAM = "beat 60\nr $ forward left forward\n"
+
+
+class Robot:
+    """A stage with real robots of which `r` is measured every 50 ms: `off` is its pose in the world."""
+
+    def __init__(self, source: str = ODOMETRY, frame: Pose = FRAME, odom_frame: OdomFrame = "own") -> None:
+        self.stage = Stage()
+        self.stage.sink.real = True
+        self.source, self.frame, self.odom_frame = source, frame, odom_frame
+
+    @property
+    def player(self) -> Player:
+        return self.stage.player
+
+    def play(
+        self,
+        program: str = PROGRAM,
+        when: Any = "restart",
+        *,
+        rules: FaultRules | None = None,
+        anyway: bool = False,
+        follow: bool = False,
+        use_sim_time: bool = False,
+    ) -> None:
+        read = score(program)
+        how: dict[str, Any] = {"odom_frame": self.odom_frame, "follow": follow, "use_sim_time": use_sim_time}
+        parts = {name: replace(part, odom=f"/{name}/odom", **how) for name, part in read.parts.items()}
+        read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
+        self.player.load(read, len(self.stage.told) + 1, when, self.stage.now, anyway=anyway)
+
+    def run(self, seconds: float) -> None:
+        self.stage.run(seconds)
+
+    def pose(self, world: Pose, ago: float = 0.0) -> dict[str, Any] | None:
+        """Return the report about a pose; None if there is none."""
+        before = len(self.measured)
+        raw = RawPose("r", self.source, self.frame.then(world), self.stage.now - ago)
+        self.player.measure([raw], self.stage.now)
+        return self.measured[-1]["robots"]["r"] if len(self.measured) > before else None
+
+    def drive(self, seconds: float, age: float | None = None) -> None:
+        """Drive along the x axis at 2 m/s, to the ideal distance at this time; poses are stamped so many seconds before
+        they come."""
+        for _ in range(round(seconds / 0.05)):
+            at = self.stage.now
+            place = self.frame.then(Pose(2 * (at - 1000)))
+            stamp = None if age is None else at - age
+            self.player.measure([RawPose("r", self.source, place, at, stamp=stamp)], at)
+            self.run(0.05)
+
+    def off(self, world: Pose, ago: float = 0.0) -> tuple[float, float]:
+        """Return the reported deviation of a pose in meters and degrees."""
+        told = self.pose(world, ago)
+        assert told
+        found = error(told["pose"], told["ideal"])
+        return round(found.distance, 6), round(math.degrees(found.turn), 6)
+
+    @property
+    def measured(self) -> list[Any]:
+        return [message for message in self.stage.told if message["type"] == "measured"]
+
+    @property
+    def lines(self) -> list[str]:
+        return [message["message"] for message in self.stage.told if message["type"] in ("warning", "fault")]
+
+
+def test_a_robot_is_compared_with_where_it_ideally_is() -> None:
+    robot = Robot()
+    robot.play()
+    assert robot.off(Pose()) == (0, 0)
+    robot.run(0.5)
+    assert robot.off(Pose(0.9, 0.1)) == (round(math.hypot(0.1, 0.1), 6), 0)
+    robot.run(1)
+    assert robot.off(Pose(2, 0, 0, math.radians(40))) == (0, 5)
+    robot.run(1.5)
+    assert robot.off(Pose(2, 2, 0, math.radians(90 - 360))) == (0, 0)
+
+
+def test_a_robot_begins_where_it_stood_shortly_before_beat_0() -> None:
+    robot = Robot()
+    robot.stage.sink.resets = True
+    robot.play()
+    robot.run(1)
+    assert robot.pose(Pose()) is None
+    robot.run(0.05)
+    robot.stage.sink.resets = False
+    robot.run(0.1)  # since the latest pose, 0.1 s have passed, of which it has played nearly all
+    assert robot.off(Pose()) == pytest.approx((0.2, 0), abs=0.03)
+    robot.play()
+    robot.run(RECENT + 0.1)  # no pose came in time: it counts as being at its ideal pose
+    assert robot.off(Pose()) == (0, 0)
+
+
+def test_a_pose_counts_from_when_it_came() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(1.1)
+    assert robot.off(Pose(1.8), ago=0.2) == (0, 0)
+    assert robot.off(Pose(2, 0, 0, math.radians(4.5)), ago=0.05) == (0, 0)
+    assert robot.pose(Pose(1.8), ago=0.1) is None  # older than the latest report
+
+
+def test_it_is_measured_until_it_has_come_to_rest() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(3)
+    assert robot.stage.states[-1] == "ended"
+    assert robot.off(Pose(2, 2.1, 0, math.pi / 2)) == (0.1, 0)
+    robot.run(MEASURED_AT_REST)
+    assert robot.pose(Pose(9)) is None
+
+
+def test_after_a_seek_a_robot_counts_as_being_where_the_score_puts_it() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(0.5)
+    first = robot.pose(Pose(1, 0.3))
+    robot.player.seek(2, robot.stage.now)
+    robot.run(0.05)
+    sought = robot.pose(Pose(1, 0.3))
+    assert first
+    assert sought
+    assert sought["aligned"] == first["aligned"] + 1
+    assert error(sought["pose"], {"x": 2, "y": 0, "z": 0, "heading": math.pi / 2}) == pytest.approx((0, 0))
+    robot.run(0.45)
+    assert robot.off(Pose(2, 0.3)) == (0, 0)
+
+
+def test_a_pose_in_the_world_is_taken_as_it_is() -> None:
+    robot = Robot(frame=Pose(), odom_frame="world")
+    robot.play(anyway=True)
+    assert robot.off(Pose(0.36)) == (0.36, 0)
+    robot.run(1)
+    assert robot.off(Pose(2.36)) == (0.36, 0)
+    robot.player.seek(2, robot.stage.now)
+    robot.player.resume(robot.stage.now, anyway=True)
+    robot.run(0.05)
+    sought = robot.pose(Pose(2.36))
+    assert sought
+    assert error(sought["pose"], {"x": 2.36, "y": 0, "z": 0, "heading": 0}) == pytest.approx((0, 0))
+    robot.run(0.05)
+    assert robot.off(Pose(9))[0] > 6.9
+    assert [line for line in robot.lines if "off its path" not in line] == []
+
+
+def test_a_save_may_say_that_poses_are_in_the_world() -> None:
+    robot = Robot()
+    robot.play()
+    first = robot.pose(Pose(0.36))
+    robot.frame, robot.odom_frame = Pose(), "world"
+    robot.play(when="now")
+    robot.run(0.1)
+    assert robot.off(Pose(0.56)) == (0.36, 0)
+    assert first
+    assert robot.measured[-1]["robots"]["r"]["aligned"] == first["aligned"] + 1
+
+
+def test_a_save_continues_from_where_the_robot_ideally_is() -> None:
+    robot = Robot()
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.pose(Pose())
+    robot.run(1.5)
+    robot.play("beat 60\nr $ repeat left\n", "now")
+    robot.run(1)
+    assert robot.off(Pose(3, 0.2, 0, math.pi / 2)) == (0.2, 0)
+
+
+def test_a_muted_robot_ideally_stands() -> None:
+    robot = Robot()
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.pose(Pose())
+    robot.run(1)
+    robot.player.set_silent(["r"], [], robot.stage.now)
+    robot.run(1)
+    assert robot.off(Pose(2)) == (0, 0)
+
+
+@pytest.mark.parametrize(("source", "off"), [(ODOMETRY, 0.2), (LOCALIZATION, 7.98)])
+def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_itself(source: str, off: float) -> None:
+    robot = Robot(source, frame=Pose())
+    robot.play()
+    robot.pose(Pose())
+    robot.run(0.95)
+    robot.pose(Pose(1.8))
+    robot.run(0.05)
+    assert robot.off(Pose(-5.98)) == (off, 0)
+    robot.run(0.2)
+    assert "beat 2: the pose of r jumped by 7.78 m: check what publishes on /r/odom" in robot.lines
+
+
+def test_odometry_that_never_stops_jumping_is_reported_once() -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat forward\n")
+    for x in (0, 5) * 200:  # of two robots on one topic
+        robot.pose(Pose(x))
+        robot.run(0.05)
+    assert len([line for line in robot.lines if "jump" in line]) == 1
+    robot.run(QUIET)
+    robot.pose(Pose(500))
+    robot.run(0.2)
+    assert [line.partition(": ")[2] for line in robot.lines if "jump" in line] == [
+        "the pose of r jumped by 5.00 m: check what publishes on /r/odom",
+        "the poses of r no longer jump",
+        "the pose of r jumped by 495.00 m: check what publishes on /r/odom",
+    ]
+
+
+def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(3)
+    robot.pose(Pose(2, 2, 0, math.pi / 2))
+    robot.play()
+    robot.run(0.05)
+    assert robot.off(Pose()) == (0, 0)
+    assert not [line for line in robot.lines if "jump" in line]
+
+
+def test_a_stop_before_the_first_score_simulates_nothing() -> None:
+    simulator = Simulator(period=None)
+    Player(simulator, lambda message: None, lambda: 0.0).stop(3600.0)
+    assert simulator.snapshot().at == 0, "an hour since the machine was started would take long"
+
+
+def test_simulated_robots_are_measured_in_their_world() -> None:
+    worn = "[profiles.worn]\nstep = 2\ndynamics = 'motors'\nwheel_error = [0.96, 0.94]\n"
+    robots = worn + "[robots.r]\nprofile = 'worn'\nodom = 'odom'\nstart = { x = 3 }\n[robots.exact]\nodom = 'odom'\n"
+    analysis = analyze("beat 60\nr exact $ repeat 2 (forward left)\n", read_robots(robots))
+    simulator, errors, count = Simulator(period=None), Errors(), 0
+
+    def tell(message: Told) -> None:
+        nonlocal count
+        if message["type"] == "measured":
+            errors.take(message)
+            count += 1
+
+    perform(score_of(analysis), simulator, tell=tell)
+    ideal = Pose(5, 2, 0, math.pi)
+    largest, last = errors.robots["r"]
+    ended = simulator.poses()["r"]
+    assert last.distance == pytest.approx(math.dist((ended.x, ended.y), (ideal.x, ideal.y)), abs=0.01)
+    assert largest.distance > 0.1
+    assert errors.robots["exact"][0] == pytest.approx((0, 0), abs=1e-9)
+    assert 4 * 15 < count <= 5 * 20
+
+
+class Follower(Robot):
+    """A burger that follows its path: the factor of its velocities is 1 while nothing is corrected."""
+
+    def play(self, program: str = "beat 60\nr $ forward rest forward\n", when: Any = "restart", **_: Any) -> None:
+        (part,) = score(program).parts.values()
+        part = replace(part, odom="/r/odom", follow=True, profile=TURTLEBOT3_BURGER)
+        self.player.load(replace(score(program), parts={"r": part}), 1, when, self.stage.now)
+
+    @property
+    def sent(self) -> list[tuple[float, float]]:
+        """Return the times at which the robot's speed changed, and the new speeds."""
+        found: list[tuple[float, float]] = []
+        for _, at, twist in self.stage.sink.sent:
+            if not found or found[-1][1] != round(twist.x, 6):
+                found.append((round(at, 6), round(twist.x, 6)))
+        return found
+
+
+def test_a_robot_that_follows_is_pulled_back_and_changes_keep_their_times() -> None:
+    robot = Follower()
+    robot.play()
+    assert robot.pose(Pose())
+    robot.run(0.49)
+    told = robot.pose(Pose(0.49 * 0.2 - 0.005))
+    assert told
+    assert told["follows"]
+    robot.run(3)
+    (first, slow), (at, faster), (_, again), (second, rest), (third, x), *ends = robot.sent
+    assert (first, slow, second, rest, third, x) == (0, 0.2, 1, 0, 2, 0.2)
+    assert 0.49 < at < 0.55
+    assert (faster, again) == (0.21, 0.2)  # 5 mm behind: 10 mm/s faster, as long as the pose is not too old
+    assert ends == [(3, 0)]
+
+
+def test_poses_that_are_too_old_or_too_far_off() -> None:
+    robot = Follower()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(0.5)
+    told = robot.pose(Pose(-9))
+    assert told
+    assert told["follows"]
+    robot.run(2.5)
+    (at, _) = robot.sent[2]
+    assert [x for _, x in robot.sent] == [0.2, 0.222, 0.2, 0, 0.2, 0]
+    assert 0.5 + OLDEST - 0.05 <= at <= 0.5 + OLDEST + 0.05
+    rests = robot.pose(Pose(-9))
+    assert rests
+    assert not rests["follows"]  # it should stand
+
+
+@pytest.mark.parametrize(
+    ("latencies", "follows"),
+    [
+        ([0.05, 0.08], True),
+        ([0.05, 0.21], False),  # the clocks agree, so the pose was late
+        ([0.3, 0.3], False),
+        ([3600.0, 3600.3], True),  # the clocks don't agree: the time of its arrival counts
+        ([-0.02, -0.03], True),
+        ([-9.0, -8.7], True),
+    ],
+)
+def test_the_age_of_a_pose_is_judged_by_its_stamp_if_the_clocks_agree(latencies: list[float], follows: bool) -> None:
+    robot = Follower()
+    robot.play()
+    for latency in latencies:
+        robot.run(0.2)
+        now = robot.stage.now
+        place = FRAME.then(Pose(-0.005 if latency == latencies[0] else 0.0))
+        robot.player.measure([RawPose("r", ODOMETRY, place, now, "", now - latency)], now)
+    assert robot.measured[-1]["robots"]["r"]["follows"] == follows
+
+
+def test_a_seek_forgets_how_far_off_it_was() -> None:
+    robot = Follower()
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.pose(Pose())
+    robot.run(0.5)
+    robot.pose(Pose())
+    robot.player.seek(4, robot.stage.now)
+    robot.run(0.02)
+    assert robot.sent[-1][1] == 0.2
+
+
+@pytest.mark.parametrize(("follow", "least", "most"), [(False, 15.0, 30.0), (True, 0.0, 2.0)])
+def test_a_simulated_robot_with_worn_wheels_follows(follow: bool, least: float, most: float) -> None:
+    worn = "[profiles.worn]\nbase = 'turtlebot4'\ndynamics = 'motors'\nwheel_error = [0.96, 0.94]\nnoise = 0.01\n"
+    robots = read_robots(f"{worn}[robots.r]\nprofile = 'worn'\nfollow = {str(follow).lower()}\n")
+    assert robots.ok
+    simulator = Simulator(period=None)
+    perform(score_of(analyze("beat 60\nr $ repeat 4 (forward slow 2 left)\n", robots)), simulator)
+    end = simulator.poses()["r"]
+    assert (math.hypot(end.x, end.y) < 0.02) == follow
+    assert least <= math.degrees(abs(math.remainder(end.heading, math.tau))) <= most
+
+
+numbers = st.floats(-10, 10)
+
+
+@settings(max_examples=20)
+@given(x=numbers, y=numbers, heading=numbers, steps=st.lists(st.tuples(st.floats(-2, 2), st.floats(-2, 2)), max_size=5))
+def test_any_frame_is_laid_on_the_world(x: float, y: float, heading: float, steps: list[tuple[float, float]]) -> None:
+    frame, start = Pose(x, y, 0, heading), Pose(y, x, 0, -heading)
+    odometry = Odometry()
+    odometry.begin({"r": Part("r", (), TURTLESIM, start, "/r/cmd_vel", odom="/r/odom")}, 0.0)
+    world, at = start, 0.0
+    odometry.take(RawPose("r", ODOMETRY, frame.then(world), at))
+    for forward, turn in steps:
+        twist = Twist(forward, 0, 0, turn)
+        odometry.tell("r", twist, at)
+        at, world = at + 0.5, world.after(twist, 0.5)
+        found = odometry.take(RawPose("r", ODOMETRY, frame.then(world), at))
+        assert found
+        for pose in (found.pose, found.ideal):
+            assert math.dist((pose.x, pose.y), (world.x, world.y)) < 1e-6
+            assert math.remainder(pose.heading - world.heading, math.tau) == pytest.approx(0, abs=1e-6)
+
+
+def on_faults(robot: Robot, response: Response, seconds: float) -> list[str]:
+    """Play, with poses for a second, then without. Returns the lines for people."""
+    robot.play("beat 60\nr $ repeat forward\n", rules=FaultRules(dict.fromkeys(get_args(Fault), response)))
+    robot.drive(1)
+    robot.run(seconds)
+    return robot.lines
+
+
+def corrected(odometry: Odometry, world: Pose, at: float) -> Twist:
+    """Return the correction of the velocity of `r`, which drives 0.2 m/s along x from the origin, after a pose at a
+    time."""
+    odometry.take(RawPose("r", LOCALIZATION, world, at))
+    return odometry.correction("r", Twist(0.2), at)
+
+
+def following(topic: str = "/r") -> Part:
+    part = score("beat 60\nr $ repeat 100 forward").parts["r"]
+    return replace(
+        part, odom="/pose", odom_frame="world", follow=True, profile=TURTLEBOT3_BURGER, topic=topic, start=Pose()
+    )
+
+
+def test_poses_that_have_jumped_correct_nothing_for_a_while() -> None:
+    odometry = Odometry()
+    odometry.begin({"r": following()}, 0.0)
+    odometry.tell("r", Twist(0.2), 0.0)
+    assert corrected(odometry, Pose(0.2, 0.05), 1.0) != STILL
+    assert corrected(odometry, Pose(0.22, 1.05), 1.1) == STILL
+    assert corrected(odometry, Pose(0.22 + 0.2 * (DOUBTFUL - 0.2), 1.05), 1.1 + DOUBTFUL - 0.2) == STILL
+    assert corrected(odometry, Pose(0.22 + 0.2 * DOUBTFUL, 1.05), 1.1 + DOUBTFUL) != STILL
+
+
+def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
+    odometry = Odometry()
+    odometry.begin({"r": following()}, 0.0)
+    odometry.take(RawPose("r", LOCALIZATION, Pose(), 1.0))
+    odometry.cast({"r": following("/spare")}, 1.1)
+    found = odometry.take(RawPose("r", LOCALIZATION, Pose(0.6, 2), 1.2))
+    assert found
+    assert found.jump is None
+
+
+def test_a_pose_of_the_robot_that_had_the_part_before_shows_nothing_anymore() -> None:
+    """It was on its way while another one took over."""
+    robot = Robot(frame=Pose())
+    dance = numbered(score("r $ repeat 8 forward"))
+
+    def load(topic: str, when: When) -> None:
+        part = replace(dance.parts["r"], topic=f"{topic}/cmd_vel", odom=f"{topic}/odom")
+        robot.player.load(replace(dance, parts={"r": part}), len(robot.stage.told) + 1, when, robot.stage.now)
+
+    def see(topic: str, place: Pose) -> None:
+        now = robot.stage.now
+        robot.player.measure([RawPose("r", ODOMETRY, place, now, topic=f"{topic}/odom")], now)
+
+    load("/r", "restart")
+    for _ in range(10):
+        robot.run(0.1)
+        see("/r", Pose(2 * (robot.stage.now - 1000)))
+    load("/spare", "now")
+    for topic, place in (("/r", Pose(2.1)), ("/spare", Pose(-5, 3, 0, 2)), ("/spare", Pose(-5, 3, 0, 2))):
+        robot.run(0.1)
+        see(topic, place)
+    robot.run(0.5)
+    assert [line for line in robot.lines if "jumped" in line] == []
+
+
+@pytest.mark.parametrize(
+    ("response", "follows", "state", "twist"),
+    [
+        ("tell", "", "playing", Twist(2)),
+        ("stand", "; it stands until you unmute it", "playing", Twist()),
+        ("stop", "; all robots were stopped: play again once that is fixed", "stopped", Twist()),
+    ],
+)
+def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, twist: Twist) -> None:
+    robot = Robot(frame=Pose())
+    silent = "no pose of r has come for 1.0 s: check its network and what publishes on /r/odom"
+    assert on_faults(robot, response, 1.2) == [f"beat 2: {silent}{follows}"]
+    assert (robot.player.state, robot.stage.sink.sent[-1][2]) == (state, twist)
+
+
+def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in_time() -> None:
+    """Their stamps show that they are late. As long as there are none, that is silence."""
+    robot = Robot(LOCALIZATION, Pose(), "world")
+    robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True)
+    for seconds, age in ((1, 0.08), (2, 0.5), (1, 0.08)):
+        robot.drive(seconds, age)
+    late, again = [line for line in robot.lines if line.startswith("poses of r")]
+    assert late == (
+        "poses of r come 0.5 s after they were measured: those older than 0.2 s correct no path and keep nobody apart; "
+        "check the network, or the clock that stamps them"
+    )
+    assert again == "poses of r come in time again"
+
+
+@pytest.mark.parametrize(
+    ("ahead", "use_sim_time", "says"),
+    [
+        (60.0, False, "59.9 s ahead of"),
+        (-60.0, False, "60.1 s behind"),
+        (0.02, False, None),
+        (60.0, True, None),  # it is that of a simulation
+    ],
+)
+def test_a_clock_that_does_not_agree_is_named_once(ahead: float, use_sim_time: bool, says: str | None) -> None:
+    """Then the age of its poses is unknown."""
+    robot = Robot(LOCALIZATION, Pose(), "world")
+    robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True, use_sim_time=use_sim_time)
+    robot.drive(3, age=0.08 - ahead)
+    expected = (
+        f"the clock that stamps poses of r is {says} this machine's, so nobody knows how old they are: they count from "
+        "when they come; synchronize the clocks, such as with chrony"
+    )
+    assert robot.lines == ([expected] if says else [])
+
+
+def test_nobody_minds_poses_that_come_late_if_nothing_depends_on_them() -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.drive(2, age=0.5)
+    assert robot.lines == []
+
+
+@pytest.mark.parametrize(
+    ("others", "line"),
+    [
+        (
+            lambda y: 1.5 - y,
+            "beat 2: a and b seem to be swapped, their poses jumped by 1.50 m: check what tells them apart",
+        ),
+        (lambda y: y + 3, "beat 2: the poses of a and b jumped by up to 3.00 m: check what publishes them"),
+    ],
+)
+def test_two_swapped_robots_are_reported_in_one_line(others: Callable[[float], float], line: str) -> None:
+    """Not if each jumps somewhere else."""
+    robot = Robot(frame=Pose(), odom_frame="world")
+    robot.play("beat 60\na b $ repeat forward\n", anyway=True)
+    for step in range(40):
+        at, place = robot.stage.now, (lambda y: y) if step < 22 else others
+        poses = {"a": Pose(step / 10, place(0.0)), "b": Pose(step / 10, place(1.5))}
+        robot.player.measure([RawPose(name, LOCALIZATION, pose, at) for name, pose in poses.items()], at)
+        robot.run(0.05)
+    told = [message["line"] for message in robot.stage.told if message["type"] == "fault"]
+    assert [each for each in told if "jump" in each] == [line]
+
+
+def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.drive(0.5)
+    robot.player.pause(robot.stage.now)
+    for step in range(20):
+        robot.pose(Pose(1, step / 40))
+        robot.run(0.05)
+    assert robot.lines == ["beat 1: r is 0.30 m off its path: put it back, calibrate it, or look for what holds it up"]
+    robot.stage.sink.deaf = {"r": "nobody listens on /r/cmd_vel"}
+    robot.run(0.6)
+    assert robot.lines[1:] == ["beat 1: r is gone, nothing listens on /r/cmd_vel: start its driver again"]
+    robot.run(0.6)
+    assert robot.lines[2:] == [
+        "beat 1: no pose of r has come for 1.1 s: check its network and what publishes on /r/odom"
+    ]
+    assert robot.stage.states[-1] == "paused"
+
+
+@pytest.mark.parametrize("end", ["stop", "pause"])
+def test_a_robot_that_is_stopped_out_of_reach_is_named_at_once(end: str) -> None:
+    robot = Robot(frame=Pose())
+    on_faults(robot, "tell", 1.2)
+    getattr(robot.player, end)(robot.stage.now)
+    told = [message for message in robot.stage.told if message["type"] == "unreached"]
+    line = "r may still be moving: it is out of reach, so look at it"
+    assert told == [{"type": "unreached", "generation": 1, "robots": ["r"], "message": line}]
+
+
+def test_robots_that_are_stopped_in_reach_are_not_named() -> None:
+    robot = Robot(frame=Pose())
+    on_faults(robot, "tell", 1.2)
+    robot.pose(Pose(4))
+    robot.run(0.3)
+    robot.player.stop(robot.stage.now)
+    assert "unreached" not in [message["type"] for message in robot.stage.told]
+
+
+def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> None:
+    robot = Robot(frame=Pose())
+    on_faults(robot, "stand", 3.0)
+    assert robot.stage.transports[-1]["muted"] == ["r"]
+    robot.pose(Pose(4))
+    robot.run(0.3)
+    assert robot.lines[-1] == "beat 5: poses of r come again, after 3.0 s; it stands until you unmute it"
+    assert robot.stage.sink.sent[-1][2] == STILL
+    robot.player.set_silent([], [], robot.stage.now)
+    assert robot.stage.sink.sent[-1][2] == Twist(2)
+
+
+@pytest.mark.parametrize(("count", "most"), [(30, 1), (120, 2)])
+def test_many_robots_that_fail_at_once_are_reported_in_one_line(count: int, most: int) -> None:
+    """Of more than a hundred, a hundred share a line."""
+    robot, names = Robot(frame=Pose()), [f"r{number}" for number in range(count)]
+    robot.play(f"beat 60\n{' '.join(names)} $ repeat forward\n")
+    for _ in range(20):
+        at = robot.stage.now
+        robot.player.measure([RawPose(name, ODOMETRY, Pose(2 * (at - 1000)), at) for name in names], at)
+        robot.run(0.05)
+    robot.run(2.0)
+    faults = [message for message in robot.stage.told if message["type"] == "fault"]
+    assert sorted(each["robot"] for each in faults) == sorted(names)
+    assert all(f"no pose of {each['robot']} has come" in each["message"] for each in faults)
+    lines = [each["line"] for each in faults if each["line"]]
+    assert len(lines) <= most
+    assert all(re.search(r"no poses of r\d+, r\d+, r\d+, and \d+ more have come for 1\.\d s:", line) for line in lines)
+
+
+def test_the_states_of_real_robots_are_reported_every_second() -> None:
+    robot = Robot(frame=Pose())
+    robot.stage.sink.noted = Noticed(batteries={"r": 0.4})
+    on_faults(robot, "tell", 0.5)
+    vitals = [message["robots"]["r"] for message in robot.stage.told if message["type"] == "vitals"]
+    assert len(vitals) == 2
+    assert vitals[-1]["posed"] == pytest.approx(0.95, abs=0.1)
+    assert (vitals[-1]["odom"], vitals[-1]["battery"]) == (True, 0.4)
+
+
+def test_late_commands_are_reported_within_half_a_second() -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat 4 forward\n")
+    robot.run(1.0)
+    robot.stage.sink.noted = Noticed(late={"r": 0.034})
+    robot.run(0.5)
+    assert robot.lines[0] == (
+        "beat 2: commands for r leave 34 ms late: close other programs on this machine or play fewer robots"
+    )
+
+
+def test_positions_of_joints_are_reported_while_robots_play_and_for_a_moment_after() -> None:
+    """Joints that are not in the robot's body belong to others."""
+    stage = Stage()
+    stage.sink.real = True
+    stage.load("r is puppet\nbeat 60\nr $ head left")
+
+    def measured(at: float) -> list[Any]:
+        stage.told.clear()
+        stage.player.measure_joints(RawJoints("r", {"head_yaw": 0.25, "wheel": 9.0}, at), stage.now)
+        stage.player.measure_joints(RawJoints("other", {"head_yaw": 0.25}, at), stage.now)
+        return [message for message in stage.told if message["type"] == "joints"]
+
+    stage.run(0.5)
+    (found,) = measured(stage.now - 0.1)
+    assert (found["robot"], found["positions"]) == ("r", {"head_yaw": 0.25})
+    assert (found["beat"], found["performed"]) == (pytest.approx(0.4), pytest.approx(0.4))
+    stage.run(1.0)
+    assert measured(stage.now)
+    stage.run(MEASURED_AT_REST)
+    assert not measured(stage.now)

@@ -1,0 +1,186 @@
+"""Robots stand where the program has them before they begin, or people get advice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from improv_core.protocol.output import RawPose
+from improv_core.safety.odometry import AFTER_MOVING, CONTINUOUS, FRESH
+from improv_core.safety.preflight import NAMED, Standing, advice, misplaced, refusal
+from improv_core.score.motion import Pose
+from improv_core.score.score import OdomFrame, Preflight
+from tests.player.test_player import Stage, score
+
+LIMITS = Preflight(0.1, math.radians(10))
+PROGRAM = "beat 60\nada $ forward left forward\n"
+TRACKED = "geometry_msgs/PoseStamped"
+
+
+def degrees(x: float, y: float, heading: float = 0) -> Pose:
+    return Pose(x, y, heading=math.radians(heading))
+
+
+@pytest.mark.parametrize(
+    ("ideal", "pose", "line"),
+    [
+        (degrees(0, 0), degrees(0.1, 0), None),
+        (degrees(0, 0), degrees(0, 0, 9.9), None),
+        (degrees(1, 1, 355), degrees(1, 1, 4), None),
+        (degrees(0, 0), degrees(0.36, 0), "move ada 0.36 m toward 180°"),
+        (degrees(0, 0), degrees(0.18, -0.31177, -5), "move ada 0.36 m toward 120° and turn it 5° left"),
+        (degrees(0, 0), degrees(0, 0.11, 5), "move ada 0.11 m toward 270° and turn it 5° right"),
+        (degrees(2, 3, 90), degrees(2, 3, 79), "turn ada 11° left"),
+        (degrees(2, 3, -179), degrees(2, 3, 170), "turn ada 11° left"),
+        (degrees(2, 3), degrees(2, 2.98, 20), "turn ada 20° right"),
+        (degrees(2, 3), degrees(2, 2.5, 1.5), "move ada 0.50 m toward 90°"),
+        (degrees(0, 0), degrees(1e9, 0), "move ada 1000000000.00 m toward 180°"),
+        (degrees(0, 0), None, "nobody knows where ada stands: its poses have to arrive"),
+    ],
+)
+def test_robots_that_are_not_in_their_places_get_advice(ideal: Pose, pose: Pose | None, line: str | None) -> None:
+    found = misplaced({"ada": Standing(ideal, pose)}, LIMITS)
+    assert [advice(robot, each) for robot, each in found.items()] == ([line] if line else [])
+
+
+def test_the_limits_are_settings() -> None:
+    standing = {"ada": Standing(Pose(), degrees(0.36, 0, 20))}
+    assert misplaced(standing, Preflight(0.4, math.radians(21))) == {}
+    assert misplaced(standing, Preflight(0.4, math.radians(19))) == standing
+    assert misplaced(standing, Preflight(0.3, math.radians(21))) == standing
+
+
+def test_a_line_names_a_few_robots() -> None:
+    found = {f"r{number}": Standing(Pose(), Pose(1)) for number in range(1_000)}
+    line = refusal(found)
+    assert line.count("move") == NAMED
+    assert ", and 997 more; then play again (`--force` or *Begin anyway* ignores this)" in line
+
+
+class Lab:
+    """A stage with real robots; `ada` is measured in the world."""
+
+    def __init__(self, odom_frame: OdomFrame = "world", source: str = TRACKED) -> None:
+        self.stage = Stage()
+        self.stage.sink.real = True
+        self.odom_frame, self.source = odom_frame, source
+
+    def play(self, program: str = PROGRAM, when: Any = "restart", **rest: Any) -> None:
+        read = score(program)
+        parts = {name: replace(part, odom="/pose", odom_frame=self.odom_frame) for name, part in read.parts.items()}
+        self.stage.player.load(replace(read, parts=parts), 1, when, self.stage.now, **rest)
+
+    def stands(self, pose: Pose, ago: float = 0.0) -> None:
+        raw = RawPose("ada", self.source, pose, self.stage.now - ago)
+        self.stage.player.measure([raw], self.stage.now)
+
+    def begins(self, pose: Pose | None, **rest: Any) -> None:
+        """Put ada there when beat 0 is due."""
+        self.stage.sink.resets = True
+        self.play(**rest)
+        self.stage.run(0.1)
+        if pose:
+            self.stands(pose)
+        self.stage.sink.resets = False
+        self.stage.run(0.1)
+
+    def resume(self, **rest: Any) -> None:
+        self.stage.player.resume(self.stage.now, **rest)
+        self.stage.run(0.1)
+
+    @property
+    def state(self) -> str:
+        return self.stage.player.state
+
+    @property
+    def shown(self) -> list[str]:
+        """Return the lines on the page."""
+        told = [message for message in self.stage.told if message["type"] == "misplaced"]
+        return [each["line"] for each in told[-1]["robots"].values()] if told else []
+
+    @property
+    def waits(self) -> bool:
+        """Return whether the page offers to play."""
+        return next(each["waits"] for each in reversed(self.stage.told) if each["type"] == "misplaced")
+
+    @property
+    def lines(self) -> list[str]:
+        return [message["message"] for message in self.stage.told if message["type"] in ("error", "warning")]
+
+    @property
+    def moved(self) -> bool:
+        return any((twist.x, twist.y, twist.z, twist.yaw) != (0, 0, 0, 0) for _, _, twist in self.stage.sink.sent)
+
+
+def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is() -> None:
+    lab = Lab()
+    lab.begins(Pose(0.36))
+    assert (lab.state, lab.moved) == ("paused", False)
+    assert lab.lines == [
+        "✗ doesn't begin: move ada 0.36 m toward 180°; then play again (`--force` or *Begin anyway* ignores this)"
+    ]
+    assert lab.shown == ["move ada 0.36 m toward 180°"]
+    lab.resume()
+    assert (lab.state, lab.moved) == ("paused", False)
+    lab.stands(Pose(0.2))
+    assert lab.shown == ["move ada 0.20 m toward 180°"]
+    lab.stands(Pose(0.02))
+    assert lab.shown == []
+    assert lab.lines[-1] == "all robots are in their places: play again"
+    lab.stage.run(1)
+    assert (lab.state, lab.moved) == ("paused", False), "it begins only when a person says so"
+    lab.stands(Pose(0.5))
+    assert lab.shown == ["move ada 0.50 m toward 180°"]
+    assert lab.waits
+    lab.stands(Pose(0.02))
+    lab.resume()
+    assert (lab.state, lab.moved, lab.waits) == ("playing", True, False)
+
+
+def test_it_may_begin_anyway() -> None:
+    lab = Lab()
+    lab.begins(Pose(0.36))
+    lab.resume(anyway=True)
+    assert (lab.state, lab.moved, lab.shown) == ("playing", True, [])
+    forced = Lab()
+    forced.begins(Pose(0.36), anyway=True)
+    assert (forced.state, forced.moved) == ("playing", True)
+
+
+@pytest.mark.parametrize(("source", "state"), [(TRACKED, "paused"), (CONTINUOUS, "paused"), (AFTER_MOVING, "playing")])
+def test_an_old_pose_counts_only_if_its_source_is_silent_while_robots_stand(source: str, state: str) -> None:
+    lab = Lab(source=source)
+    lab.stage.sink.resets = True
+    lab.play()
+    lab.stage.run(0.1)
+    lab.stands(Pose())
+    lab.stage.run(FRESH + 0.1)
+    lab.stage.sink.resets = False
+    lab.stage.run(0.1)
+    assert lab.state == state
+
+
+def test_robots_that_were_carried_during_a_pause_do_not_continue() -> None:
+    lab = Lab()
+    lab.begins(Pose())
+    lab.stage.run(0.9)
+    lab.stage.player.pause(lab.stage.now)
+    lab.stands(Pose(1, 1))
+    lab.resume()
+    assert lab.state == "paused"
+    assert lab.shown[0].startswith("move ada 1.")
+
+
+def test_a_seek_of_real_robots_needs_them_at_their_places_there() -> None:
+    lab = Lab()
+    lab.begins(Pose())
+    lab.stands(Pose(0.2))
+    lab.stage.player.seek(2, lab.stage.now)
+    assert lab.state == "paused"
+    assert lab.shown == ["move ada 1.80 m toward 0° and turn it 90° left"]
+    lab.stands(degrees(2, 0, 90))
+    lab.resume()
+    assert lab.state == "playing"

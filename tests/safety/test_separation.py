@@ -1,0 +1,478 @@
+"""Robots that come too near to each other: poses and their times → the pairs, and the player's acts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.player.separation_monitor import QUIET, from_elsewhere
+from improv_core.protocol.messages import RobotsSeen
+from improv_core.protocol.output import RawPose
+from improv_core.safety.odometry import CONTINUOUS
+from improv_core.safety.separation import MOST_NAMED, PATIENCE, Near, Proximity, as_line
+from improv_core.safety.stopping_distance import JITTER, Base
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import CREATE3, TURTLEBOT4
+from improv_core.score.score import Host, OdomFrame, Safety
+from improv_core.score.world import World
+from tests.player.test_player import Stage, score
+
+KEEP_APART = 0.3
+RADIUS = 0.1
+
+
+def seen(at: float, **places: float) -> list[RawPose]:
+    """The poses of robots along the x axis at a time. The first one looks away from the others."""
+    return [
+        RawPose(robot, CONTINUOUS, Pose(x, heading=math.pi if robot == "a" else 0.0), at) for robot, x in places.items()
+    ]
+
+
+BASES = dict.fromkeys("abc", Base(RADIUS))
+
+
+def check(*steps: tuple[float, float], expected: Sequence[float]) -> None:
+    """Check the times at which two robots are too near. The gaps between their edges are seen as `(time, gap)`."""
+    bases = dict.fromkeys("ab", Base(RADIUS))
+    nearness, found = Proximity(), []
+    for now, gap in steps:
+        nearness = nearness.heard(seen(now, a=0, b=gap + 2 * RADIUS), bases)
+        nearness, near, _ = nearness.looked(True, bases, KEEP_APART, now)
+        found += [now for _ in near]
+    assert found == list(expected)
+
+
+@pytest.mark.parametrize(
+    ("steps", "expected"),
+    [
+        ([(0, 0.5), (1, 0.31), (2, 0.31)], []),
+        ([(0, 0.5), (1, 0.29)], [1]),  # at once
+        ([(0, 0.5), (1, -0.1)], [1]),
+        # They begin too near to each other, and move apart:
+        ([(0, 0.1), (1, 0.15), (2.5, 0.2), (4, 0.29), (5, 0.31)], []),
+        # ... or not:
+        ([(0, 0.1), (0.1, 0.06)], [0.1]),
+        ([(0, 0.1), (1, 0.11), (PATIENCE, 0.11)], [PATIENCE]),
+        ([(0, 0.1), (1, 0.1 - JITTER / 2), (1.5, 0.2), (1.6, 0.16)], [1.6]),
+        ([(0, 0.1), (1, 0.2), (1 + PATIENCE, 0.2)], [1 + PATIENCE]),
+        # After they have been apart, coming near again counts at once:
+        ([(0, 0.1), (1, 0.4), (2, 0.28)], [2]),
+    ],
+)
+def test_robots_that_come_too_near_are_found(steps: list[tuple[float, float]], expected: list[float]) -> None:
+    check(*steps, expected=expected)
+
+
+def test_robots_may_be_brought_together_while_they_do_not_play() -> None:
+    nearness, *_ = Proximity().heard(seen(0, a=0, b=1), BASES).looked(True, BASES, KEEP_APART, 0)
+    nearness, near, _ = nearness.heard(seen(1, a=0, b=0.3), BASES).looked(False, BASES, KEEP_APART, 1)
+    assert near == []
+    assert nearness.heard(seen(2, a=0, b=0.3), BASES).looked(True, BASES, KEEP_APART, 2).found == []
+
+
+def test_a_pose_that_is_old_shows_nothing() -> None:
+    nearness = Proximity().heard([*seen(0, a=0), *seen(0.15, b=1)], BASES)
+    nearness, *_ = nearness.looked(True, BASES, KEEP_APART, 0.15)
+    nearness = nearness.heard([*seen(0.25, b=0.1), *seen(0.26, b=0.1)], BASES)
+    assert nearness.looked(True, BASES, KEEP_APART, 0.26).found == []
+    (near,) = nearness.heard(seen(0.27, a=0), BASES).looked(True, BASES, KEEP_APART, 0.27).found
+    assert near.robots == ("a", "b")
+
+
+places = st.dictionaries(
+    st.sampled_from([f"r{number}" for number in range(30)]),
+    st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+    min_size=2,
+)
+
+
+@given(places, st.floats(0.05, 0.5))
+def test_all_pairs_are_found_and_no_others(where: Mapping[str, tuple[float, float]], radius: float) -> None:
+    poses = [RawPose(robot, CONTINUOUS, Pose(x, y), 1.0) for robot, (x, y) in where.items()]
+    far = [RawPose(robot, CONTINUOUS, Pose(100.0 * index), 0.0) for index, robot in enumerate(where)]
+    bases = dict.fromkeys(where, Base(radius))
+    nearness, none, _ = Proximity().heard(far, bases).looked(True, bases, KEEP_APART, 0.0)
+    assert none == []
+    found = {frozenset(near.robots) for near in nearness.heard(poses, bases).looked(True, bases, KEEP_APART, 1.0).found}
+    names = list(where)
+    expected = {
+        frozenset((one, other))
+        for index, one in enumerate(names)
+        for other in names[:index]
+        if Pose(*where[one]).apart(Pose(*where[other]))[0] - 2 * radius < KEEP_APART
+    }
+    assert found == expected
+
+
+def test_a_near_pair_is_found_by_the_stages_that_move_it() -> None:
+    proximity, *_ = Proximity().heard(seen(0, a=0, b=3, c=6), BASES).looked(True, BASES, KEEP_APART, 0)
+    proximity = proximity.heard(seen(1, a=0, b=0.4, c=0.8), BASES)
+    for ours, expected in (({"a"}, ["ab"]), ({"b"}, ["ab", "bc"]), (set[str](), []), (None, ["ab", "bc"])):
+        found = proximity.looked(True, BASES, KEEP_APART, 1, ours).found
+        assert sorted("".join(each.robots) for each in found) == expected
+
+
+def test_a_line_names_the_nearest_pairs() -> None:
+    pairs = [Near(("a", "b"), -0.02), *(Near(("c", f"r{number}"), 0.2) for number in range(MOST_NAMED + 1))]
+    assert as_line(pairs[:1], 0.3) == (
+        "paused: a and b are 0.00 m apart, and `keep_apart` is 0.3 m: make room, then resume"
+    )
+    assert as_line(pairs, 0.3).startswith("paused: a and b are 0.00 m apart, c and r0 are 0.20 m apart, ")
+    assert "(and 2 more pairs)" in as_line(pairs, 0.3)
+
+
+# The player
+
+
+def playing(
+    frame: OdomFrame = "world",
+    keep_apart: float | None = KEEP_APART,
+    poses: bool = True,
+    program: str = "beat 60\na b $ repeat 8 forward",
+) -> Stage:
+    """Two real robots that have driven for a second, with 3 m between their edges."""
+    stage = Stage()
+    stage.sink.real = True
+    read = score(program)
+    parts = {
+        robot: replace(part, odom=f"/{robot}/pose" if poses else None, odom_frame=frame, profile=CREATE3)
+        for robot, part in read.parts.items()
+    }
+    dance = replace(read, parts=parts, world=World(keep_apart=keep_apart))
+    stage.player.load(dance, 1, "restart", stage.now, anyway=True)
+    stage.run(1)
+    see(stage, 3)
+    return stage
+
+
+def see(stage: Stage, gap: float) -> None:
+    """Send poses of both robots, with so many meters between their edges. The second one shows no jump."""
+    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    for _ in twice(stage):
+        stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
+
+
+def twice(stage: Stage) -> Iterator[None]:
+    yield
+    stage.run(0.01)
+    yield
+
+
+def paused(stage: Stage) -> bool:
+    zeros = [command for robot in "ab" for command in stage.sink.changes(robot)[-1:] if command[1:] == (0, 0)]
+    return stage.states[-1] == "paused" and len(zeros) == 2
+
+
+def unguarded(stage: Stage) -> list[str]:
+    return [line for line in stage.lines if "doesn't guard" in line]
+
+
+def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() -> None:
+    stage = playing()
+    see(stage, 0.31)
+    assert stage.states[-1] == "playing"
+    see(stage, 0.2)
+    assert paused(stage)
+    assert stage.lines[-1] == "paused: a and b are 0.20 m apart, and `keep_apart` is 0.3 m: make room, then resume"
+    assert stage.transports[-1].get("too_near") == ("a", "b")
+    see(stage, 2)
+    stage.run(5)
+    assert paused(stage)
+    stage.player.resume(stage.now, anyway=True)
+    assert stage.states[-1] == "playing"
+    assert "too_near" not in stage.transports[-1]
+
+
+def test_robots_that_are_still_too_near_may_move_apart_and_no_nearer() -> None:
+    stage = playing()
+    see(stage, 0.2)
+    for gap in (0.2, 0.25, 0.28):
+        stage.player.resume(stage.now, anyway=True)
+        stage.run(0.5)
+        see(stage, gap)
+        assert stage.states[-1] == "playing"
+    see(stage, 0.2)
+    assert paused(stage)
+
+
+@pytest.mark.parametrize(
+    "stage", [playing("own"), playing(keep_apart=None), playing(poses=False)], ids=["own", "unset", "unseen"]
+)
+def test_only_robots_with_poses_in_the_world_are_guarded(stage: Stage) -> None:
+    see(stage, 0.1)
+    assert stage.states[-1] == "playing"
+
+
+def test_robots_that_are_not_guarded_are_named_once() -> None:
+    stage = playing("own")
+    stage.run(1)
+    assert unguarded(stage) == ['`keep_apart` doesn\'t guard a, b: that needs poses with `odom_frame = "world"`']
+    assert unguarded(playing(keep_apart=None)) == []
+
+
+def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -> None:
+    stage = playing()
+    lost = "`keep_apart` doesn't guard a and b now: no pose came for 0.2 s"
+    stage.run(1)
+    before = unguarded(stage).count(lost)
+    stage.run(1)
+    assert unguarded(stage).count(lost) == before
+    for _ in range(20):
+        see(stage, 3)
+        stage.run(0.1)
+    stage.run(1)
+    assert unguarded(stage).count(lost) == before + 1
+
+
+def meet(stage: Stage, gap: float, *, late: float = 0.0) -> None:
+    """Send poses of both robots, which look at each other, with so many meters between their edges."""
+    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    for _ in twice(stage):
+        places = {"a": Pose(), "b": Pose(gap + wide, heading=math.pi)}
+        poses = [RawPose(robot, CONTINUOUS, pose, stage.now, stamp=stage.now - late) for robot, pose in places.items()]
+        stage.player.measure(poses, stage.now)
+
+
+def test_robots_that_drive_toward_each_other_pause_while_they_still_have_room_to_brake() -> None:
+    """At 0.2 m/s, each needs 0.02 m to react and 0.022 m to brake; until the second pose comes, each drives 0.002 m."""
+    stage = playing()
+    meet(stage, 0.39)
+    assert stage.states[-1] == "playing"
+    meet(stage, 0.38)
+    assert paused(stage)
+    assert stage.lines[-1] == (
+        "paused: a and b are 0.38 m apart and approach at 0.40 m/s, and `keep_apart` is 0.3 m: make room, then resume"
+    )
+
+
+def test_a_pose_that_is_late_takes_room_and_so_do_poses_that_no_longer_come() -> None:
+    stage = playing()
+    meet(stage, 0.41)
+    assert stage.states[-1] == "playing"
+    meet(stage, 0.41, late=0.08)
+    assert paused(stage)
+    stage = playing()
+    meet(stage, 0.40)
+    stage.run(0.038)
+    assert stage.states[-1] == "playing"
+    stage.run(0.005)
+    assert paused(stage)
+
+
+def test_a_command_that_has_robots_drive_toward_each_other_counts_at_once() -> None:
+    """They turn for two beats, and then look at each other."""
+    stage = playing(program="beat 60\na b $ left left repeat 8 forward")
+    meet(stage, 0.31)
+    stage.run(0.9)
+    meet(stage, 0.31)
+    assert stage.states[-1] == "playing"
+    stage.run(0.2)
+    assert paused(stage)
+
+
+def test_one_pose_that_jumps_pauses_nobody_until_the_next_one_agrees() -> None:
+    stage = playing()
+    wide = 2 * CREATE3.radius
+    for gap, state in [(3.0, "playing"), (0.2, "playing"), (3.0, "playing"), (0.1, "playing"), (0.1, "paused")]:
+        stage.run(0.05)
+        stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
+        assert stage.states[-1] == state
+
+
+# Robots that stages elsewhere move
+
+FAR = Host("pad")
+
+
+def beside(keep_apart: float | None = KEEP_APART, odom: str | None = "/b/pose") -> Stage:
+    """A real robot here that has driven for a second, and b, which another stage moves; 3 m are between their edges."""
+    stage = Stage()
+    stage.sink.real = True
+    read = score("beat 60\na b $ repeat 80 forward")
+    here = replace(read.parts["a"], odom="/a/pose", odom_frame="world", profile=CREATE3)
+    there = replace(read.parts["b"], odom=odom, odom_frame="world", host=FAR, profile=CREATE3)
+    dance = replace(read, parts={"a": here, "b": there}, world=World(keep_apart=keep_apart)).on("")
+    stage.player.load(dance, 1, "restart", stage.now, anyway=True)
+    stage.run(1)
+    see_here(stage)
+    see_there(stage, 3)
+    return stage
+
+
+def see_here(stage: Stage) -> None:
+    stage.player.measure(seen(stage.now, a=0), stage.now)
+
+
+def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: Twist | None = None) -> None:
+    """Send the pose of the robot elsewhere so many seconds ago, with so many meters between the edges."""
+    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
+    for _ in twice(stage):
+        says: dict[str, Any] = {"at": stage.now - ago, "pose": where}
+        if told:
+            says["told"] = [told.x, told.y, told.z, told.yaw]
+        message: RobotsSeen = {"type": "seen", "robots": {robot: says}}  # type: ignore[dict-item]
+        stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
+
+
+def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
+    return [message for message in stage.told if message["type"] == "seen"]
+
+
+def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_than_now() -> None:
+    stage = beside()
+    see_there(stage, 0.2, ago=0.52)
+    assert stage.states[-1] == "playing"
+    see_there(stage, 0.2, ago=-60)
+    assert stage.states[-1] == "paused"
+    stage = beside()
+    see_there(stage, 3, ago=-60)
+    stage.run(0.6)
+    stage.player.measure(seen(stage.now, a=3), stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_commands_of_another_stage_take_room() -> None:
+    """Backward is toward ours. It needs 0.05 m to brake, 0.03 m to react, and twice 0.03 m for a pose 0.1 s old, since
+    its stage knows as late about ours."""
+    stage = beside()
+    see_there(stage, 0.43, ago=0.1, told=Twist(0.3))
+    assert stage.states[-1] == "playing"
+    for _ in range(20):
+        see_here(stage)
+        see_there(stage, 0.45, ago=0.1, told=Twist(-0.3))
+    assert stage.states[-1] == "playing"
+    see_there(stage, 0.43, ago=0.1, told=Twist(-0.3))
+    assert stage.states[-1] == "paused"
+
+
+def test_a_report_of_another_stage_about_a_robot_here_is_ignored() -> None:
+    stage = beside()
+    see_there(stage, 0.1)
+    assert stage.states[-1] == "paused"
+    stage = beside()
+    see_there(stage, 3 - 2.9, robot="a")
+    assert stage.states[-1] == "playing"
+
+
+def test_robots_elsewhere_of_which_no_poses_come_are_named_and_again_only_after_a_quiet_while() -> None:
+    stage = beside()
+
+    def poses_come(seconds: float, *, there: bool = True) -> None:
+        for _ in range(round(seconds / 0.1)):
+            see_here(stage)
+            if there:
+                see_there(stage, 3)
+            stage.run(0.1)
+
+    lost = "`keep_apart` doesn't guard b now: no pose came for 0.5 s"
+    poses_come(QUIET + 2)
+    before = stage.lines.count(lost)
+    for there in (False, True, False):
+        poses_come(2, there=there)
+    assert stage.lines.count(lost) == before + 1
+    poses_come(QUIET + 2)
+    poses_come(2, there=False)
+    assert stage.lines.count(lost) == before + 2
+
+
+def test_nobody_here_waits_until_a_robot_elsewhere_is_in_its_place() -> None:
+    stage = Stage()
+    stage.sink.real = True
+    read = score("beat 60\na b $ repeat 8 forward")
+    there = replace(read.parts["b"], odom="/b/pose", odom_frame="world", host=FAR, profile=TURTLEBOT4)
+    stage.player.load(replace(read, parts={**read.parts, "b": there}).on(""), 1, "restart", stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_a_robot_elsewhere_without_poses_in_the_world_is_named_once() -> None:
+    stage = beside(odom=None)
+    stage.run(1)
+    assert unguarded(stage)[0] == '`keep_apart` doesn\'t guard b: that needs poses with `odom_frame = "world"`'
+    see_there(stage, 0.1)
+    assert stage.states[-1] == "playing"
+
+
+def test_stages_elsewhere_get_the_poses_of_robots_here_while_they_play_or_pause() -> None:
+    stage = beside()
+    (said,) = told_elsewhere(stage)
+    pose = {"x": 0, "y": 0.0, "z": 0.0, "heading": math.pi}
+    assert said["robots"] == {"a": {"at": 1001.0, "pose": pose, "told": (0.2, 0.0, 0.0, 0.0)}}
+    stage.player.pause(stage.now)
+    see_here(stage)
+    assert len(told_elsewhere(stage)) == 2
+    stage.player.stop(stage.now)
+    see_here(stage)
+    assert len(told_elsewhere(stage)) == 2
+
+
+@pytest.mark.parametrize("stage", [playing(), beside(keep_apart=None)], ids=["nobody is elsewhere", "not kept apart"])
+def test_otherwise_no_stage_gets_them(stage: Stage) -> None:
+    assert told_elsewhere(stage) == []
+
+
+# Robots that must be seen
+
+
+def watched(*, real: bool = True) -> Stage:
+    """Two robots that have been seen 0.1 s after they began, and stand while one of them isn't seen."""
+    stage = Stage()
+    stage.sink.real = real
+    read = score("beat 60\na b $ repeat 8 forward")
+    parts = {robot: replace(part, odom=f"/{robot}/pose", odom_frame="world") for robot, part in read.parts.items()}
+    see(stage, 3)
+    stage.player.load(replace(read, parts=parts, safety=Safety(sight=True)), 1, "restart", stage.now, anyway=True)
+    stage.run(0.1)
+    see(stage, 3)
+    return stage
+
+
+def test_all_stand_while_one_of_them_is_not_seen() -> None:
+    stage = watched()
+    for _ in range(4):
+        stage.run(0.0499)
+        see_here(stage)
+    assert stage.states[-1] == "playing"
+    stage.run(0.001)
+    assert paused(stage)
+    assert stage.lines[-1] == "paused: a pose of b didn't come for 0.2 s"
+    assert stage.transports[-1].get("waits_for") == ["a pose of b"]
+    stage.run(1)
+    assert paused(stage)
+    see(stage, 3)
+    assert stage.states[-1] == "playing"
+
+
+def test_poses_that_are_late_again_and_again_are_reported_once() -> None:
+    stage = watched()
+    for _ in range(20):
+        stage.run(0.3)
+        assert paused(stage)
+        see(stage, 3)
+        assert stage.states[-1] == "playing"
+    assert stage.lines.count("paused: a pose of a didn't come for 0.2 s") == 1
+    stage.run(11)
+    see(stage, 3)
+    stage.run(0.3)
+    assert stage.lines.count("paused: a pose of a didn't come for 0.2 s") == 2
+
+
+def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
+    stage = watched()
+    for _ in range(40):
+        stage.run(0.04)
+        late = [raw._replace(stamp=raw.at - 0.17) for raw in seen(stage.now, a=0, b=3)]
+        stage.player.measure(late, stage.now)
+    assert "paused" in stage.states
+
+
+def test_simulated_robots_need_not_be_seen() -> None:
+    stage = watched(real=False)
+    stage.run(5)
+    assert stage.states[-1] == "playing"

@@ -1,0 +1,64 @@
+"""The website, served as any web server does, and the browser of the page's tests."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page
+
+from improv_core.website.build import build
+from tests.page.conftest import browser, chromium, keep, page, wait, window
+from tests.pyodide import imitate
+from tests.web_server import served
+from tests.website.native import homes, run_natively
+
+__all__ = ["browser", "chromium", "keep", "page", "window"]
+
+OPENED = 'document.body.dataset.connection === "open"'
+"""True if the page has its Python."""
+
+
+def open_site(page: Page, address: str) -> None:
+    """Open the website, and wait until it can play."""
+    page.goto(address)
+    wait(page, OPENED)
+
+
+def play(page: Page, text: str) -> None:
+    """Write a program, and save it by its key."""
+    page.locator("#text").fill(text)
+    page.keyboard.press("Control+Enter")
+
+
+@pytest.fixture(scope="session")
+def pyodide(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that looks like the npm package. No test changes it."""
+    return imitate(tmp_path_factory.mktemp("npm") / "pyodide")
+
+
+@pytest.fixture(scope="session")
+def built(pyodide: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The website built from that package. No test changes it."""
+    site = tmp_path_factory.mktemp("built") / "site"
+    build(site, pyodide)
+    return site
+
+
+@pytest.fixture(scope="session")
+def natively(tmp_path_factory: pytest.TempPathFactory, built: Path) -> Iterator[Path]:
+    """The website with its Python in this process, in a subfolder. No test changes it."""
+    root = tmp_path_factory.mktemp("classes")
+    shutil.copytree(built, root / "improv")
+    with homes() as port:
+        run_natively(root / "improv", port)
+        yield root
+
+
+@pytest.fixture
+def address(natively: Path) -> Iterator[str]:
+    """The address of that website, for one test: on its own port, for which a browser has kept nothing yet."""
+    with served(natively) as root:
+        yield f"{root}improv/"

@@ -111,6 +111,15 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert (page.parent / target).exists(), target
 
 
+@pytest.mark.parametrize("page", ["architecture.md", "security.md"])
+def test_named_tests_exist(page: str) -> None:
+    """Each is a path in `tests/`, with or without that folder, or the end of one."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    named = set(re.findall(r"`(?:tests/)?([\w/]*(?:test_\w+\.py|\w+\.test\.mjs))`", text))
+    files = [path.as_posix() for path in (ROOT / "tests").glob("**/*test*")]
+    assert [name for name in named if not any(file.endswith(f"/{name}") for file in files)] == []
+
+
 def test_ci_runs_the_readmes_test_command() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (pattern,) = re.findall('grep .*"(.*)" README.md', (ROOT / ".ci" / "run").read_text(encoding="utf-8"))

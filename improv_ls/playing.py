@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from improv_core.ide.inlay_hint import Hint
 from improv_core.ide.inlay_hint_playing import playing_hints
-from improv_core.player.takeover import joined
 from improv_core.preview.replaying import followed, note
 from improv_core.protocol.messages import Sensed, State, TransportMessage, beat_at
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
+from improv_core.score.takeover import joined
 from improv_ls.documents import Document, moved
 
 

@@ -33,8 +33,12 @@ ROWS: dict[str, Sequence[str]] = {
     "safety": ["protocol", "score"],
     "ipc": PLAYING,
     "player": PLAYING,
-    "preview": ["player.takeover", "protocol", "score"],
-    "outputs": ["ipc", "preview", *PLAYING, "plain"],
+    "preview": ["protocol", "score"],
+    "outputs": [],
+    "outputs.cdr": ["score"],
+    "outputs.recording": ["outputs.cdr", "protocol", "score"],
+    "outputs.simulator": ["outputs.recording", "protocol", "score"],
+    "outputs.ros": ["outputs.cdr", "ipc", "preview", *PLAYING, "plain"],
     "page": ["ipc.rate_limit", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
     "stage": ["page.server", "outputs", "ipc", "player", *PLAYING, "plain"],
     "music": ["ipc", "preview", *PLAYING, "plain"],
@@ -44,10 +48,9 @@ ROWS: dict[str, Sequence[str]] = {
     "routines": ["protocol", "robots", "score", "slices"],
     "website": ["page", "session", "stage", "outputs.simulator", "ipc", *PLAYING, "program", *BELOW_PROGRAM],
     "classroom": ["website.build", "page", "session", "ipc", "protocol", "ide.merging", "program", *BELOW_PROGRAM],
-    "__main__": ["commands"],
 }
-ALL = [name for name in ROWS if name != "__main__"]
-ROWS |= {"commands": ALL, "improv_ls": ALL}
+ALL = list(ROWS)
+ROWS |= {"commands": ALL, "improv_ls": ALL, "__main__": ["commands"]}
 """Packages that each folder or module may import besides itself; of our packages, everything in them."""
 
 BARE = (
@@ -114,9 +117,13 @@ def name(path: Path) -> str:
 
 
 def row(module: str) -> str:
-    """Return the row of a module in the table: its folder's, or its own at the top."""
-    package, _, rest = module.partition(".")
-    return rest.partition(".")[0] if package == "improv_core" and rest else package
+    """Return the row of a module in the table: the longest that it is in."""
+    inner = module.removeprefix("improv_core.")
+    while inner not in ROWS:
+        inner, _, last = inner.rpartition(".")
+        if not last:
+            return module
+    return inner
 
 
 OURS = {name(path) for path in MODULES}
@@ -183,6 +190,17 @@ def test_modules_import_only_what_their_row_allows() -> None:
     assert {name(path): wrong for path in MODULES if (wrong := not_in_its_row(path))} == {}
 
 
+def test_no_row_allows_a_later_one() -> None:
+    rows = list(ROWS)
+    later = {
+        (own, allowed)
+        for own, names in ROWS.items()
+        for allowed in names
+        if rows.index(row(f"improv_core.{allowed}")) >= rows.index(own)
+    }
+    assert later == set()
+
+
 def test_no_module_imports_itself_in_a_circle() -> None:
     """Imports for types count too: a module depends on another one's types."""
     TopologicalSorter({name(path): ours(path) - {name(path)} for path in MODULES}).prepare()
@@ -205,7 +223,7 @@ def test_libraries_are_imported_in_their_place_and_lazily() -> None:
 
 
 def test_modules_that_ros_runs_use_only_the_standard_library() -> None:
-    bare = [path for path in CORE if row(name(path)) in BARE]
+    bare = [path for path in CORE if row(name(path)).partition(".")[0] in BARE]
     allowed = set(sys.stdlib_module_names) | {"improv_core"} | LIBRARIES.keys() | MESSAGES_OF_ROS
     assert {name(path): foreign for path in bare if (foreign := packages(path) - allowed)} == {}
     for path in bare:

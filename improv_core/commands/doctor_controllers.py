@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from improv_core.commands.finding import Finding, Mark
-from improv_core.outputs.ros.joints.trajectories import MESSAGES, controllers_of, in_namespace, topic_of
+from improv_core.outputs.ros.joints.trajectories import MESSAGES, controllers_of, topic_of
 from improv_core.outputs.ros.topic import TYPES
 from improv_core.protocol.graph_messages import Graph
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.body import Body
+from improv_core.score.score import in_namespace
 
 STATES = "sensor_msgs/msg/JointState"
 

@@ -39,7 +39,6 @@ from improv_core.player.events import Event, Facts
 from improv_core.player.run import EMPTY, Run, Silenced
 from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_time, play_from, waits
 from improv_core.player.stop_rules import Decided, error_line, warning_line
-from improv_core.player.takeover import Before, Swap, edited, entering
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
@@ -47,6 +46,7 @@ from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
 from improv_core.score.score import Score
 from improv_core.score.seeking import TooFarError, arrive
+from improv_core.score.takeover import Before, Swap, edited, entering
 
 SEEN = 0.5
 """Seconds after a fault for which unmuting the robot has no effect: nobody can know yet that it stands."""

@@ -11,7 +11,7 @@ from improv_core.player.return_state import HomeStep
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
 from improv_core.protocol.commands import Automation
-from improv_core.protocol.messages import Takeover, When
+from improv_core.protocol.messages import When
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.preflight import Standing
 from improv_core.safety.separation import Near
@@ -20,6 +20,7 @@ from improv_core.score.movement import Duration, Exact
 from improv_core.score.path import Paths
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
+from improv_core.score.takeover import Takeover
 from improv_core.score.transport import BEATS_PER_BAR
 
 

@@ -15,12 +15,13 @@ from improv_core.player.run import Mode
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
 from improv_core.protocol.commands import Automation
-from improv_core.protocol.messages import Poses, Takeover, When
+from improv_core.protocol.messages import Poses, When
 from improv_core.protocol.output import Edge, RawJoints, RawPose, StopButton
 from improv_core.safety.interlocks import EmergencyStops
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.score.senses import CUE, BuiltIn, Key, OscName, RobotSense
+from improv_core.score.takeover import Takeover
 from improv_core.score.transport import BEATS_PER_BAR
 
 

@@ -11,21 +11,18 @@ from improv_core.protocol.fields import PoseJson, to_pose_json
 from improv_core.protocol.messages import (
     Armed,
     Bar,
-    Begins,
     Decided,
     Deserting,
     ErrorLine,
     Measured,
     MeasuredRobot,
     Misplaced,
-    Paced,
     Poses,
     Pressed,
     RobotsSeen,
     Sensed,
     StageWarning,
     Startable,
-    Trailing,
     TransportMessage,
     Waiting,
 )
@@ -48,6 +45,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
+from improv_core.score.takeover import Begins, Paced, Trailing
 
 Told = (
     TransportMessage

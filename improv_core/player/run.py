@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from improv_core.player.start_gate import Gate
-from improv_core.player.takeover import Swap, never_ends
 from improv_core.protocol.commands import AUTOMATIONS, Automation
 from improv_core.protocol.fields import within_reach
 from improv_core.protocol.messages import State, is_silent
@@ -17,6 +16,7 @@ from improv_core.safety.preflight import Standing
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
 from improv_core.score.outside_clock import Following
 from improv_core.score.score import Score
+from improv_core.score.takeover import Swap, never_ends
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 
 Mode = State

@@ -30,8 +30,7 @@ from improv_core.player.events import Facts
 from improv_core.player.run import ONE, Run
 from improv_core.player.start_gate import Gate
 from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
-from improv_core.player.takeover import joined
-from improv_core.protocol.messages import Takeover, refused_by
+from improv_core.protocol.messages import refused_by
 from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
 from improv_core.safety.interlocks import pose_of, waits_for
@@ -39,6 +38,7 @@ from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
 from improv_core.score.outside_clock import followed
 from improv_core.score.score import Score
+from improv_core.score.takeover import Takeover, joined
 from improv_core.score.transport import Transport
 
 OPENS = 0.05

@@ -1,4 +1,4 @@
 """The near future of a dance, computed from a stage's reports. Standard library only.
 
-It may import `player.takeover`, `protocol`, and `score`. Begin with `window`.
+It may import `protocol` and `score`. Begin with `window`.
 """

@@ -10,16 +10,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from improv_core.player.takeover import Before, Swap, edited, joined
 from improv_core.preview.replaying import followed, note
 from improv_core.preview.window import window
-from improv_core.protocol.messages import Measured, SceneJson, Sensed, Takeover, TransportMessage, beat_at, is_silent
+from improv_core.protocol.messages import Measured, Sensed, TransportMessage, beat_at, is_silent
 from improv_core.protocol.page_messages import RobotWindow
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
+from improv_core.score.takeover import Before, SceneJson, Swap, Takeover, edited, joined
 
 AHEAD = 30.0
 """Seconds that a path reaches ahead."""

@@ -27,6 +27,7 @@ from improv_core.protocol.robot_messages import (
     WhyStill,
 )
 from improv_core.score.fits import Between, Long
+from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
 
 VERSION = 2
 """The protocol's version."""
@@ -141,40 +142,6 @@ class _Load(TypedDict):
     score: Mapping[str, Any]
     when: When
     backend: str
-
-
-class SceneJson(TypedDict):
-    """The scene of a score that plays, counted from 0, and the beat at which it began."""
-
-    index: int
-    begins: float
-
-
-class Begins(TypedDict, total=False):
-    """The beats at which parts began, by robot, except those that began at beat 0. They began with `scene`, or with the
-    first scene if it isn't given."""
-
-    begins: Mapping[str, float]
-    scene: SceneJson
-
-
-class Paced(TypedDict, total=False):
-    """The factor by which the tempo and the speed are multiplied to follow a clock from outside."""
-
-    pace: float
-
-
-class Trailing(TypedDict, total=False):
-    """The seconds by which this stage plays behind the leading one, whose senses have to arrive first."""
-
-    behind: float
-
-
-class Takeover(Begins, Paced, Trailing):
-    """A score took over at this beat, at this monotonic time."""
-
-    beat: float
-    monotonic: float
 
 
 class Load(_Load, _Timed, _Asked, total=False):

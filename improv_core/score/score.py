@@ -285,3 +285,8 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
     per_second = tempo / 60
     x, y, z, yaw = (float(value * per_second) if value else 0.0 for value in velocity)
     return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)
+
+
+def in_namespace(topic: str, namespace: str) -> str:
+    """Return a topic's full name in a robot's namespace; one that begins with `/` is already full."""
+    return topic if topic.startswith("/") else f"{namespace}/{topic}"

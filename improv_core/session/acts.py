@@ -10,8 +10,9 @@ from typing import Literal, TypedDict
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.commands import Editing, Form, PlaceRobots, Tune, Watched
-from improv_core.protocol.messages import Takeover, ToStage
+from improv_core.protocol.messages import ToStage
 from improv_core.score.score import OutsideClock
+from improv_core.score.takeover import Takeover
 from improv_core.session.start import SinkName
 from improv_core.session.state import PlayScore
 

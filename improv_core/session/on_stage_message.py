@@ -9,9 +9,10 @@ from dataclasses import replace
 from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.messages import Armed, Obeyed, Ready, Takeover, ToStage, TransportMessage
+from improv_core.protocol.messages import Armed, Obeyed, Ready, ToStage, TransportMessage
 from improv_core.protocol.play_again import stop_of
 from improv_core.score.score import Part, Score
+from improv_core.score.takeover import Takeover
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, Send, SendScore, StartAgain
 from improv_core.session.on_request import Decided, Now, asked, obeyed
 from improv_core.session.start import SinkName

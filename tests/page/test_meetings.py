@@ -11,11 +11,11 @@ import pytest
 
 from improv_core.page.background import OwnThread
 from improv_core.page.meetings import Meetings
-from improv_core.player.takeover import Before, Swap, edited
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.score import Score
+from improv_core.score.takeover import Before, Swap, edited
 
 LIMIT = 30.0
 APART = "ada at 0 0\nbo at 3 0 facing 180\nada $ repeat (forward backward)\nbo $ rest\n"

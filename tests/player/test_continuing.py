@@ -10,10 +10,11 @@ from dataclasses import astuple, replace
 import pytest
 
 from improv_core.player.subscribers import LOOK_AT
-from improv_core.protocol.messages import Takeover, TransportMessage, When
+from improv_core.protocol.messages import TransportMessage, When
 from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
+from improv_core.score.takeover import Takeover
 from improv_core.session.part_versions import Editions
 from tests.player.test_player import QUARTER, Memory, Stage, score
 

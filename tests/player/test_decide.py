@@ -45,8 +45,7 @@ from improv_core.player.events import Event, Facts
 from improv_core.player.run import Mode, Run, Silenced
 from improv_core.player.start_gate import Gate, is_ready, message
 from improv_core.player.start_rules import NOT_READY, WAITS, may_be_brought
-from improv_core.player.takeover import Swap
-from improv_core.protocol.messages import Takeover, When
+from improv_core.protocol.messages import When
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.fault_rules import FaultBegan, FaultOver, Worst
 from improv_core.safety.interlocks import GAMEPAD, OLDER, EmergencyStops
@@ -57,6 +56,7 @@ from improv_core.score.motion import STILL, Pose
 from improv_core.score.movement import Duration
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.takeover import Swap, Takeover
 from improv_core.score.transport import Switch, Transport
 from improv_core.score.world import World
 from tests.player.test_player import score

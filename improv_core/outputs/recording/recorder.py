@@ -19,13 +19,12 @@ from improv_core.outputs.cdr import (
     string_of,
     twist_message,
 )
-from improv_core.outputs.ros.joints.trajectories import in_namespace
 from improv_core.protocol.messages import Decided, Measured, Sensed, read_from_stage
 from improv_core.protocol.output import Edge, Noticed
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
-from improv_core.score.score import Score
+from improv_core.score.score import Score, in_namespace
 from improv_core.score.senses import RobotSense
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"

@@ -18,11 +18,11 @@ from improv_core.protocol.messages import (
     MisplacedRobot,
     Pressed,
     SeenRobot,
-    Takeover,
     ToStage,
     TransportMessage,
 )
 from improv_core.score.outside_clock import Following
+from improv_core.score.takeover import Takeover
 from improv_core.score.transport import BEATS_PER_BAR
 
 HERE = ""

@@ -16,7 +16,7 @@ from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift
 from improv_core.score.body import Body, Controller, Interface, Joint
 from improv_core.score.joints import JointMotion, moved_parts
 from improv_core.score.profiles import is_simulated
-from improv_core.score.score import Part
+from improv_core.score.score import Part, in_namespace
 
 CRUISE = 0.2
 """Seconds for which a trajectory keeps its velocity: a few commands may be late or get lost."""
@@ -120,11 +120,6 @@ def needs_base(part: Part) -> bool:
 def topic_of(controller: Controller, namespace: str) -> str:
     """The full name of a controller's topic in a robot's namespace."""
     return in_namespace(controller.topic or f"{controller.name}_controller/{TOPICS[controller.interface]}", namespace)
-
-
-def in_namespace(topic: str, namespace: str) -> str:
-    """A topic's full name in a namespace, unless it begins with `/`."""
-    return topic if topic.startswith("/") else f"{namespace}/{topic}"
 
 
 def standing(channel: Channel, positions: Mapping[str, float]) -> Course:

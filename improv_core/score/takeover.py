@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TypedDict
 
-from improv_core.protocol.messages import Begins, Takeover
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Exact, near
@@ -15,6 +15,40 @@ from improv_core.score.transport import Switch, Transport
 
 SAME_MOMENT = 0.001
 """Seconds by which the time of a beat may differ between two stages."""
+
+
+class SceneJson(TypedDict):
+    """The scene of a score that plays, counted from 0, and the beat at which it began."""
+
+    index: int
+    begins: float
+
+
+class Begins(TypedDict, total=False):
+    """The beats at which parts began, by robot, except those that began at beat 0. They began with `scene`, or with the
+    first scene if it isn't given."""
+
+    begins: Mapping[str, float]
+    scene: SceneJson
+
+
+class Paced(TypedDict, total=False):
+    """The factor by which the tempo and the speed are multiplied to follow a clock from outside."""
+
+    pace: float
+
+
+class Trailing(TypedDict, total=False):
+    """The seconds by which this stage plays behind the leading one, whose senses have to arrive first."""
+
+    behind: float
+
+
+class Takeover(Begins, Paced, Trailing):
+    """A score took over at this beat, at this monotonic time."""
+
+    beat: float
+    monotonic: float
 
 
 @dataclass(frozen=True, slots=True)

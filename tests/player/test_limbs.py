@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.player import Player
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import When
@@ -37,6 +39,7 @@ profile = "nod"
 profile = "nod"
 """
 Turn = tuple[float, float, float]
+Act = Callable[[Player, float], None]
 
 
 def analyzed(program: str, toml: str = TOML) -> Analysis:
@@ -109,32 +112,37 @@ def test_changes_at_the_same_time_go_to_all_joints_of_a_robot_at_once() -> None:
     assert told == [(robot, at, ["yaw", "pitch", "tail"]) for at in (0, 1) for robot in "ab"]
 
 
-def test_a_pause_only_interrupts() -> None:
-    stage = Bodies("a $ head (left to aside right)")
-    stage.run(1.5)
-    stage.player.pause(stage.now)
-    stage.run(1)
-    stage.player.resume(stage.now)
-    stage.run(5)
-    assert stage.turns() == [(0, 0, 30), (1.5, 45, 0), (2.5, 45, 30), (3, 60, -30), (4, 30, 0)]
-
-
-def test_at_twice_the_speed_joints_turn_twice_as_fast() -> None:
+@pytest.mark.parametrize(
+    ("change", "undo", "turns"),
+    [
+        pytest.param(
+            lambda player, now: player.pause(now),
+            lambda player, now: player.resume(now),
+            [(0, 0, 30), (0.5, 15, 0), (1.5, 15, 30), (3, 60, -30), (4, 30, 0)],
+            id="a pause interrupts",
+        ),
+        pytest.param(
+            lambda player, now: player.set_silent(["a"], [], now),
+            lambda player, now: player.set_silent([], [], now),
+            [(0, 0, 30), (0.5, 15, 0), (1.5, 15, 30), (2, 30, -30), (3, 0, 0)],
+            id="a muted robot stands",
+        ),
+        pytest.param(
+            lambda player, now: player.set_speed(2, now),
+            lambda player, now: player.set_speed(1, now),
+            [(0, 0, 30), (0.5, 15, 60), (1.25, 60, -60), (1.5, 45, -30), (2, 30, 0)],
+            id="at twice the speed joints turn twice as fast",
+        ),
+    ],
+)
+def test_joints_continue_from_where_they_are(change: Act, undo: Act, turns: list[Turn]) -> None:
     stage = Bodies("a $ head (left left right)")
-    stage.run(1.5)
-    stage.player.set_speed(2, stage.now)
-    stage.run(5)
-    assert stage.turns() == [(0, 0, 30), (1.5, 45, 60), (1.75, 60, -60), (2.25, 30, 0)]
-
-
-def test_a_muted_robot_stands_and_continues_from_there() -> None:
-    stage = Bodies("a $ head (left left to start right)")
     stage.run(0.5)
-    stage.player.set_silent(["a"], [], stage.now)
+    change(stage.player, stage.now)
     stage.run(1)
-    stage.player.set_silent([], [], stage.now)
+    undo(stage.player, stage.now)
     stage.run(5)
-    assert stage.turns() == [(0, 0, 30), (0.5, 15, 0), (1.5, 15, 30), (2, 30, -30), (4, -30, 0)]
+    assert stage.turns() == turns
 
 
 def test_after_a_save_changed_parts_begin_from_where_joints_are() -> None:
@@ -173,22 +181,6 @@ def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are(
         stage.save(score, when)
         stage.run(0.5)
     assert stage.turns()[-1][1:] == (30, -30)
-
-
-@pytest.mark.parametrize(
-    ("beat", "turns"),
-    [
-        pytest.param(1.5, [(0, 0, 30), (0.5, 45, 0), (0.5, 45, 30)], id="within a movement"),
-        pytest.param(2.25, [(0, 0, 30), (0.5, 45, 0), (0.5, 45, -60)], id="within a pose"),
-        pytest.param(0.25, [(0, 0, 30), (0.5, 7.5, 0), (0.5, 7.5, 30)], id="back"),
-    ],
-)
-def test_after_a_jump_joints_stand_where_they_ideally_are(beat: float, turns: list[Turn]) -> None:
-    stage = Bodies("a $ head (left left to start right)")
-    stage.run(0.5)
-    stage.player.seek(beat, stage.now)
-    stage.run(0.1)
-    assert stage.turns() == turns
 
 
 def test_senses_decide_what_a_body_part_does() -> None:

@@ -15,7 +15,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
-from improv_core.score.senses import BUILT_IN, Key, OscName, RobotSense, Source, Topic
+from improv_core.score.senses import BUILT_IN, OscName, RobotSense, Source, Topic
 from improv_core.text import Span
 from tests.player.test_player import QUARTER, Stage, score
 
@@ -130,16 +130,6 @@ def test_a_pause_takes_whole_beats_and_looks_again_after_each() -> None:
     assert [each["beats"] for each in stage.transports] == [None, 6]
 
 
-@pytest.mark.parametrize(("near", "move"), [(True, TURNS), (False, GOES)])
-def test_an_if_is_decided_by_what_is_true_when_it_begins(near: bool, move: tuple[float, float]) -> None:
-    stage = playing(anna=series([FORWARD, if_else(LEFT, FORWARD, NEAR, HERE)]))
-    stage.run(0.5)
-    stage.feel("anna", "near", near)
-    stage.run(5)
-    assert stage.moves() == [(0, GOES), *([(1.0, TURNS)] if near else []), (2, STANDS)]
-    assert stage.decisions == [("anna", 1, near)]
-
-
 @pytest.mark.parametrize("near", [True, False])
 def test_a_first_scene_that_may_be_empty_is_decided_too(near: bool) -> None:
     stage = playing(anna=(if_else(LEFT, series([]), NEAR, HERE), FORWARD), near=near)
@@ -157,17 +147,6 @@ def test_a_cue_holds_for_an_instant_and_for_everybody() -> None:
     assert stage.moves("bert") == [(0, TURNS), (2.5, STANDS)]
     assert stage.states == ["playing", "ended"]
     assert stage.transports[-1]["beat"] == 3
-
-
-def test_a_key_is_a_sense_while_it_is_held() -> None:
-    stage = playing(senses={"drop": Key("d")}, anna=pause(repeat(FORWARD), Condition("drop", True)))
-    stage.run(1.5)
-    stage.player.hold_key("d", True, stage.now)
-    stage.player.hold_key("x", True, stage.now)
-    stage.run(1.2)
-    stage.player.hold_key("d", False, stage.now)
-    stage.run(2)
-    assert stage.moves() == [(0, GOES), (1.5, STANDS), (3.5, GOES)]
 
 
 def test_an_osc_message_is_a_sense_until_another_one_comes() -> None:
@@ -198,12 +177,6 @@ def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_go_o
     stage = playing(anna=series([until(series([FORWARD, LEFT] * 3), NEAR), LEFT]), near=None)
     stage.act(1.5, "far", 1, "silence", 2.25, "far", 5)
     assert stage.moves() == [(0, STANDS), (1.5, TURNS), (2, GOES), (2.5, STANDS), (4.75, GOES), (5, TURNS), (7, STANDS)]
-
-
-def test_a_robot_that_had_to_decide_without_knowing_stands_until_it_knows() -> None:
-    stage = playing(anna=series([if_else(LEFT, repeat(FORWARD, 3), NEAR), LEFT]), near=None)
-    stage.act(1.5, "near", 5)
-    assert stage.moves() == [(0, STANDS), (1.5, GOES), (3, TURNS), (4, STANDS)]
 
 
 def test_a_scene_ends_when_all_are_done_and_the_next_begins_on_a_whole_beat() -> None:
@@ -237,16 +210,6 @@ def test_seeking_forgets_earlier_decisions() -> None:
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (2.75, GOES), (3.75, TURNS), (5.75, STANDS)]
 
 
-def test_a_muted_robot_decides_unseen() -> None:
-    stage = playing(anna=ROAMER)
-    stage.run(0.5)
-    stage.player.set_silent(["anna"], [], stage.now)
-    stage.act(1, "near", "far", 0.75)
-    stage.player.set_silent([], [], stage.now)
-    stage.run(0.5)
-    assert stage.moves() == [(0, GOES), (0.5, STANDS), (2.25, TURNS)]
-
-
 def test_a_save_leaves_an_open_part_that_is_the_same_alone() -> None:
     alone, edited = Reacting(), Reacting()
     first = open_score(anna=ROAMER, bert=repeat(LEFT))
@@ -259,22 +222,6 @@ def test_a_save_leaves_an_open_part_that_is_the_same_alone() -> None:
     sent = [[each for each in stage.sink.sent if each[0] == "anna"] for stage in (alone, edited)]
     assert sent[0] == sent[1]
     assert edited.moves("bert") == [(0, TURNS), (3, GOES)]
-
-
-def test_a_save_set_to_wait_for_the_end_waits_until_senses_end_it() -> None:
-    stage = playing(anna=until(repeat(FORWARD), CUE))
-    stage.run(1.5)
-    stage.player.load(open_score(anna=LEFT), 2, "end", stage.now)
-    stage.act(5, "cue", 5)
-    assert stage.moves() == [(0, GOES), (6.5, STANDS), (7, TURNS), (8, STANDS)]
-
-
-def test_a_save_does_not_wait_for_the_end_of_an_endless_score() -> None:
-    stage = playing(anna=ROAMER)
-    stage.run(1.5)
-    stage.player.load(open_score(anna=repeat(LEFT)), 2, "end", stage.now)
-    stage.run(5)
-    assert stage.moves() == [(0, GOES), (2, TURNS)]
 
 
 def test_a_stop_is_obeyed_whatever_robots_sense() -> None:

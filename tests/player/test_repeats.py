@@ -37,11 +37,6 @@ def gaps(times: list[float]) -> list[float]:
     return [after - before for before, after in pairwise(times)]
 
 
-def test_one_robot_is_repeated_at_its_rate() -> None:
-    sent = play(crowd(1), 1.0)
-    assert sent["r0"] == pytest.approx([PERIOD * count for count in range(1, 21)])
-
-
 def test_robots_take_turns_in_slots() -> None:
     sent = play(crowd(100), 0.999)
     assert {len(times) for times in sent.values()} == {19, 20}

@@ -200,9 +200,13 @@ def test_a_robot_drives_back_once_those_that_stages_elsewhere_move_are_seen_too(
     until_back(floor)
 
 
-def test_something_in_the_world_is_in_its_way() -> None:
-    floor = returning(world=World(keep_apart=0.3, walls=(Wall(0.6, -2, 0.6, 2),)))
-    assert floor.lines.count("r finds no path to where it should be: carry it there") == 1
+@pytest.mark.parametrize(
+    ("program", "walls"),
+    [(LINE, (Wall(0.6, -2, 0.6, 2),)), ("beat 60\nr s $ repeat 3 forward repeat (if near left else right)\n", ())],
+    ids=["a wall is in its way", "senses decide its part"],
+)
+def test_a_robot_that_finds_no_path_stands_and_is_named_once(program: str, walls: tuple[Wall, ...]) -> None:
+    floor = returning(program, world=World(keep_apart=0.3, walls=walls))
     assert floor.stands(3)
     assert floor.lines.count("r finds no path to where it should be: carry it there") == 1
 
@@ -213,12 +217,6 @@ HALTS: dict[str, Callable[[Floor], None]] = {
     "pause": lambda floor: floor.player.pause(floor.now),
     "lose": lambda floor: floor.sink.deaf.update(GONE),
 }
-
-
-def test_it_finds_no_path_to_a_part_that_senses_decide() -> None:
-    floor = returning("beat 60\nr s $ repeat 3 forward repeat (if near left else right)\n")
-    assert "r finds no path to where it should be: carry it there" in floor.lines
-    assert floor.stands()
 
 
 @pytest.mark.parametrize("halt", HALTS)

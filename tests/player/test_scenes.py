@@ -82,12 +82,3 @@ def test_a_scene_that_is_deleted_while_it_plays_gives_way_to_the_one_above() -> 
     stage.save("anna $ repeat 4 forward\nbert $ repeat 4 left\n")
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (6, FORWARD), (10, STANDS)])
-
-
-def test_seeking_reaches_any_scene_even_backward() -> None:
-    stage = played(TWO, 1)
-    stage.player.seek(5, stage.now)
-    stage.run(1.5)
-    stage.player.seek(3, stage.now)
-    stage.run(20)
-    check_moves(stage, "anna", [(0, FORWARD), (1, RIGHT), (2.5, FORWARD), (3.5, RIGHT), (7.5, STANDS)])

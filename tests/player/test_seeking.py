@@ -216,14 +216,6 @@ def test_a_seek_that_takes_too_long_is_refused_and_the_dance_continues(text: str
     assert stage.player.run.beat(stage.now, ENDLESS) == 1
 
 
-def test_a_refused_seek_leaves_a_pause_as_it_is() -> None:
-    stage = Simulated(score_of_text("a $ repeat choose (forward left)"))
-    stage.run(0.5)
-    stage.player.pause(stage.now)
-    stage.player.seek(1e6, stage.now)
-    assert (stage.player.state, stage.player.run.transport.origin) == ("paused", 0.5)
-
-
 def test_many_robots_share_the_budget() -> None:
     """One robot alone may seek this far, a hundred may not."""
     names = " ".join(f"r{number}" for number in range(100))

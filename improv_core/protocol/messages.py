@@ -316,6 +316,8 @@ class Sent(TypedDict):
 
 
 class WarningLine(TypedDict):
+    """A line for people."""
+
     type: Literal["warning"]
     message: str
 
@@ -327,6 +329,8 @@ class StageWarning(WarningLine, total=False):
 
 
 class ErrorLine(TypedDict):
+    """A line for people about something that failed."""
+
     type: Literal["error"]
     message: str
 

@@ -140,8 +140,9 @@ class ShownScore(TypedDict):
     """A score as pages show it.
 
     `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on. `scene_names` are those of all
-    scenes, "" for one without. `bar` is the number of beats in a bar, if the program sets it. `skeletons` are those of
-    profiles.
+    scenes, "" for one without. `bar` is the number of beats in a bar, if the program sets it. `words` are those that
+    move robots, each with its x, y, z, and yaw. `skeletons` are those of profiles. With `takes_start_poses`, what the
+    page sends as `place`, `form`, and `tune` can be written into the program.
     """
 
     type: Literal["score"]

@@ -36,14 +36,16 @@ class Moves(TypedDict):
 
 
 class Pulse(TypedDict):
-    """The stage lives; if nothing more comes within `patience` seconds, it hangs."""
+    """The stage lives; if nothing more comes within `patience` seconds, it hangs. Sent ten times a second while robots
+    move."""
 
     type: Literal["pulse"]
     patience: float
 
 
 class Stands(TypedDict):
-    """All robots have been sent zeros. Those that moved may not have received them."""
+    """All robots have been sent zeros. Those that moved may not have received them, until `moves` or `paid`. If the
+    stage fails before that, the standby repeats them for 30 s at most."""
 
     type: Literal["stands"]
 

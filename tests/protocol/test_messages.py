@@ -1,11 +1,12 @@
-"""The limits of valid messages, and the list of all messages and fields in docs/protocol.md."""
+"""The limits of valid messages, and the lists of messages and fields in docs/protocol.md."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 import pytest
 
@@ -22,35 +23,37 @@ from tests.page.conftest import transport
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("heading", "union"),
-    [
-        ("To the stage", ToStage),
-        ("From the stage", FromStage),
-        ("To the standby", ToStandby),
-        ("From the standby", FromStandby),
-        ("To the publisher", ToPublisher),
-        ("From the publisher", FromPublisher),
-        ("From the clock", FromClock),
-        ("To the reader", ToReader),
-        ("From the reader", FromReader),
-        ("To the process that speaks OSC", ToOsc),
-        ("From the process that speaks OSC", FromOsc),
-        ("To the page", ToPage),
-        ("From the page", FromPage),
-    ],
-)
-def test_the_page_lists_every_message_and_field(heading: str, union: Any) -> None:
+SECTIONS = {"To the stage": ToStage, "From the stage": FromStage, "To the page": ToPage, "From the page": FromPage}
+Fields = tuple[Collection[str], Collection[str]]
+"""The required and the optional fields of a message."""
+
+
+@pytest.mark.parametrize("heading", SECTIONS)
+def test_the_docs_list_every_message_and_field(heading: str) -> None:
+    assert listed(heading) == {
+        kind: (message.__required_keys__ - {"type"}, message.__optional_keys__)  # type: ignore[attr-defined]
+        for kind, message in by_type(SECTIONS[heading]).items()
+    }
+
+
+def listed(heading: str) -> Mapping[str, Fields]:
+    """Return the fields of each message in a section. A row may name several that another section describes."""
     section = PAGE.split(f"## {heading}\n")[1].split("\n#")[0]
-    listed = {}
-    for kind, fields in re.findall(r"^\| `(\w+)` \| (.*?) ?\|", section, re.MULTILINE):
-        required, _, optional = fields.partition("optional:")
-        listed[kind] = (set(re.findall(r"`(\w+)`", required)), set(re.findall(r"`(\w+)`", optional)))
-    typed = {}
-    for kind, message in by_type(union).items():
-        required = message.__required_keys__  # type: ignore[attr-defined]
-        typed[kind] = (set(required) - {"type"}, get_type_hints(message).keys() - required)
-    assert listed == typed
+    found: dict[str, Fields] = {}
+    for kinds, fields in re.findall(r"^\| (`\w+`(?:, `\w+`)*) \| (.*?) ?\|", section, re.MULTILINE):
+        elsewhere = re.match(r"as \[(.*)]", fields)
+        for kind in re.findall(r"\w+", kinds):
+            required, _, optional = fields.partition("optional:")
+            given = set(re.findall(r"`(\w+)`", required)), set(re.findall(r"`(\w+)`", optional))
+            found[kind] = listed(elsewhere[1].capitalize())[kind] if elsewhere else given
+    return found
+
+
+@pytest.mark.parametrize(
+    "union", [ToStandby, FromStandby, ToPublisher, FromPublisher, FromClock, ToReader, FromReader, ToOsc, FromOsc]
+)
+def test_the_types_describe_the_messages_of_helper_processes(union: Any) -> None:
+    assert [kind for kind, message in by_type(union).items() if not message.__doc__] == []
 
 
 LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}

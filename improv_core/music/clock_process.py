@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import subprocess
-import threading
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Literal, TypedDict, cast
+from typing import Literal, TypedDict
 
-from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.child import Policy
+from improv_core.ipc.helper import Helper
 from improv_core.protocol.clock_messages import FromClock
-from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.limits import helper
 from improv_core.score.score import OutsideClock
 
@@ -31,30 +30,22 @@ HeardClock = FromClock | ClockGone
 
 class ClockProcess:
     """Started with a running event loop, on which `hear` gets the messages. `tempo`, in beats per minute, is the tempo
-    of a session without other members. Raises OSError."""
+    of a session without other members."""
 
     def __init__(self, clock: OutsideClock, tempo: float, hear: Callable[[HeardClock], None]) -> None:
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = self._explained = False
-        self._child = Child(helper(clock.follow, clock.port, f"{tempo:g}"), POLICY)
-        threading.Thread(target=self._read, daemon=True).start()
+        command = helper(clock.follow, clock.port, f"{tempo:g}")
+        self._process = Helper(command, POLICY, FromClock, self._pass_on, self._end)
 
     def close(self) -> None:
         """End the process. `hear` gets nothing more."""
         self._closing = True
-        self._child.close_input()
+        self._process.close()
 
-    def _read(self) -> None:
-        with suppress(EOFError):
-            while True:
-                for line in self._child.read():
-                    with suppress(ProtocolError):
-                        self._pass_on(cast(FromClock, read_as(line, FromClock)))
-        self._child.close_input()
-        self._child.wait()
-        why = "" if self._explained else self._child.last_error or "it ended by itself"
-        self._pass_on({"type": "clock_gone", "message": why})
+    def _end(self, why: str) -> None:
+        self._pass_on({"type": "clock_gone", "message": "" if self._explained else why or "it ended by itself"})
 
     def _pass_on(self, message: HeardClock) -> None:
         self._explained |= message["type"] == "error"

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import queue
-import threading
 from asyncio import Event, TimeoutError, get_running_loop, wait_for
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Literal, Protocol, TypeAlias, cast
+from typing import Literal, Protocol, TypeAlias
 
-from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.child import Policy
+from improv_core.ipc.helper import Helper
 from improv_core.protocol.commands import PageRequest
-from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.limits import helper
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
 from improv_core.protocol.osc_messages import FromOsc, PeerJson, ToOsc
-from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.stops import Stops
 from improv_core.score.osc import Osc
 from improv_core.score.score import Score
@@ -24,8 +21,6 @@ from improv_core.score.score_json import RowsWritten, to_json
 Reach = Literal["nowhere", "here", "network"]
 """The range of OSC messages: none, this machine, or everything in improv.toml."""
 POLICY = Policy(2.0)
-MOST_WAITING = 10_000
-"""The most messages that may wait for the process. With more, it counts as hung and is killed."""
 READY_LIMIT = 2.0
 """Seconds that a play may wait for the process to start."""
 
@@ -64,7 +59,7 @@ class OscLink:
         self._stops = stops
         self._ask = ask
         self._say = say
-        self._start = start or _Running
+        self._start = start or _start
         self._process: OscProcess | None = None
         self._number = 0  # counts the processes
         self._ready: Event | None = None  # set once the process has started or ended
@@ -148,57 +143,8 @@ class OscLink:
             self._ask(message["command"], asked)
 
 
-class _Running:
-    """The process, a thread that writes to it, and one that reads."""
-
-    def __init__(self, hear: Hear) -> None:
-        self._hear = hear
-        self._queue: queue.SimpleQueue[ToOsc | None] = queue.SimpleQueue()
-        self._child: Child | None = None
-        self.is_alive = True
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def put(self, message: ToOsc) -> None:
-        if self._queue.qsize() < MOST_WAITING:
-            self._queue.put(message)
-        elif self._child:
-            self._child.kill()
-
-    def close(self) -> None:
-        self._queue.put(None)
-        patience = threading.Timer(POLICY.end, self._kill)
-        patience.daemon = True
-        patience.start()
-
-    def _kill(self) -> None:
-        if self._child:
-            self._child.kill()
-
-    def _run(self) -> None:
-        """Start the process and write to it, on a thread, because both may take many milliseconds."""
-        try:
-            child = self._child = Child(helper("osc"), POLICY)
-        except OSError:
-            self._end()
-            return
-        threading.Thread(target=self._read, args=(child,), daemon=True).start()
-        with suppress(OSError):  # it has ended
-            while (message := self._queue.get()) is not None:
-                child.write(dumps(message) + b"\n")
-        child.close_input()
-
-    def _read(self, child: Child) -> None:
-        with suppress(EOFError):
-            while True:
-                for line in child.read():
-                    with suppress(ProtocolError):
-                        self._hear(cast(FromOsc, read_as(line, FromOsc)))
-        child.wait()
-        self._end()
-
-    def _end(self) -> None:
-        self.is_alive = False
-        self._hear(None)
+def _start(hear: Hear) -> OscProcess:
+    return Helper(helper("osc"), POLICY, FromOsc, hear, lambda why: hear(None))
 
 
 def _json(peer: tuple[str, int]) -> PeerJson:

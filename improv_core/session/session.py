@@ -70,7 +70,7 @@ class RunningClock(Protocol):
 
 
 ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None]], RunningClock]
-"""Listens to a clock of music, and passes its messages on. Raises OSError."""
+"""Listens to a clock of music, and passes its messages on."""
 
 
 class Playback:
@@ -313,10 +313,7 @@ class Playback:
             self._clock.close()
         self._clock = None
         if clock:
-            try:
-                self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.state, message)))
-            except OSError as error:
-                self._do(heard_clock(self.state, {"type": "clock_gone", "message": str(error.strerror)}))
+            self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.state, message)))
 
     def _send_score(self, act: SendScore) -> None:
         name, play, stage = act.name, act.play, self._stages[act.name]

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import queue
-import threading
 from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 
-from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.child import Policy
+from improv_core.ipc.helper import Helper
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.limits import helper
 from improv_core.protocol.messages import FromStage
@@ -21,8 +18,6 @@ HEALTH_PERIOD = 1.0
 """Seconds between two reports of how well commands reach robots; REP 107 has diagnostics once a second."""
 MEASURED_PERIOD = 1.0
 """Seconds between two reports of a robot's pose. They align its odometry's frame with the world of the score."""
-MOST_WAITING = 10_000
-"""The most messages that may wait for the process. With more, it counts as hung."""
 END_LIMIT = 2.0
 """Seconds that it may take to exit when the stage ends."""
 POLICY = Policy(20.0)
@@ -41,7 +36,7 @@ class Publishing:
         self._due = 0.0  # when the next report of health is due
         self._measured: dict[str, float] = {}  # when each robot's next pose is due
         self._process: _Process | None = None
-        self._leaving: list[_Process] = []
+        self._leaving: list[Helper] = []
         self.health = _CommandStats()
 
     @property
@@ -52,12 +47,12 @@ class Publishing:
     def take(self, score: Score, generation: int) -> None:
         """Start, keep, or end the process, as a new score asks."""
         if self._process and (self._process.problem or not score.publish):
-            self._process.close()
-            self._leaving = [each for each in [*self._leaving, self._process] if each.is_alive]
+            self._process.helper.close()
+            self._leaving = [each for each in [*self._leaving, self._process.helper] if each.is_alive]
             self._process = None
         if score.publish:
             self._process = self._process or _Process(self._command)
-            self._process.put((score, generation))
+            self._process.play(score, generation)
 
     def show(self, message: FromStage) -> None:
         """Pass on a message of the stage, but only one measured pose per `MEASURED_PERIOD`."""
@@ -67,7 +62,7 @@ class Publishing:
             now = self._clock()
             if any(now >= self._measured.get(robot, 0.0) for robot in message["robots"]):
                 self._measured.update(dict.fromkeys(message["robots"], now + MEASURED_PERIOD))
-                self._process.put(message)
+                self._process.helper.put(message)
         elif (
             message["type"] == "transport"
             or message["type"] == "sensed"
@@ -75,21 +70,21 @@ class Publishing:
             or message["type"] == "error"
             or message["type"] == "fault"
         ):
-            self._process.put(message)
+            self._process.helper.put(message)
 
     def report(self) -> None:
         """Report how well commands reach robots, if that is due."""
         if self._process and (now := self._clock()) >= self._due:
             self._due = now + HEALTH_PERIOD
-            self._process.put(self.health.taken())
+            self._process.helper.put(self.health.taken())
 
     def close(self) -> None:
         """End all processes."""
         for process in self._leaving:
             process.kill()
         if self._process:
-            self._process.close()
-            self._process.wait()
+            self._process.helper.close()
+            self._process.helper.wait(END_LIMIT)
 
 
 @dataclass(slots=True)
@@ -131,78 +126,24 @@ class _CommandStats:
 
 
 class _Process:
-    """The process, and the thread that writes to it."""
+    """The process, its scores, and the problem with it."""
 
     def __init__(self, command: Sequence[str]) -> None:
-        self._command = command
-        self._queue: queue.SimpleQueue[ToPublisher | tuple[Score, int] | None] = queue.SimpleQueue()
-        self._child: Child | None = None
-        self._closed = False
         self.problem: str | None = None
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
+        self._written = RowsWritten()  # belongs to the thread that writes
+        self.helper = Helper(command, POLICY, FromPublisher, self._hear, self._fail)
 
-    def put(self, message: ToPublisher | tuple[Score, int]) -> None:
-        if self._queue.qsize() < MOST_WAITING:
-            self._queue.put(message)
-        else:
-            self.kill()
+    def play(self, score: Score, generation: int) -> None:
+        """Have it publish a score, which takes long to convert."""
+        self.helper.put(lambda: self._plays(score, generation))
 
-    @property
-    def is_alive(self) -> bool:
-        return self._thread.is_alive()
+    def _plays(self, score: Score, generation: int) -> ToPublisher:
+        self._written = self._written.renewed()
+        return {"type": "plays", "generation": generation, "score": to_json(score, self._written)}
 
-    def kill(self) -> None:
-        if self._child:
-            self._child.kill()
+    def _hear(self, message: FromPublisher) -> None:
+        self._fail(f"has ended: {message['message']}")
 
-    def close(self) -> None:
-        """End it, without waiting."""
-        self._closed = True
-        self._queue.put(None)
-        # The thread that writes can't end a process that hangs: it may wait until the process reads.
-        patience = threading.Timer(POLICY.end, self.kill)
-        patience.daemon = True
-        patience.start()
-
-    def wait(self) -> None:
-        """Wait until it has ended, and kill it if it hangs."""
-        self._thread.join(END_LIMIT)
-        self.kill()
-
-    def _run(self) -> None:
-        """Start the process and write to it, on a thread other than the stage's, because both may take many
-        milliseconds."""
-        why = ""
-        try:
-            self._child = Child(self._command, POLICY)
-            why = self._write(self._child)
-        except OSError as error:
-            why = f"can't start: {error}"
-        if why and not self._closed:
-            line = f"the process that publishes the dance {why}: the next play starts another one"
-            self.problem = in_plain_text(" ".join(line.split()))
-
-    def _write(self, child: Child) -> str:
-        """Write everything from the queue; returns the reason why the process ended too early."""
-        written = RowsWritten()
-        try:
-            while (item := self._queue.get()) is not None:
-                message: ToPublisher
-                if isinstance(item, tuple):
-                    written = written.renewed()
-                    message = {"type": "plays", "generation": item[1], "score": to_json(item[0], written)}
-                else:
-                    message = item
-                child.write(json.dumps(message).encode() + b"\n")
-            return "has been closed"
-        except OSError:
-            why = "it was killed"
-            with suppress(EOFError):
-                for line in child.read(END_LIMIT):
-                    said: FromPublisher = json.loads(line)
-                    why = said["message"]
-            child.kill()
-            return f"has ended: {why}"
-        finally:
-            child.end()
+    def _fail(self, why: str) -> None:
+        line = f"the process that publishes the dance {why or 'has ended: it was killed'}"
+        self.problem = self.problem or in_plain_text(" ".join(f"{line}: the next play starts another one".split()))

@@ -1,6 +1,6 @@
 """`improv place`: its refusals, and the drives of robots until they are in their places.
 
-Here robots end where scores take them, or nearly; tests/ros/test_place.py drives a simulated base.
+Here robots end where scores take them, or nearly; the benchmark `placing` drives simulated bases.
 """
 
 from __future__ import annotations

@@ -80,10 +80,10 @@ class Server:
 class Terminal:
     """`improv play` or `improv watch` of a file."""
 
-    def __init__(self, command: str, path: Path, env: Mapping[str, str]) -> None:
+    def __init__(self, command: str, path: Path, env: Mapping[str, str], program: str = BEFORE) -> None:
         self._path = path
         self._said: list[str] = []
-        path.write_text(BEFORE)
+        path.write_text(program)
         # A session of its own: its process group is what Ctrl-C in a terminal reaches.
         self.process = subprocess.Popen(
             [sys.executable, "-m", "improv_core", command, str(path), "--backend", "ros"],

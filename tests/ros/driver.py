@@ -23,12 +23,11 @@ from rclpy.utilities import get_default_context
 
 from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.output import Ros
-from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses
+from improv_core.protocol.output import Alarm, Edge, RawPoses
 from improv_core.score import senses
 from improv_core.score.algebra import hold, stand
 from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
 from improv_core.score.by_part import by_part
-from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Velocity
 from improv_core.score.profiles import PUPPET, TURTLESIM
@@ -64,27 +63,15 @@ def prepare(
     sink.prepare(Score(Fraction(60), parts, safety=safety), restart)
 
 
-def prepare_body(
-    controllers: list[dict[str, Any]],
-    restart: bool = True,
-    states: str | None = "joint_states",
-    home: Home = "wait",
-    **joint: Any,
-) -> None:
+def prepare_body(controllers: list[dict[str, Any]], home: Home, **joint: Any) -> None:
     """Prepare a robot ada that moves its head left and up by the joints yaw and pitch, both defined by `joint`."""
     made = [Controller(**each) for each in controllers]
     head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
-    body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, states, home)
+    body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, "joint_states", home)
     scene = by_part(hold(Velocity(0, 0, 1, 1), 1), "head")
     profile = replace(TURTLESIM, body=body)
-    sink.prepare(
-        Score(Fraction(60), {"ada": Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")}), restart
-    )
-
-
-def send_joints(at: float, **velocities: float) -> None:
-    """Send velocities to joints. The positions that the stage assumes make no difference."""
-    sink.send_joints("ada", {name: JointMotion(0.0, velocity) for name, velocity in velocities.items()}, at)
+    ada = Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")
+    sink.prepare(Score(Fraction(60), {"ada": ada}), True)
 
 
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
@@ -136,11 +123,9 @@ def bring_home() -> None:
     sink.send("ada", STILL, 0.0)
 
 
-def wait_for_reset() -> float:
-    """Return the seconds for which the player would wait."""
-    began = time.monotonic()
+def wait_for_reset() -> None:
+    """Wait as long as the player would."""
     until(lambda: not sink.resetting())
-    return time.monotonic() - began
 
 
 def find(lines: str, robot: str, part: str) -> str:
@@ -149,7 +134,7 @@ def find(lines: str, robot: str, part: str) -> str:
 
     def fits() -> bool:
         nonlocal found
-        found = methods[lines]().get(robot, "")
+        found = getattr(sink, lines)().get(robot, "")
         return part in found
 
     until(fits, asks=lines == "missing")
@@ -160,6 +145,14 @@ def battery(robot: str) -> float:
     """Wait for a robot's battery level, and return it."""
     until(lambda: robot in sink.noticed().batteries)
     return sink.noticed().batteries[robot]
+
+
+def node() -> str:
+    return str(sink._node.get_fully_qualified_name())
+
+
+def retry() -> None:
+    sink.pending_zeros.retry(time.monotonic())
 
 
 def until_ready() -> None:
@@ -179,7 +172,7 @@ def until_no_zero_pends() -> None:
     """Wait until no zero is pending."""
 
     def none_pending() -> bool:
-        sink.pending_zeros.retry(time.monotonic())
+        retry()
         return sink.pending_zeros.due == math.inf
 
     until(none_pending)
@@ -229,12 +222,6 @@ def pose() -> Any:
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
 
 
-def joints() -> Any:
-    """Wait for the next positions of a robot's joints, and return the robot and them."""
-    found = _next(RawJoints)
-    return found.robot, found.positions
-
-
 def end(*_: object) -> None:
     sink.send("turtle1", STILL, 0.0)
     sink.close()
@@ -268,40 +255,12 @@ signal.signal(signal.SIGTERM, end)
 heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
 sink, is_there = make(), True
 answer([True, sink.description])
-methods: dict[str, Callable[..., Any]] = {
-    "anew": anew,
-    "leave": leave,
-    "prepare": prepare,
-    "node": lambda: sink._node.get_fully_qualified_name(),
-    "missing": lambda: sink.missing(),
-    "warnings": lambda: sink.warnings(),
-    "resetting": lambda: sink.resetting(),
-    "send": send,
-    "prepare_body": prepare_body,
-    "send_joints": send_joints,
-    "bring_home": bring_home,
-    "refuse": refuse,
-    "wait": wait,
-    "wait_for_reset": wait_for_reset,
-    "find": find,
-    "battery": battery,
-    "edge": edge,
-    "pose": pose,
-    "joints": joints,
-    "alarm": alarm,
-    "retry": lambda: sink.pending_zeros.retry(time.monotonic()),
-    "guard": lambda *topics: sink.guard(topics),
-    "until_ready": until_ready,
-    "until_missing": until_missing,
-    "until_no_warnings": until_no_warnings,
-    "until_no_zero_pends": until_no_zero_pends,
-    "offered": offered,
-    "until_offered": until_offered,
-}
+own = globals()
 for line in sys.stdin:
     method, arguments, named = json.loads(line)
     try:
-        answer([True, methods[method](*arguments, **named)])
+        call = own.get(method) or getattr(sink, method)
+        answer([True, call(*arguments, **named)])
     except Exception:  # the next test can continue with another sink
         answer([False, traceback.format_exc()])
 leave()

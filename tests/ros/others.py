@@ -150,9 +150,16 @@ def reader_of(name: str) -> Callable[[Any], dict[str, Any]]:
         return lambda message: {"positions": dict(zip(message.name, message.position, strict=True))}
     if name == "trajectory_msgs/JointTrajectory":
         return trajectory
-    if name == "std_msgs/Float64MultiArray":
-        return lambda message: {"numbers": [*message.data]}
-    return velocity if name in TWISTS else lambda message: {}
+    return velocity if name in TWISTS else plain
+
+
+def plain(value: Any) -> Any:
+    """Return a message, or a part of one, as JSON has it."""
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, bytes):
+        return ord(value)
+    return value if isinstance(value, str | float | int) else [plain(each) for each in value]
 
 
 def trajectory(message: Any) -> dict[str, Any]:

@@ -74,10 +74,6 @@ def server(env: Mapping[str, str], turtles: list[Listener]) -> Iterator[Server]:
         yield server
 
 
-def test_a_killed_stage_is_replaced(server: Server, turtles: list[Listener]) -> None:
-    survives(server, turtles[0], lambda stage: os.kill(stage, signal.SIGKILL), ENDED)
-
-
 def test_a_stage_that_hangs_in_a_c_call_is_replaced(server: Server, turtles: list[Listener], folder: Path) -> None:
     line = ": a new one is stopping the robots; save to play again"  # its standby may be first to kill it
     survives(server, turtles[0], lambda _: (folder / "hang").touch(), line)

@@ -64,8 +64,7 @@ def test_a_dance_follows_the_time_of_a_simulation(
 ) -> None:
     (tmp_path / "improv.toml").write_text(ROBOTS)
     robot = Listener(others, "/ada/cmd_vel", type=STAMPED)
-    with Terminal("watch", tmp_path / "dance.improv", ros_env) as dance:
-        dance.save(DANCE)
+    with Terminal("play", tmp_path / "dance.improv", ros_env, DANCE) as dance:
         dance.wait_for_line("paused until /clock goes on")
         simulation.run(0.5)
         _, _, *slow = beats(robot, 8)

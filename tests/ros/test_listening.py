@@ -82,7 +82,7 @@ def test_each_press_stops_although_another_publisher_keeps_sending_false(publish
 def test_the_sink_listens_to_an_emergency_stop_that_no_score_names(publish: Publish, sink: Sink) -> None:
     """An earlier stage has heard that it is on."""
     stop = publish("/e_stop", STOP)
-    sink("guard", "/e_stop")
+    sink("guard", ["/e_stop"])
     sink("prepare", TURTLE)
     stop(OFF)
     stops(sink, False)

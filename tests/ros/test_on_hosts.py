@@ -165,17 +165,3 @@ def test_at_the_end_robots_behind_a_silent_link_are_named(host: Host, listen: Li
         await asyncio.to_thread(there.wait, still)
 
     perform(test)
-
-
-def test_a_robot_whose_host_nobody_has_allowed_stands_while_the_others_dance(host: Host, listen: Listen) -> None:
-    host.allow()
-    here = listen("/a/cmd_vel")
-
-    async def test(show: Show) -> None:
-        await show.play("a p $ repeat forward\n")
-        await asyncio.to_thread(here.wait, moving)
-        refused = await show.until(lambda message: message["type"] == "warning" and NAME in message["message"])
-        assert f"improv hosts allow {NAME}" in refused["message"]
-        assert not host.versions()
-
-    perform(test)

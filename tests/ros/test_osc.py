@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -52,61 +53,40 @@ class Desk:
         self._socket.close()
 
 
-@pytest.fixture
-def desk() -> Iterator[Desk]:
-    made = Desk()
-    yield made
-    made.close()
-
-
-def test_real_robots_are_stopped_and_played_by_osc_and_react_to_it(
-    desk: Desk, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+def test_osc_plays_stops_and_changes_senses_but_moves_no_real_robot_that_a_person_has_stopped(
+    listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
     robot = listen("/turtle1/cmd_vel")
-    (tmp_path / "improv.toml").write_text(desk.section)
-    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
+    uri = (tmp_path / "dance.improv").as_uri()
+    with closing(Desk()) as desk, Server(ros_env, uri=uri) as editor:
+        (tmp_path / "improv.toml").write_text(desk.section)
         editor.save(PROGRAM)
         robot.wait(at_speed(SPEED))
         desk.hear(plain("/improv/state", ["playing"]))
         desk.hear(b"/improv/beat\0")
-        desk.send("sense", "kick", "turtle1", 1)
-        robot.wait(at_speed(-SPEED))
-        desk.send("sense", "kick", "turtle1", 0)
-        robot.wait(at_speed(SPEED))
+        for value, speed in ((1, -SPEED), (0, SPEED)):
+            desk.send("sense", "kick", "turtle1", value)
+            robot.wait(at_speed(speed))
         desk.send("tempo", 30)
         robot.wait(at_speed(SPEED / 2))
-        desk.send("pause")
-        robot.wait(still)
-        desk.hear(plain("/improv/state", ["paused"]))
-        desk.send("play")
-        robot.wait(at_speed(SPEED / 2))
-        desk.send("stop")
-        robot.wait(still)
-        desk.hear(plain("/improv/state", ["stopped"]))
-        desk.send("play")
-        robot.wait(at_speed(SPEED / 2))
-        editor.complaints()
+        for address, state in (("pause", "paused"), ("stop", "stopped")):
+            desk.send(address)
+            robot.wait(still)
+            desk.hear(plain("/improv/state", [state]))
+            desk.send("play")
+            robot.wait(at_speed(SPEED / 2))
 
-
-def test_osc_moves_no_real_robot_that_a_person_has_stopped(
-    desk: Desk, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
-) -> None:
-    robot = listen("/turtle1/cmd_vel")
-    (tmp_path / "improv.toml").write_text(desk.section)
-    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
-        editor.save(PROGRAM)
-        robot.wait(at_speed(SPEED))
-        desk.hear(plain("/improv/state", ["playing"]))
         editor.client.request("workspace/executeCommand", {"command": "improv.hush"})
         robot.wait(still)
         desk.hear(plain("/improv/state", ["stopped"]))
         robot.hear_all()
         before = len(robot.heard)
-        desk.send("tempo", 30)
+        desk.send("tempo", 60)
         desk.send("seek", 0)
         desk.hear(plain("/improv/state", ["paused"]))
         desk.send("play")
         editor.wait_for_line(f"an OSC message was ignored: /improv/play: {STOPPED}")
         editor.client.request("workspace/executeCommand", {"command": "improv.resume"})
-        begun = robot.wait(at_speed(SPEED / 2))
+        begun = robot.wait(at_speed(SPEED))
         assert all(map(still, robot.heard[before : robot.heard.index(begun)]))
+        editor.complaints()

@@ -7,19 +7,18 @@ import math
 import os
 import re
 import signal
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.processes import descendants
-from tests.ros.conftest import BASE, Listen, Script
+from tests.processes import command_of, descendants
+from tests.ros.conftest import BASE, Fields, Listen, Script
 from tests.ros.dance import Server
 
 pytestmark = pytest.mark.slow("waits for what is published once a second")
 
-WATCHER = Path(__file__).with_name("watcher.py")
 CAST = """
 [ros]
 publish = true
@@ -38,90 +37,93 @@ max_linear = 0.5
 profile = "slow"
 """
 PROGRAM = "anna $ repeat (forward left)\nbert $ repeat left\ncarl $ repeat forward\n"
-WARNING, ERROR = 30, 40
-"""The levels of rcl_interfaces/Log."""
-
-Seen = Mapping[str, Any]
-Watch = Callable[[str, Callable[[Seen], bool]], Seen]
-
-
-@pytest.fixture
-def watch(script: Script, alone: Mapping[str, str]) -> Watch:
-    """Wait for a message on a topic that fits, which may have come before."""
-    stdout = script(WATCHER, "/improv/anna/path", **alone).stdout
-    seen: list[Seen] = []
-
-    def wait(topic: str, fits: Callable[[Seen], bool]) -> Seen:
-        assert stdout
-        while not (found := next((each for each in seen if each["topic"] == topic and fits(each)), None)):
-            seen.append(json.loads(stdout.readline()))
-            assert seen[-1].get("level") != ERROR, seen[-1]  # on a machine that is too busy, the stage stops its robots
-        return found
-
-    return wait
+DEAF = "nothing is listening on /bert/cmd_vel"
+WARNING = 30
+"""A level of rcl_interfaces/Log."""
+OK, WARN, FAILED = 0, 1, 2
+"""Levels of diagnostic_msgs/DiagnosticStatus."""
 
 
-def named(name: str) -> Callable[[Seen], bool]:
-    return lambda message: message["name"] == name
+def statuses(message: Fields) -> dict[str, Fields]:
+    return {each["name"].removeprefix("improv: "): each for each in message["status"]}
 
 
-def command_of(pid: int) -> str:
-    return Path(f"/proc/{pid}/cmdline").read_text()
+def all_known(message: Fields) -> bool:
+    """Return whether diagnostics say that nobody listens to bert and that carl is too slow."""
+    found = statuses(message)
+    levels = [found[name]["level"] for name in ("anna", "bert", "carl") if name in found]
+    return levels == [OK, FAILED, WARN]
+
+
+def shape(path: Fields) -> tuple[list[float], list[float]]:
+    """Return the middle and the size of a path."""
+    places = [each["pose"]["position"] for each in path["poses"]]
+    sides = [(min(axis), max(axis)) for axis in ([place[name] for place in places] for name in "xy")]
+    return [(low + high) / 2 for low, high in sides], [high - low for low, high in sides]
+
+
+def seconds(message: Fields) -> float:
+    stamp = message["header"]["stamp"]
+    return float(stamp["sec"] + stamp["nanosec"] / 1e9)
 
 
 def test_a_stage_publishes_its_paths_and_messages(
-    watch: Watch, script: Script, listen: Listen, alone: Mapping[str, str], tmp_path: Path
+    script: Script, listen: Listen, alone: Mapping[str, str], tmp_path: Path
 ) -> None:
     """A second process publishes them after the first has failed, and none does once the file no longer asks for it. A
     process that hangs then ends with the stage."""
     script(BASE, "anna", "--loss", "0", "--noise", "0", **alone)
     listen("/carl/cmd_vel")
-    toml = tmp_path / "improv.toml"
-    toml.write_text(CAST)
+    transport = listen("/improv/transport", type="std_msgs/String")
+    paths = listen("/improv/anna/path", type="nav_msgs/Path")
+    markers = listen("/improv/markers", type="visualization_msgs/MarkerArray")
+    diagnostics = listen("/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    lines = listen("/rosout", type="rcl_interfaces/Log")
+    (toml := tmp_path / "improv.toml").write_text(CAST)
     editor = Server(alone, uri=(tmp_path / "dance.improv").as_uri())
+
+    def plays(since: int = 0) -> dict[str, Any]:
+        """Wait for the position in a score after this one."""
+        position: dict[str, Any] = {"state": "", "generation": 0}
+        while position["state"] != "playing" or position["generation"] <= since:
+            position = json.loads(transport.wait(lambda message: True)["data"])
+        return position
+
+    def publisher() -> int:
+        (pid,) = [pid for pid in descendants(editor.pid) if b"\0publisher\0" in command_of(pid)]
+        return pid
+
     with editor.client:  # its standby tries for a while to stop bert, who has no listener
         editor.save(PROGRAM)
-        path = watch("/improv/anna/path", lambda path: path["poses"] and path["frames"] == ["odom"])
-        assert path["at"][0] == 0
-        assert path["at"][-1] == pytest.approx(30, abs=0.001)
+        path = paths.wait(lambda path: path["poses"] and path["header"]["frame_id"] == "odom")
+        assert {each["header"]["frame_id"] for each in path["poses"]} == {"odom"}
+        assert seconds(path["poses"][-1]) - seconds(path) == pytest.approx(30, abs=0.001)
         # A square of 2 m, turned and moved a little by late commands. Its odometry begins at 0, and the world's
         # start is elsewhere: there, the middle of the square is at (0, 3).
-        lows, highs = ([function(each) for each in zip(*path["poses"], strict=True)] for function in (min, max))
-        assert all(1.9 <= high - low <= 2.9 for low, high in zip(lows, highs, strict=True))
-        middle = [(low + high) / 2 for low, high in zip(lows, highs, strict=True)]
+        middle, size = shape(path)
+        assert all(1.9 <= side <= 2.9 for side in size)
         assert math.dist(middle, (1, 1)) < math.dist(middle, (0, 3))
-        lit = watch("markers", lambda seen: any(re.match("anna\n.*\n.", text) for text in seen["texts"]))
-        (text,) = [text for text in lit["texts"] if text.startswith("anna")]
-        name, beat, word = text.split("\n")
-        assert name == "anna"
-        assert beat.startswith("beat ")
-        assert word in ("forward", "left")
-        position = watch("transport", lambda seen: seen["state"] == "playing")
+        words = re.compile(r"anna\nbeat .*\n(forward|left)")
+        markers.wait(lambda seen: any(words.fullmatch(each["text"]) for each in seen["markers"]))
+        position = plays()
         assert (position["tempo"], position["beats"], position["muted"]) == (60, None, [])
-        whole = watch("diagnostics", named("improv"))
-        assert float(whole["values"]["late (ms)"]) >= 0
-        assert watch("diagnostics", named("improv: anna"))["message"] == "OK"
-        missing = watch("diagnostics", lambda seen: seen["name"] == "improv: bert" and seen["level"] == 2)
-        assert missing["message"].startswith("nothing is listening on /bert/cmd_vel")
-        clipped = watch("diagnostics", lambda seen: seen["name"] == "improv: carl" and seen["level"] == 1)
-        assert clipped["values"]["within its limits"] == "no"
-        line = watch("rosout", lambda seen: seen["name"].endswith("_publisher"))
-        assert line["text"].startswith("nothing is listening on /bert/cmd_vel")
-        assert line["level"] == WARNING
+        known = statuses(diagnostics.wait(all_known))
+        assert known["bert"]["message"].startswith(DEAF)
+        assert {"key": "within its limits", "value": "no"} in known["carl"]["values"]
+        line = lines.wait(lambda line: line["name"].endswith("_publisher"))
+        assert (line["level"], line["msg"].startswith(DEAF)) == (WARNING, True)
+
         toml.write_text(CAST.replace("true", "false"))
         editor.save(PROGRAM)
-        watch("publishers", lambda seen: seen["count"] == 0)
+        transport.wait_for_publishers(lambda count: count == 0)
         toml.write_text(CAST)
-        editor.save(PROGRAM)
-        position = watch("transport", lambda seen: seen["generation"] > position["generation"])
-        (publisher,) = [pid for pid in descendants(editor.pid) if "\0publisher\0" in command_of(pid)]
-        os.kill(publisher, signal.SIGKILL)
-        editor.wait_for_line(
-            "the process that publishes the dance has ended: it was killed: the next play starts another"
-        )
-        editor.save(PROGRAM)
-        position = watch("transport", lambda seen: seen["generation"] > position["generation"])
-        (publisher,) = [pid for pid in descendants(editor.pid) if "\0publisher\0" in command_of(pid)]
-        os.kill(publisher, signal.SIGSTOP)
+        for fault in (signal.SIGKILL, signal.SIGSTOP):
+            editor.save(PROGRAM)
+            position = plays(position["generation"])
+            os.kill(publisher(), fault)
+            if fault == signal.SIGKILL:
+                editor.wait_for_line(
+                    "the process that publishes the dance has ended: it was killed: the next play starts another"
+                )
         toml.write_text(CAST.replace("true", "false"))
         editor.save(PROGRAM)

@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from tests.ros.conftest import STAMPED, Fields, Listen, Publish, Sink
+from tests.ros.conftest import STAMPED, Listen, Publish, Sink
+from tests.ros.dance import moving
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -15,18 +16,20 @@ TURTLE = {"turtle1": TOPIC}
 SIMULATED = {"clock.sec": 12, "clock.nanosec": 500_000_000}
 
 
-def moving(message: Fields) -> bool:
-    """Return whether it is not a zero. Zeros may come earlier to check that the robot hears."""
-    return bool(message["x"])
-
-
-def test_stamps_come_from_this_machine(sink: Sink, listen: Listen) -> None:
+def test_stamps_come_from_this_machine_and_an_unused_clock_is_reported(
+    sink: Sink, listen: Listen, publish: Publish
+) -> None:
     robot = listen(TOPIC, type=STAMPED)
     sink("prepare", TURTLE)
     sink("wait")
     before = time.time()
     sink("send", "turtle1", 1, 0, 0, 0)
     assert before <= robot.wait(moving)["stamp"] <= time.time()
+    publish("/clock", "rosgraph_msgs/Clock")(SIMULATED)
+    line = sink("find", "warnings", "turtle1", "/clock")
+    assert line.endswith("if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml")
+    sink("prepare", TURTLE, use_sim_time=True)
+    assert sink("warnings") == {}
 
 
 def test_stamps_come_from_the_simulation(sink: Sink, listen: Listen, publish: Publish) -> None:
@@ -47,14 +50,3 @@ def test_a_robot_that_takes_no_stamps_needs_no_clock(sink: Sink, listen: Listen)
     listen(TOPIC)
     sink("prepare", TURTLE, use_sim_time=True)
     sink("wait")
-
-
-def test_an_unused_clock_is_reported(sink: Sink, listen: Listen, publish: Publish) -> None:
-    listen(TOPIC, type=STAMPED)
-    publish("/clock", "rosgraph_msgs/Clock")(SIMULATED)
-    sink("prepare", TURTLE)
-    sink("wait")
-    line = sink("find", "warnings", "turtle1", "/clock")
-    assert line.endswith("if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml")
-    sink("prepare", TURTLE, use_sim_time=True)
-    assert sink("warnings") == {}

@@ -97,14 +97,6 @@ def test_a_listener_that_can_not_be_served_is_reported(
     assert found.startswith(f"the listener on {TOPIC} {line} (ROS 2,")
 
 
-def test_a_best_effort_listener_is_served_silently(sink: Sink, listen: Listen) -> None:
-    listener = listen(TOPIC, best_effort=True)
-    sink("prepare", TURTLE)
-    sink("wait")
-    sink.repeat(listener, "send", "turtle1", 1, 0, 0, 0)
-    assert (sink("missing"), sink("warnings")) == ({}, {})
-
-
 def test_limits_scale_all_of_a_twist(sink: Sink, listen: Listen) -> None:
     listener = listen(TOPIC)
     sink("prepare", TURTLE, profile={"max_linear": 0.2, "max_angular": 1.0})

@@ -26,6 +26,8 @@ def test_robots_are_stopped_reset_once_and_heard_again(sink: Sink, listen: Liste
     witness.wait(lambda message: message["x"] == 2)
     told = {(message["topic"], message["x"]) for message in witness.heard}
     assert {("/turtle1/cmd_vel", 0), ("/turtle2/cmd_vel", 0)} <= told
+    sink("prepare", TOPICS, False, reset="/reset")
+    assert sink("resetting") is False, "only a restart resets"
 
 
 def test_a_service_that_starts_with_its_robot_is_called_before_the_first_beat(sink: Sink, listen: Listen) -> None:
@@ -35,17 +37,6 @@ def test_a_service_that_starts_with_its_robot_is_called_before_the_first_beat(si
     turtle.wait(lambda message: message["topic"] == "/reset")
     sink("send", "turtle1", 1, 0, 0, 0)
     turtle.wait(lambda message: message.get("x") == 1)
-
-
-def test_only_a_restart_resets(sink: Sink, listen: Listen) -> None:
-    turtles = listen(*TOPICS.values(), reset="/reset")
-    sink("prepare", TOPICS)
-    sink("wait")
-    sink("prepare", TOPICS, False, reset="/reset")
-    assert sink("resetting") is False
-    sink("send", "turtle1", 1, 0, 0, 0)
-    turtles.wait(lambda message: message.get("x") == 1)
-    assert {message["topic"] for message in turtles.heard} == set(TOPICS.values())
 
 
 def test_a_missing_service_is_reported_once(start: Start) -> None:

@@ -79,23 +79,6 @@ def test_each_message_is_read(sensor: Publish, sink: Sink) -> None:
         feels(sink, *(["anna", name, value] for name in senses))
 
 
-def test_several_senses_of_several_robots_read_one_topic(sensor: Publish, sink: Sink) -> None:
-    publish = sensor("/scan", "sensor_msgs/LaserScan")
-    cast = {**CMD, "bert": "/bert/cmd_vel"}
-    near, far = (Topic("/scan", "sensor_msgs/LaserScan", limit, timeout=LIMIT) for limit in (0.5, 2.0))
-    read(sink, cast, near=near, far=far)
-    publish(scan(1.0))
-    feels(sink, ["anna", "far", True], ["anna", "near", False], ["bert", "far", True], ["bert", "near", False])
-    read(sink, CMD, near=near)
-    feels(sink, ["anna", "far", None], ["bert", "far", None], ["bert", "near", None])
-    publish(scan(0.4))
-    feels(sink, ["anna", "near", True])
-    read(sink)
-    feels(sink, ["anna", "near", None])
-    read(sink, far=far)
-    feels(sink, ["anna", "far", True])
-
-
 def test_a_sensor_may_come_late_and_end(sensor: Publish, sink: Sink) -> None:
     """One topic falls silent, and the other has no timeout: it is silent while nobody publishes."""
     read(sink, drop=Topic("/anna/drop", "std_msgs/Bool"), hit=Topic("/anna/drop", "std_msgs/Bool", timeout=0.0))

@@ -1,6 +1,6 @@
 """One session with each of the editors that people use, according to their own `initialize`: clients/*.json.
 
-The server may send nothing that an editor doesn't support. `python -m tests.ls.clients.record` records editors again.
+The server may send nothing that an editor doesn't support. `python -m tests.ls.clients.record NAME` records one again.
 """
 
 from __future__ import annotations

@@ -51,6 +51,12 @@ def place(uri: str, line: int, character: int, **more: Any) -> dict[str, Any]:
     return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}, **more}
 
 
+def places(diagnostics: Sequence[Mapping[str, Any]]) -> list[tuple[int, int, int, str]]:
+    """Return line, first and last column, and code of each diagnostic."""
+    found = [(each["range"]["start"], each["range"]["end"], each["code"]) for each in diagnostics]
+    return [(start["line"], start["character"], end["character"], code) for start, end, code in found]
+
+
 class Spoken(NamedTuple):
     """A message, and its sender."""
 
@@ -88,6 +94,8 @@ class Client:
         self.log: list[Spoken] = []
         self.notifications: list[Message] = []
         self.shown: list[str] = []
+        self.replies: dict[str, Message] = {}
+        """Unusual answers to requests of the server, by method: a result or an error, or none if it is empty."""
         self.presses: str | None = None
         """Button that the client presses in each message that has one with this title."""
         self.configuration = configuration
@@ -199,6 +207,10 @@ class Client:
         """Have the server obey one of our commands."""
         return self.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
 
+    def set(self, **settings: object) -> None:
+        """Report a change of settings."""
+        self.notify("workspace/didChangeConfiguration", {"settings": {"improv": settings}})
+
     def actions(self, uri: str, line: int, character: int, **context: Any) -> list[Message]:
         """Return the code actions at a place."""
         position = {"line": line, "character": character}
@@ -288,10 +300,15 @@ class Client:
 
     def _answer(self, request: Message) -> None:
         method = request["method"]
+        if method == "window/showDocument":
+            self.shown.append(request["params"]["uri"])
+        if method in self.replies:
+            if reply := self.replies[method]:
+                self._write({"id": request["id"], **reply})
+            return
         if method == "workspace/configuration":
             result: Any = [self.configuration for _ in request["params"]["items"]]
         elif method == "window/showDocument":
-            self.shown.append(request["params"]["uri"])
             result = {"success": True}
         elif method == "window/showMessageRequest":
             result = next((each for each in request["params"]["actions"] if each["title"] == self.presses), None)

@@ -1,11 +1,11 @@
-"""Compares each message from the server with `initialize`, and reports those that the client never supported.
+"""Compares each message from the server with `initialize`, and reports what the client never supported.
 
 By the specification, version 3.17. A pure function of the messages in both directions, so that it can itself be tested.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -35,8 +35,35 @@ _ALWAYS = {
     *("$/progress", "window/showMessage", "window/showMessageRequest", "window/logMessage"),
     "textDocument/publishDiagnostics",
 }
-_FIRST_ITEM_KINDS, _FIRST_SYMBOL_KINDS = range(1, 19), range(1, 19)
-"""Kinds of the protocol's first version, which a client without its own list knows."""
+_FIRST_KINDS = range(1, 19)
+"""Kinds of items and of symbols in the protocol's first version, which a client without its own list knows."""
+
+_ACTION = "textDocument.codeAction"
+_ITEM = "textDocument.completion.completionItem"
+_PUBLISHED = "textDocument.publishDiagnostics"  # 3.17 has no other capabilities for diagnostics that are pulled
+_SIGNATURE = "textDocument.signatureHelp.signatureInformation"
+_FREE = {
+    "action": "title kind edit command diagnostics",
+    "diagnostic": "range severity code source message",
+    "fold": "startLine endLine kind",
+    "item": "label kind detail documentation sortText filterText insertText insertTextFormat textEdit data",
+    "location": "uri range",
+    "signature": "label documentation parameters",
+    "symbol": "name kind detail range selectionRange location containerName children",
+}
+"""The fields of an object that every client takes, as far as the server sends them."""
+_FIELDS = {
+    "action": {name: f"{_ACTION}.{name}Support" for name in ("isPreferred", "disabled", "data")},
+    "diagnostic": {
+        "tags": f"{_PUBLISHED}.tagSupport.valueSet",
+        "relatedInformation": f"{_PUBLISHED}.relatedInformation",
+        "codeDescription": f"{_PUBLISHED}.codeDescriptionSupport",
+        "data": f"{_PUBLISHED}.dataSupport",
+    },
+    "item": {"labelDetails": f"{_ITEM}.labelDetailsSupport"},
+    "signature": {"activeParameter": f"{_SIGNATURE}.activeParameterSupport"},
+}
+"""The capability that each of the other fields needs. The server must send no field that is in neither table."""
 
 
 def complaints(capabilities: Capabilities, log: Sequence[Spoken]) -> list[str]:
@@ -51,8 +78,7 @@ def complaints(capabilities: Capabilities, log: Sequence[Spoken]) -> list[str]:
                 asked[message["id"]] = message
                 tokens |= {token: "create" for token in [(message["params"] or {}).get("workDoneToken")] if token}
         elif method:
-            said = list(_sent(capabilities, method, message.get("params"), tokens))
-            found += [f"{method}: {each}" for each in said]
+            found += [f"{method}: {each}" for each in _sent(capabilities, method, message.get("params"), tokens)]
         elif message.get("id") not in asked:
             found.append(f"an answer that nobody asked for: {message}")
         elif "error" in message:
@@ -93,15 +119,13 @@ def _sent(capabilities: Capabilities, method: str, params: Any, tokens: dict[obj
         if params["type"] == 1:
             yield f"an error: {params['message']}"
     elif method == "textDocument/publishDiagnostics":
-        yield from _diagnostics(capabilities, params["diagnostics"])
+        yield from _diagnostics(capabilities, params)
     elif method == "workspace/applyEdit":
         yield from _workspace_edit(capabilities, params["edit"])
 
 
 def _registered_at(method: str) -> str:
     kind, _, name = method.rpartition("/")
-    if name in ("didOpen", "didChange", "didClose", "didSave", "willSave", "willSaveWaitUntil"):
-        return "textDocument.synchronization"
     if name.endswith("Files") and name != "didChangeWatchedFiles":
         return "workspace.fileOperations"
     return f"{kind}.{name}"
@@ -114,18 +138,18 @@ def _progress(params: Any, tokens: dict[object, str]) -> Iterator[str]:
     tokens[params["token"]] = now
 
 
-def _diagnostics(capabilities: Capabilities, found: Iterable[Message]) -> Iterator[str]:
-    takes = "textDocument.publishDiagnostics"  # 3.17 has no others for diagnostics that are pulled
-    for each in found:
-        if not set(each.get("tags") or ()) <= set(said(capabilities, f"{takes}.tagSupport.valueSet") or ()):
-            yield f"tags {each['tags']}"
-        for name, need in (
-            ("relatedInformation", "relatedInformation"),
-            ("codeDescription", "codeDescriptionSupport"),
-            ("data", "dataSupport"),
-        ):
-            if each.get(name) is not None and not said(capabilities, f"{takes}.{need}"):
-                yield name
+def _fields(capabilities: Capabilities, kind: str, given: Message) -> Iterator[str]:
+    """Check the fields of an object of this kind."""
+    needs = _FIELDS.get(kind, {})
+    for name, value in given.items():
+        allowed = name in _FREE[kind].split() or (name in needs and said(capabilities, needs[name]))
+        if value is not None and not allowed:
+            yield f"{name} of {given}"
+
+
+def _diagnostics(capabilities: Capabilities, params: Any) -> Iterator[str]:
+    for each in params.get("diagnostics") or params.get("items") or ():
+        yield from _fields(capabilities, "diagnostic", each)
         if "\n" in each["message"]:
             yield f"more than one line: {each['message']}"
 
@@ -138,13 +162,11 @@ def _workspace_edit(capabilities: Capabilities, edit: Message) -> Iterator[str]:
     for each in changes or ():
         if "kind" in each and each["kind"] not in operations:
             yield f"{each['kind']} of a file"
-    if edit.get("changeAnnotations") and not said(capabilities, "workspace.workspaceEdit.changeAnnotationSupport"):
-        yield "changeAnnotations"
     for edits in [each["edits"] for each in changes or () if "edits" in each] + list(edit.get("changes", {}).values()):
         yield from _text_edits(capabilities, edits)
 
 
-def _text_edits(capabilities: Capabilities, edits: Sequence[Message] | None) -> Iterator[str]:
+def _text_edits(_: Capabilities, edits: Sequence[Message] | None) -> Iterator[str]:
     def place(position: Message) -> tuple[int, int]:
         return position["line"], position["character"]
 
@@ -155,11 +177,10 @@ def _text_edits(capabilities: Capabilities, edits: Sequence[Message] | None) -> 
 
 def _initialized(capabilities: Capabilities, result: Any) -> Iterator[str]:
     serves = result["capabilities"]
-    encodings = said(capabilities, "general.positionEncodings") or ["utf-16"]
-    if serves.get("positionEncoding", "utf-16") not in encodings:
+    if serves.get("positionEncoding", "utf-16") not in (said(capabilities, "general.positionEncodings") or ["utf-16"]):
         yield f"columns in {serves['positionEncoding']}"
     for provider, need in (
-        ("codeActionProvider", "textDocument.codeAction.codeActionLiteralSupport"),
+        ("codeActionProvider", f"{_ACTION}.codeActionLiteralSupport"),
         ("renameProvider", "textDocument.rename.prepareSupport"),
     ):
         if isinstance(serves.get(provider), Mapping) and not said(capabilities, need):
@@ -168,129 +189,69 @@ def _initialized(capabilities: Capabilities, result: Any) -> Iterator[str]:
 
 def _content(capabilities: Capabilities, content: Any, takes: str) -> Iterator[str]:
     """Check text, or marked text: Markdown only for clients that take it."""
-    if isinstance(content, Mapping) and content.get("kind") == "markdown":
-        if "markdown" not in (said(capabilities, takes) or ()):
-            yield "Markdown"
-    elif isinstance(content, Mapping) and content.get("kind") != "plaintext":
-        yield f"text of kind {content.get('kind')}"
+    if isinstance(content, Mapping) and content["kind"] not in ("plaintext", *(said(capabilities, takes) or ())):
+        yield f"text of kind {content['kind']}"
 
 
 def _hover(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    if result:
-        yield from _content(capabilities, result["contents"], "textDocument.hover.contentFormat")
+    yield from _content(capabilities, (result or {}).get("contents"), "textDocument.hover.contentFormat")
 
 
 def _completion(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    if isinstance(result, Mapping):
-        defaults = said(capabilities, "textDocument.completion.completionList.itemDefaults") or ()
-        yield from (f"itemDefaults.{name}" for name in result.get("itemDefaults") or () if name not in defaults)
-        result = result["items"]
-    for item in result or ():
+    for item in (result or {}).get("items", ()):
         yield from _item(capabilities, item)
 
 
-_ITEM_FIELDS = {
-    "commitCharacters": "commitCharactersSupport",
-    "deprecated": "deprecatedSupport",
-    "insertTextMode": "insertTextModeSupport",
-    "labelDetails": "labelDetailsSupport",
-    "preselect": "preselectSupport",
-    "tags": "tagSupport",
-}
-
-
 def _item(capabilities: Capabilities, item: Message) -> Iterator[str]:
-    takes = "textDocument.completion.completionItem"
-    yield from _content(capabilities, item.get("documentation"), f"{takes}.documentationFormat")
-    for name, need in _ITEM_FIELDS.items():
-        if name in item and not said(capabilities, f"{takes}.{need}"):
-            yield f"{name} of {item['label']}"
-    if item.get("insertTextFormat") == 2 and not said(capabilities, f"{takes}.snippetSupport"):
+    yield from _fields(capabilities, "item", item)
+    yield from _content(capabilities, item.get("documentation"), f"{_ITEM}.documentationFormat")
+    if item.get("insertTextFormat") == 2 and not said(capabilities, f"{_ITEM}.snippetSupport"):
         yield f"a snippet for {item['label']}"
-    if "insert" in item.get("textEdit", {}) and not said(capabilities, f"{takes}.insertReplaceSupport"):
-        yield f"insert and replace for {item['label']}"
-    kinds = said(capabilities, "textDocument.completion.completionItemKind.valueSet") or _FIRST_ITEM_KINDS
+    kinds = said(capabilities, "textDocument.completion.completionItemKind.valueSet") or _FIRST_KINDS
     if item.get("kind", 1) not in kinds:
         yield f"kind {item['kind']} of {item['label']}"
 
 
 def _signature(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    takes = "textDocument.signatureHelp.signatureInformation"
     for each in (result or {}).get("signatures", ()):
-        yield from _content(capabilities, each.get("documentation"), f"{takes}.documentationFormat")
-        if each.get("activeParameter") is not None and not said(capabilities, f"{takes}.activeParameterSupport"):
-            yield "activeParameter of a signature"
-        for parameter in each.get("parameters") or ():
-            yield from _content(capabilities, parameter.get("documentation"), f"{takes}.documentationFormat")
-            offsets = said(capabilities, f"{takes}.parameterInformation.labelOffsetSupport")
-            if not isinstance(parameter["label"], str) and not offsets:
-                yield "a label as offsets"
+        yield from _fields(capabilities, "signature", each)
+        for described in (each, *each.get("parameters", ())):
+            yield from _content(capabilities, described.get("documentation"), f"{_SIGNATURE}.documentationFormat")
 
 
-def _links(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    for each in result if isinstance(result, list) else ():
-        if "targetUri" in each and not said(capabilities, "textDocument.definition.linkSupport"):
-            yield "a link"
+def _each(kind: str) -> Check:
+    def check(capabilities: Capabilities, result: Any) -> Iterator[str]:
+        for each in result or ():
+            yield from _fields(capabilities, kind, each)
+
+    return check
 
 
 def _symbols(where: str) -> Check:
     def check(capabilities: Capabilities, result: Any) -> Iterator[str]:
-        kinds = said(capabilities, f"{where}.symbolKind.valueSet") or _FIRST_SYMBOL_KINDS
+        kinds = said(capabilities, f"{where}.symbolKind.valueSet") or _FIRST_KINDS
         for each in result or ():
+            yield from _fields(capabilities, "symbol", each)
             if "location" not in each and not said(capabilities, f"{where}.hierarchicalDocumentSymbolSupport"):
                 yield f"{each['name']} in a hierarchy"
             if each["kind"] not in kinds:
                 yield f"kind {each['kind']} of {each['name']}"
-            if "tags" in each and not said(capabilities, f"{where}.tagSupport"):
-                yield f"tags of {each['name']}"
             yield from check(capabilities, each.get("children"))
 
     return check
 
 
 def _actions(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    takes = "textDocument.codeAction"
     for each in result or ():
         if isinstance(each.get("command"), str):  # a command, which every client takes
             continue
-        if not said(capabilities, f"{takes}.codeActionLiteralSupport"):
+        yield from _fields(capabilities, "action", each)
+        if not said(capabilities, f"{_ACTION}.codeActionLiteralSupport"):
             yield f"an action that is no command: {each['title']}"
-        for name in ("isPreferred", "disabled", "data"):
-            if name in each and not said(capabilities, f"{takes}.{name}Support"):
-                yield f"{name} of {each['title']}"
-        if "edit" not in each and "command" not in each and not said(capabilities, f"{takes}.resolveSupport"):
+        if "edit" not in each and "command" not in each and not said(capabilities, f"{_ACTION}.resolveSupport"):
             yield f"nothing to do for {each['title']}"
         yield from _workspace_edit(capabilities, each.get("edit", {}))
-        yield from _diagnostics(capabilities, each.get("diagnostics") or ())
-
-
-def _tokens(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    data = (result or {}).get("data") or ()
-    length = 0
-    for place in range(0, len(data), 5):
-        if data[place] == 0 and place and data[place + 1] < length:
-            yield "tokens that overlap"
-        length = data[place + 2]
-
-
-def _folds(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    if len(result or ()) > (said(capabilities, "textDocument.foldingRange.rangeLimit") or 5000):
-        yield "more folds than it takes"
-    for each in result or ():
-        if "collapsedText" in each and not said(capabilities, "textDocument.foldingRange.foldingRange.collapsedText"):
-            yield "collapsedText"
-
-
-def _prepared(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    behaves = said(capabilities, "textDocument.rename.prepareSupportDefaultBehavior")
-    if "defaultBehavior" in (result or {}) and not behaves:
-        yield "defaultBehavior"
-
-
-def _pulled(capabilities: Capabilities, result: Any) -> Iterator[str]:
-    yield from _diagnostics(capabilities, result.get("items") or ())
-    if result.get("relatedDocuments") and not said(capabilities, "textDocument.diagnostic.relatedDocumentSupport"):
-        yield "relatedDocuments"
+        yield from _diagnostics(capabilities, each)
 
 
 _ANSWERS: Mapping[str, Check] = {
@@ -299,18 +260,15 @@ _ANSWERS: Mapping[str, Check] = {
     "codeAction/resolve": lambda capabilities, result: _actions(capabilities, [result]),
     "textDocument/codeAction": _actions,
     "textDocument/completion": _completion,
-    "textDocument/definition": _links,
-    "textDocument/diagnostic": _pulled,
+    "textDocument/definition": _each("location"),
+    "textDocument/diagnostic": _diagnostics,
     "textDocument/documentSymbol": _symbols("textDocument.documentSymbol"),
-    "textDocument/foldingRange": _folds,
+    "textDocument/foldingRange": _each("fold"),
     "textDocument/formatting": _text_edits,
     "textDocument/hover": _hover,
     "textDocument/onTypeFormatting": _text_edits,
-    "textDocument/prepareRename": _prepared,
     "textDocument/rangeFormatting": _text_edits,
     "textDocument/rename": lambda capabilities, result: _workspace_edit(capabilities, result or {}),
-    "textDocument/semanticTokens/full": _tokens,
-    "textDocument/semanticTokens/range": _tokens,
     "textDocument/signatureHelp": _signature,
     "workspace/symbol": _symbols("workspace.symbol"),
 }

@@ -99,15 +99,6 @@ def test_a_delta_turns_the_old_tokens_into_the_new(before: str, after: str) -> N
         assert replaced[-1:] != data[-1:] or not data
 
 
-def test_a_delta_has_only_what_changed() -> None:
-    text = "x = up\n" + "r $ x left\n" * 100
-    old, new = chunks(analyze(text), Encoding.Utf16), chunks(analyze("# new\n" + text), Encoding.Utf16)
-    ((_, count, data),) = edits(old, new)
-    assert (count, len(data)) == (0, 5)
-    # each of the names that are no longer known
-    assert len(edits(old, chunks(analyze(text.replace("x =", "y =")), Encoding.Utf16))) == 100
-
-
 def apply(data: list[int], found: Any) -> list[int]:
     """Apply edits as an editor does: from the last to the first, each counted in the old integers."""
     data = list(data)

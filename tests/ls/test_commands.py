@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.ls.client import CAPABILITIES, QUIET, TOLD, Client, Message
+from tests.ls.client import QUIET, TOLD, Client, Message
 from tests.open_page import token_behind
 
 URI = "file:///dance.improv"
@@ -105,32 +106,14 @@ def opens(url: str) -> bool:
     return bool(token_behind(url))
 
 
-def test_without_a_way_to_show_the_page_its_address_is_given() -> None:
-    with Client(QUIET, capabilities={}) as client:
+@pytest.mark.parametrize("without", [{"capabilities": {}}, {"screen": False}])
+def test_an_editor_that_can_not_show_the_page_gets_its_address(without: Any) -> None:
+    """Without a screen, Helix answers that it has shown the page, and then its line about the browser hides the
+    address."""
+    with Client(QUIET, **without) as client:
         assert opens(client.command("page"))
         assert opens(client.wait_for_line("page").removeprefix("page: "))
-
-
-def test_an_editor_without_a_screen_is_not_asked_to_open_a_browser() -> None:
-    """Helix over SSH answers that it has shown the page, and then its line about the browser hides the address."""
-    with Client(QUIET, screen=False) as client:
-        client.command("page")
-        assert opens(client.wait_for_line("page").removeprefix("page: "))
         assert client.shown == []
-
-
-class Unable(Client):
-    """An editor that shows no page, such as Helix over SSH."""
-
-    failure: Message
-
-    def _answer(self, request: Message) -> None:
-        if request["method"] == "window/showDocument":
-            self.shown.append(request["params"]["uri"])
-        if request["method"] == "window/showDocument" and self.failure:
-            self._write({"id": request["id"], **self.failure})
-        elif request["method"] != "window/showDocument":
-            super()._answer(request)
 
 
 @pytest.mark.parametrize(
@@ -138,8 +121,8 @@ class Unable(Client):
     [{}, {"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}],
 )
 def test_if_the_editor_fails_to_show_the_page_its_address_is_given(refusal: Message) -> None:
-    Unable.failure = refusal
-    with Unable({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+    with Client({"backend": "sim"}) as client:
+        client.replies["window/showDocument"] = refusal
         client.open(URI, "r $ forward\n")
         client.save(URI)
         (url,) = client.wait_for_page()

@@ -47,13 +47,3 @@ def test_the_first_save_that_restarts_a_dance_mentions_continue(given: dict[str,
         client.request("workspace/symbol", {"query": ""})
         said = [each.message["params"] for each in client.log if each.message.get("method") == "window/showMessage"]
         assert sum(each["message"] == HINT for each in said) == hints
-
-
-def test_a_dance_that_has_ended_restarts_silently() -> None:
-    with Client(QUIET, TOLD) as client:
-        client.open(URI, "beat 240\nanna $ forward\n")
-        for generation in (1, 2):
-            client.save(URI)
-            told(client, generation, "ended")
-        client.request("workspace/symbol", {"query": ""})
-        assert HINT not in str(client.log)

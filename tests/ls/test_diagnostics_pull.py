@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from tests.ls.client import Client
+from tests.ls.client import Client, places
 
 QUIET = {"onSave": "off"}
 TOLD = {"relatedInformation": True, "tagSupport": {"valueSet": [1]}}
@@ -24,14 +24,6 @@ def pull(client: Client, uri: str, previous: str | None = None) -> dict[str, Any
     before = {"previousResultId": previous} if previous else {}
     answer: dict[str, Any] = client.request("textDocument/diagnostic", {"textDocument": {"uri": uri}, **before})
     return answer
-
-
-def told(items: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
-    """Return line, first and last column, and code."""
-    places = [(each["range"], each["code"]) for each in items]
-    return [
-        (place["start"]["line"], place["start"]["character"], place["end"]["character"], code) for place, code in places
-    ]
 
 
 def published(client: Client) -> list[str]:
@@ -50,7 +42,7 @@ def test_a_client_that_pulls_is_answered_once_and_sent_nothing() -> None:
         }
         client.open(URI, PROGRAM)
         first = pull(client, URI)
-        assert (first["kind"], told(first["items"])) == (
+        assert (first["kind"], places(first["items"])) == (
             "full",
             [(1, 0, 2, "unused-name"), (1, 8, 10, "used-before-definition")],
         )
@@ -65,7 +57,7 @@ def test_a_client_that_pulls_is_answered_once_and_sent_nothing() -> None:
         assert pull(client, URI, first["resultId"])["kind"] == "unchanged"
         client.change(URI, 3, {"range": {**behind, "start": {"line": 0, "character": 0}}, "text": "\n𝑦 = up\n"})
         second = pull(client, URI, first["resultId"])
-        assert (second["kind"], told(second["items"])) == ("full", [(1, 0, 2, "unused-name")])
+        assert (second["kind"], places(second["items"])) == ("full", [(1, 0, 2, "unused-name")])
         assert second["resultId"] != first["resultId"]
         assert pull(client, URI, first["resultId"])["kind"] == "full"
 
@@ -83,7 +75,7 @@ def test_a_client_that_pulls_is_told_to_ask_again_when_the_robots_change(tmp_pat
         robots.write_text("[robots.berta]\nspeed = 3\n")
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
         client.wait("workspace/diagnostic/refresh")
-        assert told(pull(client, program, first["resultId"])["items"]) == [(0, 0, 4, "unknown-robot")]
+        assert places(pull(client, program, first["resultId"])["items"]) == [(0, 0, 4, "unknown-robot")]
         # Clients don't ask about improv.toml: that is no document of ours.
         assert published(client) == [robots.as_uri()]
         assert client.codes_of(robots) == ["robots"]

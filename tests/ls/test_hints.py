@@ -13,10 +13,6 @@ PROGRAM = "# 🐢\r\nbeat 30\r\n𝑥 = [up [left 𝑦]]\r\n𝑧 = [up [left righ
 WHOLE = {"start": {"line": 0, "character": 0}, "end": {"line": 9, "character": 0}}
 
 
-def set_to(client: Client, **settings: object) -> None:
-    client.notify("workspace/didChangeConfiguration", {"settings": {"improv": settings}})
-
-
 def hints(client: Client, seen: dict[str, Any] = WHOLE) -> list[tuple[int, int, str]]:
     found = client.request("textDocument/inlayHint", {**DOCUMENT, "range": seen})
     return [(each["position"]["line"], each["position"]["character"], each["label"]) for each in found]
@@ -32,13 +28,13 @@ def test_beats_are_shown_to_editors_that_want_them() -> None:
     with Client({"onSave": "off"}, capabilities=REFRESHED) as client:
         client.open(URI, PROGRAM)
         assert hints(client) == []
-        set_to(client, inlayHints={"beats": True})
+        client.set(inlayHints={"beats": True})
         client.wait("workspace/inlayHint/refresh")
         assert hints(client) == [(3, 10, "×4"), (3, 22, "1 beat"), (4, 6, "1 beat"), (5, 13, "∞")]
         line = {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 6}}
         assert hints(client, line) == [(4, 6, "1 beat")]
-        set_to(client, inlayHints={"beats": True}, codeLens=True)
-        set_to(client, inlayHints={"beats": False})
+        client.set(inlayHints={"beats": True}, codeLens=True)
+        client.set(inlayHints={"beats": False})
         client.wait("workspace/inlayHint/refresh")
         assert hints(client) == []
         assert not any(each["method"].endswith("/refresh") for each in client.notifications)
@@ -78,7 +74,7 @@ def test_a_program_and_its_scenes_say_how_long_they_take() -> None:
         client.save(URI)
         client.wait("workspace/codeLens/refresh")
         assert [title for _, title, _, _ in lenses(client)][2:] == ["▶ from here", "▶ scene 3 · 0 beats, 0.0 s"]
-        set_to(client, codeLens=False)
+        client.set(codeLens=False)
         client.wait("workspace/codeLens/refresh")
         assert lenses(client) == []
 

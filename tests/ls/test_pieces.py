@@ -54,14 +54,6 @@ def test_diagnostics_near_the_edit_are_published_first() -> None:
         assert [lines for lines in shown if lines not in ([], EARLY)] == [ALL]
 
 
-def test_typing_in_between_loses_nothing() -> None:
-    with Client(QUIET, hurries=True) as client:
-        edited(client)
-        client.change(URI, 3, {"range": {**FIRST, "end": FIRST["start"]}, "text": "left "})
-        while published(client, 3) != ALL:
-            pass
-
-
 def test_a_client_that_pulls_diagnostics_is_told_to_ask_again() -> None:
     with Client(QUIET, capabilities=SHOWS, hurries=True) as client:
         edited(client)

@@ -15,7 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.text import LineIndex, Span
 from improv_ls.placing import edits_of
 from improv_ls.positions import to_span
-from tests.ls.client import Client, Message
+from tests.ls.client import Client
 from tests.open_page import connected, live_behind
 
 CAPABILITIES = {
@@ -109,18 +109,9 @@ def test_an_unwritten_edit_is_reported(tmp_path: Path, text: str, capabilities: 
         client.wait_for_line(line)
 
 
-class Refusing(Client):
-    """An editor that makes no edit."""
-
-    def _answer(self, request: Message) -> None:
-        if request["method"] == "workspace/applyEdit":
-            self._write({"id": request["id"], "result": {"applied": False}})
-        else:
-            super()._answer(request)
-
-
 def test_an_edit_that_was_not_made_can_be_requested_again(tmp_path: Path) -> None:
-    with Refusing({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        client.replies["workspace/applyEdit"] = {"result": {"applied": False}}
         page = play(client, tmp_path / "dance.improv")
         for _ in range(2):
             ask(page, MOVE)
@@ -137,9 +128,3 @@ def test_a_song_that_was_moved_is_written_into_its_file(tmp_path: Path) -> None:
     assert document["uri"] == (tmp_path / "improv.toml").as_uri()
     assert text == f"{toml}first_beat = 0.35\n"
     assert (tmp_path / "improv.toml").read_text(encoding="utf-8") == toml
-
-
-def test_a_song_that_no_file_names_is_not_written(tmp_path: Path) -> None:
-    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
-        ask(play(client, tmp_path / "dance.improv"), {"type": "tune", "key": "first_beat", "value": 0.35})
-        client.wait_for_line("improv.toml was not changed: its section [music] is missing, or written in an unusual")

@@ -93,7 +93,7 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
     robots = '[robots.anna]\nprofile = "turtlebot3_burger"\n'
     with Client(QUIET, TOLD) as client:
         client.open(uri, robots, "toml")
-        step, stop = (action["command"] for action in offered(client, uri, 0, 10))
+        step, stop = offered(client, uri, 0, 10)
         assert (step["title"], stop["title"]) == ("Try forward with anna", "Stop all robots")
         assert offered(client, uri, 1, 0) == []
         client.request("workspace/executeCommand", step)
@@ -107,34 +107,9 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
         client.wait_for_line("improv.play: expected a robot of this improv.toml")
 
 
-def test_actions_at_the_cursor_do_what_they_say() -> None:
-    uri = "file:///dance.improv"
-    with Client(QUIET, TOLD) as client:
-        client.open(uri, "x = repeat up\r\n# 🐢\r\nr $ x\r\n---\r\ns $ repeat up\r\n")
-
-        def choose(line: int, kind: str) -> None:
-            (action,) = offered(client, uri, line, 4, kind)
-            client.request("workspace/executeCommand", action["command"])
-
-        choose(2, "improv.play")
-        client.wait_for_line("▶ r ∞ · s 0 beats, endless")
-        choose(2, "improv.mute")
-        client.wait("improv/transport", lambda told: told["muted"] == ["r"])
-        assert offered(client, uri, 2, 4, "improv.mute")[0]["title"] == "Unmute r"
-        choose(4, "improv.play.scene")
-        client.wait_for_line("▶ scene 2: s ∞, endless")
-        client.wait_for_line("robots begin at their starts, since scene 1 never ends")
-        choose(2, "improv.play.name")
-        client.wait_for_line("▶ x: r ∞, endless")
-        choose(2, "improv.stop")
-        client.wait("improv/transport", lambda told: told["state"] == "stopped")
-
-
-def offered(client: Client, uri: str, line: int, column: int, *only: str) -> list[Message]:
-    """Return the actions at a place, of one kind if it is given: those that play or stop."""
-    found = client.actions(uri, line, column, **({"only": only} if only else {}))
-    wanted = [each for each in found if each["kind"].startswith("improv.")]
-    return [each for each in wanted if each["kind"] in only] if only else wanted
+def offered(client: Client, uri: str, line: int, column: int) -> list[Message]:
+    """Return the commands of the actions at a place that play or stop."""
+    return [each["command"] for each in client.actions(uri, line, column) if each["kind"].startswith("improv.")]
 
 
 def test_scenes_play_from_where_robots_are_when_they_begin() -> None:

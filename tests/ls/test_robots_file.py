@@ -113,17 +113,6 @@ def test_each_change_of_an_open_file_applies_to_the_result_of_the_one_before() -
     assert (after.version, after.lines.text) == (2, '[robots.ada]\nprofile = "turtlesim"\n')
 
 
-def test_a_document_that_is_too_long_has_one_diagnostic(tmp_path: Path) -> None:
-    program = tmp_path / "dance.improv"
-    with Client(QUIET) as client:
-        client.open(program.as_uri(), "r $ oops\n" * 1_200_000)
-        assert client.codes_of(program) == ["syntax"]
-        client.save(program.as_uri())
-        assert client.wait_for_line("✗").startswith("✗ line 1: split this program")
-        client.change(program.as_uri(), 2, {"text": "r $ oops\n"})
-        assert client.codes_of(program) == ["unknown-name"]
-
-
 @pytest.mark.parametrize("language", ["toml", "improv", ""])
 def test_an_open_improv_toml_is_not_a_program(tmp_path: Path, language: str) -> None:
     program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"

@@ -79,15 +79,6 @@ def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Fol
         assert published["diagnostics"] == []
 
 
-def test_a_space_offers_only_values(folder: Folder) -> None:
-    asked = {"context": {"triggerKind": 2, "triggerCharacter": " "}}
-    with Client(QUIET, capabilities=CAPABLE) as client:
-        uri = folder.open(client, "[ros]\nrejoin = \nstop \n")
-        found = client.request("textDocument/completion", place(uri, 1, 9, **asked))["items"]
-        assert [each["label"] for each in found] == ['"continue"', '"scene"', '"return"', '"next"', '"pause"']
-        assert client.request("textDocument/completion", place(uri, 2, 5, **asked)) is None
-
-
 def test_robots_are_completed_from_programs(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, ROBOTS + "[robots.")
@@ -127,19 +118,6 @@ def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Fo
         assert refused["message"] == "`left` is a reserved word: choose another name"
         refused = client.refusal("textDocument/prepareRename", place(uri, 2, 1))
         assert refused["message"].startswith("only robots, profiles, body parts, and poses in this file can be renamed")
-
-
-def test_a_body_part_is_found_and_renamed_in_all_programs(folder: Folder) -> None:
-    body = '[profiles.rover.body.mast]\nup = { joint = "mast", meters = 0.1 }\n'
-    folder.closed.write_text("anna $ mast up\n", encoding="utf-8")
-    with Client(QUIET, capabilities=CAPABLE) as client:
-        uri = folder.open(client, ROBOTS + body)
-        places = [(uri, (5, 21, 25)), (folder.closed.as_uri(), (0, 7, 11))]
-        assert spots(client, "references", place(uri, 5, 22, context={"includeDeclaration": True})) == places
-        changes = client.request("textDocument/rename", place(uri, 5, 22, newName="pole"))["documentChanges"]
-        assert [(each["textDocument"]["uri"], new_texts(each["edits"])) for each in changes if each["edits"]] == [
-            (where, [(*spot_there, "pole")]) for where, spot_there in places
-        ]
 
 
 def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder: Folder) -> None:
@@ -217,14 +195,3 @@ def test_robots_are_listed_in_a_file_that_may_not_exist_yet(tmp_path: Path) -> N
         robots.unlink()
         client.open(program.as_uri(), "anna bert $ forward\n")
         assert listing(client, program) == []
-
-
-def test_other_requests_are_answered_with_nothing(folder: Folder) -> None:
-    with Client(QUIET, capabilities=CAPABLE) as client:
-        uri = folder.open(client, "[robots.anna\n= = {{[\n")
-        for method in ("hover", "completion", "definition", "prepareRename"):
-            for line, character in ((0, 0), (0, 12), (1, 3), (1, 7)):
-                answer = client.answer(client.begin(f"textDocument/{method}", place(uri, line, character)))
-                assert answer.get("error", {}).get("message", "only").startswith("only"), answer
-        options = {"tabSize": 2, "insertSpaces": True}
-        assert not client.request("textDocument/formatting", {"textDocument": {"uri": uri}, "options": options})

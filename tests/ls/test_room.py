@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_ls import slices
 from improv_ls.room_checker import RoomChecker, Rooms
 from tests.ls.client import LIMIT, Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
@@ -33,18 +32,6 @@ def test_meetings_follow_the_other_diagnostics() -> None:
         found = client.wait(METHOD, lambda params: "meets" in codes(params))
         assert codes(found) == ["meets", "unused-name"]
         assert found["version"] == 1
-
-
-def test_meetings_are_found_after_an_empty_preview(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    rooms = Rooms()
-    monkeypatch.setattr(RoomChecker, "check", lambda _, *program: rooms.check(*program))
-    monkeypatch.setattr(slices, "SLICE", 0.0)  # it stops wherever it can, so that there is a preview
-    with Client(QUIET, hurries=True) as client:
-        client.open(URI, PROGRAM)
-        assert codes(client.wait(METHOD)) == []
-        assert codes(client.wait(METHOD)) == ["meets"]
 
 
 def test_meetings_in_a_text_are_dropped_with_the_next_key() -> None:
@@ -71,15 +58,6 @@ def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again(monkeypatch: p
         again = pull(client, URI, first["resultId"])
         assert codes({"diagnostics": again["items"]}) == ["meets"]
         assert again["items"][0]["relatedInformation"][0]["message"] == "`ada` does this then"
-
-
-def test_a_fix_is_a_code_action() -> None:
-    with Client(QUIET) as client:
-        client.open(URI, PROGRAM)
-        found = client.wait(METHOD, lambda params: codes(params) == ["meets"])["diagnostics"]
-        asked = {"textDocument": {"uri": URI}, "range": found[0]["range"], "context": {"diagnostics": found}}
-        actions = client.request("textDocument/codeAction", asked)
-        assert "Start bo 1 beat later" in [each["title"] for each in actions]
 
 
 @pytest.fixture

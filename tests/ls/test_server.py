@@ -14,7 +14,7 @@ import pytest
 from improv_core.ipc.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
-from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place
+from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place, places
 from tests.open_page import connected, live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.stage_on_thread import StageOnThread
@@ -32,15 +32,7 @@ def client() -> Iterator[Client]:
 def diagnostics(client: Client, version: int) -> list[tuple[int, int, int, str]]:
     """Return line, first and last column, and code of each diagnostic of a version."""
     params = client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == version)
-    return [
-        (
-            each["range"]["start"]["line"],
-            each["range"]["start"]["character"],
-            each["range"]["end"]["character"],
-            each["code"],
-        )
-        for each in params["diagnostics"]
-    ]
+    return places(params["diagnostics"])
 
 
 def test_diagnostics_follow_the_text_in_utf_16(client: Client) -> None:
@@ -66,15 +58,6 @@ def test_hover_and_completion(client: Client) -> None:
     labels = [item["label"] for item in offered]
     assert {"forward", "repeat", "square"} <= set(labels)
     assert "YZ" not in labels
-
-
-@pytest.mark.parametrize(("snippets", "inserted"), [(True, "times ${1:𝑛} ($0)"), (False, "times")])
-def test_an_editor_that_supports_snippets_gets_them(snippets: bool, inserted: str) -> None:
-    completion = {"completionItem": {"snippetSupport": snippets}}
-    with Client(QUIET, {"textDocument": {"completion": completion}}) as client:
-        client.open(URI, "times 𝑛 (m) = repeat 𝑛 m\r\nr $ \r\n")
-        items = client.request("textDocument/completion", place(URI, 1, 4))["items"]
-        assert [each["textEdit"]["newText"] for each in items if each["label"] == "times"] == [inserted]
 
 
 def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
@@ -106,17 +89,6 @@ def beat(progress: Message) -> int:
     return int(message.removeprefix("beat ").split("/")[0]) if message else 0
 
 
-def test_hush_and_play_are_commands(client: Client) -> None:
-    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == [*COMMANDS]
-    client.open(URI, "r $ repeat left\n")
-    client.command("play")
-    client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
-    client.request("workspace/executeCommand", {"command": "improv.hush"})
-    client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
-    client.command("play", URI)
-    client.wait_for_line("▶")
-
-
 def test_a_playing_program_can_be_controlled(client: Client) -> None:
     def shows(kind: str, least: int = 0) -> None:
         client.wait("$/progress", lambda params: params["value"]["kind"] == kind and beat(params) >= least)
@@ -139,6 +111,7 @@ def test_a_playing_program_can_be_controlled(client: Client) -> None:
 
 
 def test_a_command_with_wrong_arguments_lists_its_arguments(client: Client) -> None:
+    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == [*COMMANDS]
     wrong: list[tuple[str, list[object], str]] = [
         ("seek", ["three"], "improv.seek: expected a beat, counted from 0"),
         ("seek", [-1], "improv.seek: expected a beat, counted from 0"),
@@ -297,18 +270,23 @@ def test_an_answer_that_a_newer_one_has_overtaken_changes_no_settings() -> None:
         assert client.request("textDocument/inlayHint", asked)
 
 
-def test_a_save_plays_even_if_an_earlier_start_of_the_stages_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As on a machine that is too busy for a moment."""
-    gate, start = threading.Event(), StageOnThread.start
-    failures = [StageError("the stage did not start in time: try again")]
+def start_late(monkeypatch: pytest.MonkeyPatch, *failures: StageError) -> threading.Event:
+    """Have stages start only once the returned event is set, after these failures."""
+    gate, start, failing = threading.Event(), StageOnThread.start, [*failures]
 
-    async def start_late(*arguments: Any) -> StageOnThread | Stage:
+    async def started(*arguments: Any) -> StageOnThread | Stage:
         await asyncio.to_thread(gate.wait, LIMIT)
-        if failures:
-            raise failures.pop()
+        if failing:
+            raise failing.pop()
         return await start(*arguments)
 
-    monkeypatch.setattr(StageOnThread, "start", start_late)
+    monkeypatch.setattr(StageOnThread, "start", started)
+    return gate
+
+
+def test_a_save_plays_even_if_an_earlier_start_of_the_stages_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a machine that is too busy for a moment."""
+    gate = start_late(monkeypatch, StageError("the stage did not start in time: try again"))
     with Client(QUIET) as client:
         client.open(URI, "r $ left\n")
         client.save(URI)
@@ -321,13 +299,7 @@ def test_a_save_plays_even_if_an_earlier_start_of_the_stages_fails(monkeypatch: 
 def test_a_save_plays_on_the_stages_that_replace_those_it_waits_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody changes a setting of the stages, and then asks for the page. An older save never plays after a newer
     one."""
-    gate, start = threading.Event(), StageOnThread.start
-
-    async def start_late(*arguments: Any) -> StageOnThread | Stage:
-        await asyncio.to_thread(gate.wait, LIMIT)
-        return await start(*arguments)
-
-    monkeypatch.setattr(StageOnThread, "start", start_late)
+    gate = start_late(monkeypatch)
     with Client(QUIET) as client:
         client.open(URI, "r $ left\n")
         client.save(URI)
@@ -335,7 +307,7 @@ def test_a_save_plays_on_the_stages_that_replace_those_it_waits_for(monkeypatch:
         client.save(URI)
         for _ in range(TURNS):  # until both wait for the stages
             _hover(client)
-        client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {**QUIET, "osc": {"network": True}}}})
+        client.set(**QUIET, osc={"network": True})
         page = client.begin("workspace/executeCommand", {"command": "improv.page", "arguments": []})
         for _ in range(TURNS):  # until others have replaced these
             _hover(client)
@@ -355,7 +327,7 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
             "improv.onSave: expected restart, continue or off, got 'sometimes'; keeping the current value"
         )
         client.wait_for_line("improv.switchAt: expected now, beat, bar or end, got 7")
-        client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"onSave": "off"}}})
+        client.set(onSave="off")
         client.open(URI, "r $ left\n")
         client.save(URI)
         client.command("play")

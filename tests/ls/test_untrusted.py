@@ -78,7 +78,7 @@ def test_no_input_reaches_the_editor_unescaped(tmp_path: Path) -> None:
 def test_a_setting_is_echoed_literally() -> None:
     with Client(QUIET, capabilities={}) as client:
         for exploit in EXPLOITS.values():
-            client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"backend": exploit}}})
+            client.set(backend=exploit)
             line = client.wait_for_line("improv.backend: expected")
             assert steering(line, "") == set()
             assert "](" not in line

@@ -18,7 +18,7 @@ import pytest
 from improv_core.music import link, midi
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.protocol.clock_messages import AnchorMessage
-from improv_core.score.score import OutsideClock
+from improv_core.score.score import Follow, OutsideClock
 from tests.needs import lacking, need
 
 LIMIT = 30.0
@@ -129,20 +129,25 @@ async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: P
         assert await listening.line("warning") == line
 
 
+@pytest.mark.parametrize(
+    ("follow", "environment", "line"),
+    [
+        ("midi", {"MIDO_BACKEND": "nobody_has_this"}, midi.LACKS),
+        ("midi", {"MIDO_BACKEND": "midi_cable"}, "this machine has no MIDI: 'MIDI_CABLE'"),  # its name is missing
+        ("link", {}, link.LACKS),
+    ],
+)
 @in_a_loop
-async def test_a_line_explains_the_installation_of_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MIDO_BACKEND", "nobody_has_this")
-    with Listening(OutsideClock("midi")) as listening:
+async def test_a_line_says_why_a_clock_cannot_be_heard(
+    follow: Follow, environment: dict[str, str], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "aalink.py").write_text("raise ImportError\n")
+    monkeypatch.setenv("PYTHONPATH", f"{Path(__file__).parent}:{tmp_path}")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    with Listening(OutsideClock(follow)) as listening:
+        assert await listening.line("error") == line
         assert await listening.line("clock_gone") == ""
-        assert listening.heard[0] == {"type": "error", "message": midi.LACKS}
-
-
-@in_a_loop
-async def test_a_process_that_ends_reports_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MIDO_BACKEND", "midi_cable")
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))  # it lacks the name of its cable
-    with Listening(OutsideClock("midi")) as listening:
-        assert await listening.line("error") == "this machine has no MIDI: 'MIDI_CABLE'"
 
 
 PEER = """
@@ -203,11 +208,3 @@ async def test_a_link_session_counts_while_others_are_in_it() -> None:
             assert peer.stdin
             peer.stdin.close()
             await peer.wait()
-
-
-@in_a_loop
-async def test_without_aalink_a_line_names_it_and_its_license(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "aalink.py").write_text("raise ImportError\n")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with Listening(OutsideClock("link")) as listening:
-        assert await listening.line("error") == link.LACKS

@@ -59,18 +59,8 @@ def test_order(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert found(setting) == setting
 
 
-def test_installed_ros_is_sourced_for_its_interpreter(tmp_path: Path) -> None:
-    (tmp_path / "opt/jazzy").mkdir(parents=True)
-    (tmp_path / "opt/jazzy/setup.bash").write_text("export SOURCED='two\nlines'\n")
-    fake(tmp_path / "system-python")
-    result = find_ros_python(None)
-    assert isinstance(result, Interpreter)
-    assert result.env["SOURCED"] == "two\nlines"
-    assert result.origin == str(tmp_path / "opt/jazzy")
-
-
 @pytest.mark.parametrize("said", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_LOCALHOST_ONLY": "1"}])
-def test_setup_scripts_do_not_decide_how_far_discovery_reaches(
+def test_installed_ros_is_sourced_but_does_not_decide_how_far_discovery_reaches(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, said: dict[str, str]
 ) -> None:
     for name in ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"):
@@ -78,28 +68,28 @@ def test_setup_scripts_do_not_decide_how_far_discovery_reaches(
     for name, value in said.items():
         monkeypatch.setenv(name, value)
     (tmp_path / "opt/jazzy").mkdir(parents=True)
-    script = "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET ROS_LOCALHOST_ONLY=0\n"
+    script = "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET ROS_LOCALHOST_ONLY=0 SOURCED='two\nlines'\n"
     (tmp_path / "opt/jazzy/setup.bash").write_text(script)
     fake(tmp_path / "system-python")
     result = find_ros_python(None)
     assert isinstance(result, Interpreter)
+    assert (result.env["SOURCED"], result.origin) == ("two\nlines", str(tmp_path / "opt/jazzy"))
     reach = {name: value for name, value in result.env.items() if "DISCOVERY" in name or "LOCALHOST" in name}
     assert reach == said
 
 
 @pytest.mark.parametrize(
     ("script", "why"),
-    [("echo Traceback >&2; echo 'No module named rclpy' >&2; exit 1", "No module named rclpy"), ("exit 3", "it fails")],
+    [
+        ("echo Traceback >&2; echo 'No module named rclpy' >&2; exit 1", "No module named rclpy"),
+        ("exit 3", "it fails"),
+        (None, "no such file or directory"),
+    ],
 )
-def test_a_requested_interpreter_must_work(tmp_path: Path, script: str, why: str) -> None:
-    python = fake(tmp_path / "python", script)
+def test_a_requested_interpreter_must_work(tmp_path: Path, script: str | None, why: str) -> None:
+    python = fake(tmp_path / "python", script) if script else str(tmp_path / "none")
     with pytest.raises(InterpreterError) as raised:
         find_ros_python(python)
     assert str(raised.value) == (
         f"{python} cannot import rclpy ({why}): correct the setting improv.ros.python or clear it"
     )
-
-
-def test_a_missing_interpreter_is_named() -> None:
-    with pytest.raises(InterpreterError, match=r"^/nowhere/python cannot import rclpy \(no such file or directory\)"):
-        find_ros_python("/nowhere/python")

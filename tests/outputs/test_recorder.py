@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -168,12 +169,13 @@ def test_a_recording_is_written_in_pieces() -> None:
     assert 0 < Pieces.largest < Pieces.all / 2
 
 
-def test_speeds_that_are_not_finite_are_not_recorded(tmp_path: Path) -> None:
-    with (tmp_path / "x.mcap").open("wb") as file:
-        recorder = Recorder(file, START)
-        recorder.prepare(score_of(analyzed("r $ forward")), True)
-        with pytest.raises(ValueError, match="r was given a speed that is not a finite number"):
-            recorder.send("r", Twist(math.inf), 0.0)
+def test_numbers_that_are_not_finite_are_not_recorded() -> None:
+    recorder = Recorder(io.BytesIO(), START)
+    recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")), True)
+    with pytest.raises(ValueError, match="r was given a speed that is not a finite number"):
+        recorder.send("r", Twist(math.inf), 0.0)
+    with pytest.raises(ValueError, match="a joint of r was given a position or a speed that is not a finite number"):
+        recorder.send_joints("r", {"head_yaw": JointMotion(math.nan, 0.0)}, 0.0)
     assert recorder.setpoints == 0
 
 
@@ -194,37 +196,39 @@ def test_a_complete_recording_takes_its_name(tmp_path: Path) -> None:
     assert {each.name for each in tmp_path.iterdir()} == {"dance.mcap", "link.mcap"}
 
 
-@pytest.mark.parametrize("problem", [KeyboardInterrupt(), OSError(28, "No space left on device"), ValueError("why")])
-def test_half_a_recording_replaces_nothing(problem: BaseException, tmp_path: Path) -> None:
-    path = tmp_path / "dance.mcap"
-    path.write_bytes(b"old")
-    with pytest.raises((KeyboardInterrupt, RecordError)) as raised:
-        record_forward(path, problem)
-    assert str(raised.value) in ("", f"{path} was not written: no space left on device", f"{path} was not written: why")
-    assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("dance.mcap", b"old")]
+NO_SPACE = OSError(28, "No space left on device")
 
 
-def test_an_empty_recording_replaces_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "dance.mcap"
-    path.write_bytes(b"old")
-    with recording(path):
-        pass
-    assert path.read_bytes() == b"old"
-
-
-def test_an_unwritable_file_is_reported_before_anything_plays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "problem", "line"),
+    [
+        ("dance.mcap", KeyboardInterrupt(), ""),
+        ("dance.mcap", NO_SPACE, "dance.mcap was not written: no space left on device"),
+        ("dance.mcap", ValueError("why"), "dance.mcap was not written: why"),
+        ("dance.mcap", None, ""),  # nothing was recorded
+        ("dance.improv", None, "dance.improv: the recording's name must end in .mcap"),
+        ("folder.mcap", None, "folder.mcap was not written: something else has that name"),
+        ("none/dance.mcap", None, "none/dance.mcap was not written: no such file or directory"),
+        ("kept.mcap", None, "kept.mcap was not written: permission denied"),
+    ],
+)
+def test_what_is_no_whole_recording_replaces_nothing(
+    name: str, problem: BaseException | None, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = tmp_path / "dance.mcap"
+    kept.write_bytes(b"old")
     (tmp_path / "folder.mcap").mkdir()
     (tmp_path / "kept.mcap").touch()
-    monkeypatch.setattr("os.access", lambda *_: False)
-    for name, problem in {
-        "dance.improv": "dance.improv: the recording's name must end in .mcap",
-        "folder.mcap": "folder.mcap was not written: something else has that name",
-        "none/dance.mcap": "none/dance.mcap was not written: no such file or directory",
-        "kept.mcap": "kept.mcap was not written: permission denied",
-    }.items():
-        with pytest.raises(RecordError) as raised, recording(tmp_path / name):
-            pytest.fail("it plays")
-        assert str(raised.value) == f"{tmp_path}/{problem}"
+    monkeypatch.setattr("os.access", lambda path, mode: Path(path).name != "kept.mcap")
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises((KeyboardInterrupt, RecordError)) if problem or line else nullcontext() as raised:
+        if problem:
+            record_forward(tmp_path / name, problem)
+        else:
+            with recording(tmp_path / name):
+                assert not line, "it plays"
+    assert (str(raised.value) if raised else "") == (f"{tmp_path}/{line}" if line else "")
+    assert (sorted(tmp_path.iterdir()), kept.read_bytes()) == (before, b"old")
 
 
 REACTING = """beat 97
@@ -297,36 +301,6 @@ def test_between_two_messages_joints_move_evenly(tmp_path: Path) -> None:
             assert position == pytest.approx(began + speed * (time - since) / SECOND, abs=1e-8)
             latest[name] = time, position, velocity
     assert len(latest) == 8
-
-
-def test_senses_decide_the_movement_of_recorded_joints(tmp_path: Path) -> None:
-    path = tmp_path / "dance.mcap"
-    program = "beat 60\nada is puppet\nada $ repeat 3 (head (if near left else right))\n"
-    with recording(path) as recorder:
-        perform(score_of(analyzed(program)), RecordedSimulator(recorder), 10.0, lambda told: note(recorder, told))
-    assert min(each.joints["head_yaw"][0] for each in read_joints(path)) == pytest.approx(-math.radians(90))
-
-
-def test_joints_are_recorded_on_the_topic_of_their_robot(tmp_path: Path) -> None:
-    robots = """
-[profiles.lifter]
-step = 1
-joint_states = "/states"
-[profiles.lifter.body.lift]
-up = { joint = "mast", meters = 0.1 }
-[robots.bo]
-profile = "lifter"
-"""
-    messages = read_joints(record(tmp_path, analyzed("bo $ lift up", robots)))
-    assert {each.topic for each in messages} == {"/states"}
-    assert messages[-1].joints["mast"] == pytest.approx((0.1, 0.0))
-
-
-def test_positions_that_are_not_finite_are_not_recorded() -> None:
-    recorder = Recorder(io.BytesIO(), START)
-    recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")), True)
-    with pytest.raises(ValueError, match="a joint of r was given a position or a speed that is not a finite number"):
-        recorder.send_joints("r", {"head_yaw": JointMotion(math.nan, 0.0)}, 0.0)
 
 
 def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:

@@ -218,15 +218,6 @@ def test_joints_are_named_before_they_move() -> None:
     assert robot.said[1:] == ["joints move to their starts first: pitch of ada by -29°"]
 
 
-def test_moving_joints_are_named_also_just_after_a_line_that_nothing_moves() -> None:
-    robot = Robot(part(HEAD, home="move"), yaw=-1.5)
-    robot.bring_home(PATIENCE + 2 * PERIOD)
-    assert [line[:14] for line in robot.said] == ["nothing moves:"]
-    robot.joints["pitch"] = 0.0
-    robot.bring_home(PERIOD)
-    assert (len(robot.sent), robot.said[1:]) == (1, ["joints move to their starts first: yaw of ada by +86°"])
-
-
 def test_joints_that_were_halted_on_their_way_are_named_again_when_they_continue() -> None:
     """The deadman button was released for a moment."""
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)

@@ -19,7 +19,7 @@ from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
-from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
+from improv_core.score.senses import BUILT_IN, RobotSense, Source, Topic
 from improv_core.score.world import Box, Circle, Wall, World
 
 RADIUS, NEAR = 0.3, 1.0
@@ -91,17 +91,6 @@ def test_a_room_smaller_than_its_robots_stalls_nothing(room: str) -> None:
     assert all(math.isfinite(number) for pose in simulator.poses().values() for number in (pose.x, pose.y))
 
 
-def test_a_profile_sets_how_far_near_is() -> None:
-    simulator = stage(WALL, profile=replace(DISC, near=0.5), a=Pose())
-    edges = perform(simulator, [(0.0, "a", FORWARD)], ["a near"], 2.5)
-    check(edges, ("a near", False, 0), ("a near", True, AT_WALL - 0.5))
-
-
-def test_a_wall_that_a_robot_slides_along_is_not_near() -> None:
-    simulator = stage(World(walls=(Wall(-9, RADIUS, 9, RADIUS),)), a=Pose())
-    check(perform(simulator, [(0.0, "a", FORWARD)], ["a near"], 3.0), ("a near", False, 0))
-
-
 def test_frames_change_nothing() -> None:
     world = World(size=(6, 6), circles=(Circle(1.5, 0.2, 0.3),), boxes=(Box(-1, 1.5, 0.7, 0.7, 0.4),))
     orders = [(0.0, "a", Twist(x=1.0, yaw=0.7)), (0.0, "b", Twist(x=0.8, yaw=-0.5)), (4.0, "a", TURN)]
@@ -167,11 +156,6 @@ def test_odometry_measures_speed(dynamics: str) -> None:
     edges = perform(simulator, [(0.5, "a", FORWARD), (2.0, "a", TURN)], ["a moves"], 3.0)
     late = 0.5 if dynamics == "motors" else 0.0  # at 1 m/s²
     check(edges, ("a moves", False, 0), ("a moves", True, 0.5 + late), ("a moves", False, 2.0 + late))
-
-
-def test_senses_that_people_hold_give_no_edges() -> None:
-    simulator = stage(WALL, {"drop": Key("d"), **BUILT_IN}, a=Pose())
-    assert simulator.sensed({RobotSense("a", "drop"), RobotSense("a", "cue")}, 1.0) == []
 
 
 def test_asking_again_gives_the_current_value() -> None:

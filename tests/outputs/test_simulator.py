@@ -55,13 +55,6 @@ def gap(simulator: Simulator, one: str, other: str) -> float:
     return math.hypot(poses[one].x - poses[other].x, poses[one].y - poses[other].y) - 2 * RADIUS
 
 
-@pytest.mark.parametrize("beats_per_minute", [60, 61, 97, 333])
-def test_a_square_returns_home_also_at_tempos_that_do_not_fit_the_steps(beats_per_minute: int) -> None:
-    beat = 60 / beats_per_minute
-    twists = [(index * beat, (Twist(x=2.0 / beat), Twist(yaw=math.pi / 2 / beat))[index % 2]) for index in range(8)]
-    assert near(perform(stage(part("r")), "r", twists, 8 * beat), Pose(heading=2 * math.pi))
-
-
 def test_a_twist_changes_in_the_middle_of_a_step() -> None:
     simulator = stage(part("r"))
     simulator.send("r", Twist(x=1.0, y=-0.5, yaw=3.0), 0.0011)
@@ -154,13 +147,3 @@ def test_without_restart_robots_continue_and_those_left_out_stay() -> None:
     assert near(poses["a"], Pose(2.002, 0.0, 0.0, math.pi / 2))
     assert near(poses["gone"], Pose(2.002, 3.0))
     assert near(poses["new"], Pose(2.0, -3.0))
-
-
-def test_a_robot_may_change_its_size_while_it_moves() -> None:
-    simulator = stage(part("a"))
-    simulator.send("a", FORWARD, 0.0)
-    simulator.advance(0.5)
-    simulator.prepare(Score(Fraction(60), {"a": part("a", radius=0.1)}), restart=False)
-    simulator.advance(1.0)
-    assert near(simulator.poses()["a"], Pose(2.0))
-    assert simulator.snapshot().radii == {"a": 0.1}

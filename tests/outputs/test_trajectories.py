@@ -73,18 +73,9 @@ def test_commands_move_joints_within_their_limits(
     assert turned(HEAD, before, what, at) == after
 
 
-def test_a_course_begins_and_ends_at_the_positions_of_its_joints() -> None:
-    assert standing(HEAD, {"pitch": 0.5, "yaw": -1, "other": 3}).motions == ((-1, 0), (0.5, 0))
-    assert stopped(HEAD, course((0, 1), (0.9, 1), since=2), 0.5) == course((0.5, 0), (1, 0), since=2.5)
-
-
 def points(*motions: tuple[float, float]) -> list[tuple[float, list[float], list[float]]]:
     """Seconds, positions, and velocities."""
     return [*map(tuple, trajectory(HEAD, course(*motions)))]  # type: ignore[list-item]
-
-
-def test_joints_that_stand_are_one_point() -> None:
-    assert points((0.5, 0), (-1, 0)) == [(0, [0.5, -1], [0, 0])]
 
 
 def test_a_joint_cruises_and_comes_to_rest() -> None:
@@ -283,17 +274,6 @@ def test_a_joint_that_something_held_back_continues_from_where_it_is(
 ) -> None:
     """Otherwise it would jump when released. `measured` has each joint's position and its age in seconds."""
     assert let_go(HEAD, before, now, measured) == (after or now)
-
-
-def test_velocity_controllers_never_jump() -> None:
-    channel = Channel((YAW, PITCH), "velocity", "/ada/head")
-    now = course((2, 1), (0, 0))
-    assert let_go(channel, now, now, {"yaw": (0, 0)}) == now
-
-
-def test_velocities_need_no_measured_positions() -> None:
-    channel = Channel((YAW, PITCH), "velocity", "/ada/head")
-    assert present(channel, None, NOWHERE, begins=True, anew=True, rests=True) == course((0, 0), (0, 0))
 
 
 def test_messages_have_the_positions_of_a_joints_encoders() -> None:

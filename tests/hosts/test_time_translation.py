@@ -27,8 +27,6 @@ BORDER = Border(
     ("message", "there"),
     [
         ({"type": "pause", "at": 5.0, "after": 3}, {"type": "pause", "at": 1_005.0, "after": 3}),
-        ({"type": "stop", "at": 5.0, "mark": "page 1"}, {"type": "stop", "at": 1_005.0, "mark": "page 1"}),
-        ({"type": "resume"}, {"type": "resume"}),
         (
             {"type": "load", "asleep": 1.5, "at": 1.0, "entry": {"beat": 4.0, "monotonic": 7.0}, "score": {"at": 1}},
             {"type": "load", "asleep": 21.5, "at": 1_001.0, "entry": {"beat": 4.0, "monotonic": 1_007.0}}
@@ -58,10 +56,6 @@ def test_messages_to_a_stage_have_the_times_of_its_machine(message: dict[str, An
         (
             {"type": "sent", "robot": "r", "twist": [1.0], "wall": 1_700_000_055 * SECOND + 7},
             {"type": "sent", "robot": "r", "twist": [1.0], "wall": 1_700_000_005 * SECOND + 7},
-        ),
-        (
-            {"type": "measured", "generation": 1, "robots": {"r": {"wall": 1_700_000_050 * SECOND, "beat": 1.0}}},
-            {"type": "measured", "generation": 1, "robots": {"r": {"wall": 1_700_000_000 * SECOND, "beat": 1.0}}},
         ),
         (
             {"type": "armed", "generation": 1, "armed": True, "begins": 1_700_000_050.0},

@@ -6,7 +6,7 @@ import asyncio
 import os
 import signal
 import sys
-import time
+from collections.abc import Sequence
 from typing import IO
 from urllib.request import urlopen
 
@@ -27,25 +27,16 @@ HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""
 READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
 CHANNEL = "channel = open(int(os.environ['IMPROV_STOP_PIPE']), 'rb', buffering=0)"
-PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
 
 
-def moving(*lines: str) -> str:
-    """Return a stage that reports that it moves robots, and then runs these lines."""
+def told_of(lines: Sequence[str], message: ToStage, hang_limit: float) -> list[Heard]:
+    """Return the messages of a stage that reports that it moves robots, runs these lines when it is sent a message, and
+    then has ended."""
     moves = f"print(json.dumps({at('playing', 1)}), flush=True)"
-    return "\n".join(["import json, os, sys, time", CHANNEL, READY, moves, *lines])
+    body = [f" {line}" for line in lines]
+    code = "\n".join(["import json, os, sys, time", CHANNEL, READY, moves, "while channel.readline():", *body])
 
-
-def stage(*lines: str) -> str:
-    """Return a stage that runs these lines for each message, which is called `message` in them."""
-    return moving("while lines := channel.readline():", " message = json.loads(lines)", *lines)
-
-
-def told_of(code: str, *messages: ToStage, hang_limit: float = HANG) -> tuple[list[Heard], float]:
-    """Return the messages of a stage that runs this code, from when it moves robots until it has ended, and the seconds
-    between."""
-
-    async def listen() -> tuple[list[Heard], float]:
+    async def listen() -> list[Heard]:
         told: list[Heard] = []
         gone = asyncio.Event()
 
@@ -56,80 +47,59 @@ def told_of(code: str, *messages: ToStage, hang_limit: float = HANG) -> tuple[li
                 gone.set()
 
         watched = await Stage.start([sys.executable, "-c", code], os.environ, hear, Stops(), hang_limit)
-        began = time.monotonic()
-        for message in messages:
-            watched.send(message)
+        watched.send(message)
         await asyncio.wait_for(gone.wait(), LIMIT)
         assert not watched.alive
-        return told, time.monotonic() - began
+        return told
 
     return asyncio.run(listen())
 
 
+STOP: ToStage = {"type": "stop"}
+LOAD: ToStage = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "fake"}
+HUNG = f"the stage did not answer for {HANG} s"
+NO_MESSAGES = "5", "null", "[]", "{}", "{", '{"type": "pong"}'
+LAST = '{"type": "stopped", "message": "no such topic"}'
+
+
 @pytest.mark.parametrize(
-    "hang", ["import subprocess; subprocess.run(['sleep', '60'])", "os.kill(os.getpid(), 19)"], ids=["child", "SIGSTOP"]
+    ("lines", "message", "hang_limit", "reason"),
+    [
+        pytest.param(["import subprocess; subprocess.run(['sleep', '60'])"], STOP, HANG, HUNG, id="its child hangs"),
+        pytest.param(["os.kill(os.getpid(), 19)"], STOP, HANG, HUNG, id="it is halted"),
+        pytest.param(
+            [
+                "sys.stdin.readline()",
+                f"time.sleep({HANG * 2})",
+                'print(json.dumps({**json.loads(sys.stdin.readline()), "type": "pong"}), flush=True)',
+                "time.sleep(60)",
+            ],
+            LOAD,
+            HANG,
+            HUNG,
+            id="it takes long to load, then hangs",
+        ),
+        pytest.param(
+            [f"print(*{NO_MESSAGES}, sep=chr(10), flush=True)", "sys.exit(0)"],
+            STOP,
+            LIMIT,
+            "the stage exited unexpectedly",
+            id="the output of a library is no message",
+        ),
+        pytest.param(
+            [f"print('{LAST}', flush=True)", "time.sleep(1.8)", "sys.exit(1)"],
+            STOP,
+            1.5,
+            "the stage failed: no such topic",
+            id="it fails and takes long to end",
+        ),
+    ],
 )
-def test_a_stage_that_does_not_answer_is_killed_with_all_that_it_started(hang: str) -> None:
-    told, _ = told_of(stage(f" {hang}"))
-    assert told == [{"type": "gone", "message": f"the stage did not answer for {HANG} s"}]
-
-
-def test_a_librarys_output_is_not_a_message() -> None:
-    lines = "5", "null", "[]", "{}", "{", '{"type": "pong"}'
-    code = stage(f" print(*{lines}, sep=chr(10), flush=True)", " sys.exit(0)")
-    told, _ = told_of(code, {"type": "stop"}, hang_limit=LIMIT)
-    assert told == [{"type": "gone", "message": "the stage exited unexpectedly"}]
-
-
-def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> None:
-    """It takes longer to answer than it may, then answers once, then never again."""
-    code = stage(
-        " sys.stdin.readline()",  # the score
-        f" time.sleep({HANG * 2})",
-        f" message = json.loads(sys.stdin.readline()); {PONG}",
-        " time.sleep(60)",
-    )
-    told, seconds = told_of(code, {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "fake"})
-    assert told == [{"type": "gone", "message": f"the stage did not answer for {HANG} s"}]
-    assert seconds > HANG * 2
-
-
-def test_a_failed_stage_may_take_long_to_end_and_its_last_line_is_the_reason() -> None:
-    last = '{"type": "stopped", "message": "no such topic"}'
-    told, _ = told_of(moving(f"print('{last}', flush=True); time.sleep(1.8); sys.exit(1)"), hang_limit=1.5)
-    assert [message["type"] for message in told] == ["stopped", "gone"]
-    assert told[-1] == {"type": "gone", "message": "the stage failed: no such topic"}
-
-
-def test_an_idle_stage_hears_nothing_until_it_is_needed_and_then_a_ping_first() -> None:
-    code = "\n".join(
-        [
-            "import json, os, select, sys",
-            CHANNEL,
-            READY,
-            "while select.select([channel], [], [], 0.7)[0]:",
-            f" message = json.loads(channel.readline()); {PONG}",
-            'print(json.dumps({"type": "warning", "message": "silence"}), flush=True)',
-            "json.loads(sys.stdin.readline())",
-            "kind = json.loads(channel.readline())['type'] if select.select([channel], [], [], 0)[0] else 'nothing'",
-            'print(json.dumps({"type": "warning", "message": kind}), flush=True)',
-        ]
-    )
-
-    async def listen() -> list[str]:
-        told: asyncio.Queue[Heard] = asyncio.Queue()
-        watched = await Stage.start(
-            [sys.executable, "-c", code], os.environ, lambda _, message, stops: told.put_nowait(message), Stops()
-        )
-        lines = []
-        for _ in range(2):
-            message = await asyncio.wait_for(told.get(), LIMIT)
-            lines.append(str(message.get("message")))
-            watched.send({"type": "resume"})
-        await watched.close()
-        return lines
-
-    assert asyncio.run(listen()) == ["silence", "ping"]
+def test_one_line_says_why_a_stage_is_gone(
+    lines: Sequence[str], message: ToStage, hang_limit: float, reason: str
+) -> None:
+    told = told_of(lines, message, hang_limit)
+    assert [each for each in told if each["type"] != "stopped"] == [{"type": "gone", "message": reason}]
 
 
 class WithProcesses(Client):

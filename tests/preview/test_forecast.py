@@ -12,7 +12,6 @@ from improv_core.preview.forecast import AHEAD, MOST_POSES, Outlook
 from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.messages import MeasuredRobot, When
 from improv_core.score.motion import Pose
-from improv_core.score.senses import RobotSense
 from tests.player.test_player import Stage, score
 
 
@@ -46,20 +45,6 @@ class Watched(Stage):
     def path(self, robot: str = "r") -> list[tuple[float, Pose]]:
         self.see(robot)
         return list(self.outlook.path(robot))
-
-
-def test_the_first_senses_count_after_a_thousand_changes() -> None:
-    stage = Watched("r $ until bump (repeat forward) repeat (if near left else right)\n", real=False)
-    for _ in range(600):
-        stage.run(0.1)
-        for value in (True, False):
-            stage.player.force(RobotSense("r", "near"), value, stage.now)
-            stage.player.force(RobotSense("r", "bump"), value, stage.now)
-    stage.run(1.25)
-    assert stage.see()[3] == "right"
-    stage.player.force(RobotSense("r", "near"), True, stage.now)
-    stage.run(1)
-    assert stage.see()[3] == "left"
 
 
 def test_the_forecast_has_a_robots_pose_and_movement() -> None:

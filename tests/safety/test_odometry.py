@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
@@ -20,17 +19,15 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors, error
 from improv_core.protocol.limits import MEASURED_AT_REST
-from improv_core.protocol.messages import When
 from improv_core.protocol.output import Noticed, RawJoints, RawPose
 from improv_core.robots.config import read_robots
-from improv_core.safety.fault_rules import QUIET
 from improv_core.safety.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import OdomFrame, Part, Safety
-from tests.player.test_player import Stage, numbered, score
+from tests.player.test_player import Stage, score
 
 ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"
 FRAME = Pose(5, -3, 0, 2.5)
@@ -184,38 +181,6 @@ def test_a_pose_in_the_world_is_taken_as_it_is() -> None:
     assert [line for line in robot.lines if "off its path" not in line] == []
 
 
-def test_a_save_may_say_that_poses_are_in_the_world() -> None:
-    robot = Robot()
-    robot.play()
-    first = robot.pose(Pose(0.36))
-    robot.frame, robot.odom_frame = Pose(), "world"
-    robot.play(when="now")
-    robot.run(0.1)
-    assert robot.off(Pose(0.56)) == (0.36, 0)
-    assert first
-    assert robot.measured[-1]["robots"]["r"]["aligned"] == first["aligned"] + 1
-
-
-def test_a_save_continues_from_where_the_robot_ideally_is() -> None:
-    robot = Robot()
-    robot.play("beat 60\nr $ repeat forward\n")
-    robot.pose(Pose())
-    robot.run(1.5)
-    robot.play("beat 60\nr $ repeat left\n", "now")
-    robot.run(1)
-    assert robot.off(Pose(3, 0.2, 0, math.pi / 2)) == (0.2, 0)
-
-
-def test_a_muted_robot_ideally_stands() -> None:
-    robot = Robot()
-    robot.play("beat 60\nr $ repeat forward\n")
-    robot.pose(Pose())
-    robot.run(1)
-    robot.player.set_silent(["r"], [], robot.stage.now)
-    robot.run(1)
-    assert robot.off(Pose(2)) == (0, 0)
-
-
 @pytest.mark.parametrize(("source", "off"), [(ODOMETRY, 0.2), (LOCALIZATION, 7.98)])
 def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_itself(source: str, off: float) -> None:
     robot = Robot(source, frame=Pose())
@@ -227,23 +192,6 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     assert robot.off(Pose(-5.98)) == (off, 0)
     robot.run(0.2)
     assert "beat 2: the pose of r jumped by 7.78 m: check what publishes on /r/odom" in robot.lines
-
-
-def test_odometry_that_never_stops_jumping_is_reported_once() -> None:
-    robot = Robot(frame=Pose())
-    robot.play("beat 60\nr $ repeat forward\n")
-    for x in (0, 5) * 200:  # of two robots on one topic
-        robot.pose(Pose(x))
-        robot.run(0.05)
-    assert len([line for line in robot.lines if "jump" in line]) == 1
-    robot.run(QUIET)
-    robot.pose(Pose(500))
-    robot.run(0.2)
-    assert [line.partition(": ")[2] for line in robot.lines if "jump" in line] == [
-        "the pose of r jumped by 5.00 m: check what publishes on /r/odom",
-        "the poses of r no longer jump",
-        "the pose of r jumped by 495.00 m: check what publishes on /r/odom",
-    ]
 
 
 def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
@@ -370,18 +318,6 @@ def test_a_seek_forgets_how_far_off_it_was() -> None:
     assert robot.sent[-1][1] == 0.2
 
 
-@pytest.mark.parametrize(("follow", "least", "most"), [(False, 15.0, 30.0), (True, 0.0, 2.0)])
-def test_a_simulated_robot_with_worn_wheels_follows(follow: bool, least: float, most: float) -> None:
-    worn = "[profiles.worn]\nbase = 'turtlebot4'\ndynamics = 'motors'\nwheel_error = [0.96, 0.94]\nnoise = 0.01\n"
-    robots = read_robots(f"{worn}[robots.r]\nprofile = 'worn'\nfollow = {str(follow).lower()}\n")
-    assert robots.ok
-    simulator = Simulator(period=None)
-    perform(score_of(analyze("beat 60\nr $ repeat 4 (forward slow 2 left)\n", robots)), simulator)
-    end = simulator.poses()["r"]
-    assert (math.hypot(end.x, end.y) < 0.02) == follow
-    assert least <= math.degrees(abs(math.remainder(end.heading, math.tau))) <= most
-
-
 numbers = st.floats(-10, 10)
 
 
@@ -404,12 +340,11 @@ def test_any_frame_is_laid_on_the_world(x: float, y: float, heading: float, step
             assert math.remainder(pose.heading - world.heading, math.tau) == pytest.approx(0, abs=1e-6)
 
 
-def on_faults(robot: Robot, response: Response, seconds: float) -> list[str]:
-    """Play, with poses for a second, then without. Returns the lines for people."""
+def on_faults(robot: Robot, response: Response, seconds: float) -> None:
+    """Play, with poses for a second, then without."""
     robot.play("beat 60\nr $ repeat forward\n", rules=FaultRules(dict.fromkeys(get_args(Fault), response)))
     robot.drive(1)
     robot.run(seconds)
-    return robot.lines
 
 
 def corrected(odometry: Odometry, world: Pose, at: float) -> Twist:
@@ -444,46 +379,6 @@ def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     found = odometry.take(RawPose("r", LOCALIZATION, Pose(0.6, 2), 1.2))
     assert found
     assert found.jump is None
-
-
-def test_a_pose_of_the_robot_that_had_the_part_before_shows_nothing_anymore() -> None:
-    """It was on its way while another one took over."""
-    robot = Robot(frame=Pose())
-    dance = numbered(score("r $ repeat 8 forward"))
-
-    def load(topic: str, when: When) -> None:
-        part = replace(dance.parts["r"], topic=f"{topic}/cmd_vel", odom=f"{topic}/odom")
-        robot.player.load(replace(dance, parts={"r": part}), len(robot.stage.told) + 1, when, robot.stage.now)
-
-    def see(topic: str, place: Pose) -> None:
-        now = robot.stage.now
-        robot.player.measure([RawPose("r", ODOMETRY, place, now, topic=f"{topic}/odom")], now)
-
-    load("/r", "restart")
-    for _ in range(10):
-        robot.run(0.1)
-        see("/r", Pose(2 * (robot.stage.now - 1000)))
-    load("/spare", "now")
-    for topic, place in (("/r", Pose(2.1)), ("/spare", Pose(-5, 3, 0, 2)), ("/spare", Pose(-5, 3, 0, 2))):
-        robot.run(0.1)
-        see(topic, place)
-    robot.run(0.5)
-    assert [line for line in robot.lines if "jumped" in line] == []
-
-
-@pytest.mark.parametrize(
-    ("response", "follows", "state", "twist"),
-    [
-        ("tell", "", "playing", Twist(2)),
-        ("stand", "; it stands until you unmute it", "playing", Twist()),
-        ("stop", "; all robots were stopped: play again once that is fixed", "stopped", Twist()),
-    ],
-)
-def test_a_robot_whose_poses_stop(response: Response, follows: str, state: str, twist: Twist) -> None:
-    robot = Robot(frame=Pose())
-    silent = "no pose of r has come for 1.0 s: check its network and what publishes on /r/odom"
-    assert on_faults(robot, response, 1.2) == [f"beat 2: {silent}{follows}"]
-    assert (robot.player.state, robot.stage.sink.sent[-1][2]) == (state, twist)
 
 
 def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in_time() -> None:
@@ -551,7 +446,7 @@ def test_two_swapped_robots_are_reported_in_one_line(others: Callable[[float], f
     assert [each for each in told if "jump" in each] == [line]
 
 
-def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
+def test_a_robot_that_is_carried_away_or_lost_during_a_pause_is_named() -> None:
     robot = Robot(frame=Pose())
     robot.play("beat 60\nr $ repeat forward\n")
     robot.drive(0.5)
@@ -559,15 +454,10 @@ def test_a_robot_that_is_lost_or_carried_away_during_a_pause_is_named() -> None:
     for step in range(20):
         robot.pose(Pose(1, step / 40))
         robot.run(0.05)
-    assert robot.lines == ["beat 1: r is 0.30 m off its path: put it back, calibrate it, or look for what holds it up"]
     robot.stage.sink.deaf = {"r": "nobody listens on /r/cmd_vel"}
-    robot.run(0.6)
-    assert robot.lines[1:] == ["beat 1: r is gone, nothing listens on /r/cmd_vel: start its driver again"]
-    robot.run(0.6)
-    assert robot.lines[2:] == [
-        "beat 1: no pose of r has come for 1.1 s: check its network and what publishes on /r/odom"
-    ]
-    assert robot.stage.states[-1] == "paused"
+    robot.run(1.2)
+    faults = [message["fault"] for message in robot.stage.told if message["type"] == "fault"]
+    assert (faults, robot.stage.states[-1]) == (["off_path", "gone", "silent"], "paused")
 
 
 @pytest.mark.parametrize("end", ["stop", "pause"])
@@ -601,10 +491,8 @@ def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> 
     assert robot.stage.sink.sent[-1][2] == Twist(2)
 
 
-@pytest.mark.parametrize(("count", "most"), [(30, 1), (120, 2)])
-def test_many_robots_that_fail_at_once_are_reported_in_one_line(count: int, most: int) -> None:
-    """Of more than a hundred, a hundred share a line."""
-    robot, names = Robot(frame=Pose()), [f"r{number}" for number in range(count)]
+def test_a_hundred_robots_that_fail_at_once_share_a_line() -> None:
+    robot, names = Robot(frame=Pose()), [f"r{number}" for number in range(120)]
     robot.play(f"beat 60\n{' '.join(names)} $ repeat forward\n")
     for _ in range(20):
         at = robot.stage.now
@@ -613,10 +501,9 @@ def test_many_robots_that_fail_at_once_are_reported_in_one_line(count: int, most
     robot.run(2.0)
     faults = [message for message in robot.stage.told if message["type"] == "fault"]
     assert sorted(each["robot"] for each in faults) == sorted(names)
-    assert all(f"no pose of {each['robot']} has come" in each["message"] for each in faults)
     lines = [each["line"] for each in faults if each["line"]]
-    assert len(lines) <= most
-    assert all(re.search(r"no poses of r\d+, r\d+, r\d+, and \d+ more have come for 1\.\d s:", line) for line in lines)
+    assert len(lines) == 2
+    assert all("no poses of r" in line and "more have come" in line for line in lines)
 
 
 def test_the_states_of_real_robots_are_reported_every_second() -> None:
@@ -627,17 +514,6 @@ def test_the_states_of_real_robots_are_reported_every_second() -> None:
     assert len(vitals) == 2
     assert vitals[-1]["posed"] == pytest.approx(0.95, abs=0.1)
     assert (vitals[-1]["odom"], vitals[-1]["battery"]) == (True, 0.4)
-
-
-def test_late_commands_are_reported_within_half_a_second() -> None:
-    robot = Robot(frame=Pose())
-    robot.play("beat 60\nr $ repeat 4 forward\n")
-    robot.run(1.0)
-    robot.stage.sink.noted = Noticed(late={"r": 0.034})
-    robot.run(0.5)
-    assert robot.lines[0] == (
-        "beat 2: commands for r leave 34 ms late: close other programs on this machine or play fewer robots"
-    )
 
 
 def test_positions_of_joints_are_reported_while_robots_play_and_for_a_moment_after() -> None:

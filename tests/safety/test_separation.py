@@ -189,18 +189,6 @@ def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() ->
     assert "too_near" not in stage.transports[-1]
 
 
-def test_robots_that_are_still_too_near_may_move_apart_and_no_nearer() -> None:
-    stage = playing()
-    see(stage, 0.2)
-    for gap in (0.2, 0.25, 0.28):
-        stage.player.resume(stage.now, anyway=True)
-        stage.run(0.5)
-        see(stage, gap)
-        assert stage.states[-1] == "playing"
-    see(stage, 0.2)
-    assert paused(stage)
-
-
 @pytest.mark.parametrize(
     "stage", [playing("own"), playing(keep_apart=None), playing(poses=False)], ids=["own", "unset", "unseen"]
 )
@@ -249,31 +237,6 @@ def test_robots_that_drive_toward_each_other_pause_while_they_still_have_room_to
     assert stage.lines[-1] == (
         "paused: a and b are 0.38 m apart and approach at 0.40 m/s, and `keep_apart` is 0.3 m: make room, then resume"
     )
-
-
-def test_a_pose_that_is_late_takes_room_and_so_do_poses_that_no_longer_come() -> None:
-    stage = playing()
-    meet(stage, 0.41)
-    assert stage.states[-1] == "playing"
-    meet(stage, 0.41, late=0.08)
-    assert paused(stage)
-    stage = playing()
-    meet(stage, 0.40)
-    stage.run(0.038)
-    assert stage.states[-1] == "playing"
-    stage.run(0.005)
-    assert paused(stage)
-
-
-def test_a_command_that_has_robots_drive_toward_each_other_counts_at_once() -> None:
-    """They turn for two beats, and then look at each other."""
-    stage = playing(program="beat 60\na b $ left left repeat 8 forward")
-    meet(stage, 0.31)
-    stage.run(0.9)
-    meet(stage, 0.31)
-    assert stage.states[-1] == "playing"
-    stage.run(0.2)
-    assert paused(stage)
 
 
 def test_one_pose_that_jumps_pauses_nobody_until_the_next_one_agrees() -> None:
@@ -338,20 +301,6 @@ def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_t
     assert stage.states[-1] == "playing"
 
 
-def test_commands_of_another_stage_take_room() -> None:
-    """Backward is toward ours. It needs 0.05 m to brake, 0.03 m to react, and twice 0.03 m for a pose 0.1 s old, since
-    its stage knows as late about ours."""
-    stage = beside()
-    see_there(stage, 0.43, ago=0.1, told=Twist(0.3))
-    assert stage.states[-1] == "playing"
-    for _ in range(20):
-        see_here(stage)
-        see_there(stage, 0.45, ago=0.1, told=Twist(-0.3))
-    assert stage.states[-1] == "playing"
-    see_there(stage, 0.43, ago=0.1, told=Twist(-0.3))
-    assert stage.states[-1] == "paused"
-
-
 def test_a_report_of_another_stage_about_a_robot_here_is_ignored() -> None:
     stage = beside()
     see_there(stage, 0.1)
@@ -388,14 +337,6 @@ def test_nobody_here_waits_until_a_robot_elsewhere_is_in_its_place() -> None:
     read = score("beat 60\na b $ repeat 8 forward")
     there = replace(read.parts["b"], odom="/b/pose", odom_frame="world", host=FAR, profile=TURTLEBOT4)
     stage.player.load(replace(read, parts={**read.parts, "b": there}).on(""), 1, "restart", stage.now)
-    assert stage.states[-1] == "playing"
-
-
-def test_a_robot_elsewhere_without_poses_in_the_world_is_named_once() -> None:
-    stage = beside(odom=None)
-    stage.run(1)
-    assert unguarded(stage)[0] == '`keep_apart` doesn\'t guard b: that needs poses with `odom_frame = "world"`'
-    see_there(stage, 0.1)
     assert stage.states[-1] == "playing"
 
 

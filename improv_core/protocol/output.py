@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from improv_core.score.motion import Pose, Twist
 
@@ -86,8 +86,11 @@ class RawJoints(NamedTuple):
     at: float
 
 
-class Sink(Protocol):
-    """Something that moves robots. The stage's loop calls it from one thread only."""
+class Sink:
+    """Something that moves robots. The stage's loop calls it from one thread only.
+
+    By default, its robots are ready at once and sense nothing, and only commands change anything.
+    """
 
     name: str
     """Its name in the status: "simulator", "ROS 2"."""
@@ -95,22 +98,25 @@ class Sink(Protocol):
     real: bool
     """True if it moves real robots, which keep moving while nothing is sent. Late setpoints must not reach them."""
 
-    period: float | None
+    period: float | None = None
     """Seconds between calls of `advance` while something plays; None if it needs no calls."""
 
     def meet(self, score: Score) -> Iterator[None]:
         """Get to know the robots of a score that will be prepared soon, so that new ones can be sent commands at once.
         Each step takes a few milliseconds at most. Nothing changes for the robots that play."""
+        return iter(())
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Get ready to play a score. With `restart`, move its robots to their start poses if possible.
 
         Keeps the robots of earlier calls. Called before the first `send` of each new score.
         """
+        raise NotImplementedError
 
     def resetting(self) -> bool:
         """True while beat 0 must wait for robots to reach their start poses or for an emergency stop. Check it
         repeatedly before beat 0, and not after."""
+        return False
 
     def bring_home(self, robots: Collection[str]) -> None:
         """Bring the joints of these robots, which may move, to their starts, if the settings ask for that; the joints
@@ -123,17 +129,21 @@ class Sink(Protocol):
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """Return one line for each of these robots (default: all of the latest `prepare`) that would not receive a
         command. The line is empty for a robot that will be ready in a moment."""
+        return {}
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """Return one line for each of these robots (default: all of the latest `prepare`) that people should know
         about. A line about the whole performance has another key, such as a topic."""
+        return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
+        raise NotImplementedError
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         """Have some of a robot's joints move from performance time `at` on. One that reaches its limit gets a new
         command then. Velocities are by a time of which `pace` passes in a second, as in a simulation."""
+        raise NotImplementedError
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Move robots to other poses, if possible."""
@@ -144,15 +154,20 @@ class Sink(Protocol):
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
         """Advance, but let a simulator stop when senses in `asked` change. Returns these edges, sorted; none once it is
         at `to`. Real robots' sensors report by themselves."""
+        self.advance(to)
+        return []
 
     def coasting(self) -> bool:
         """True while robots that were sent zeros still move. Until they stand, `advance` is called."""
+        return False
 
     def poses(self) -> dict[str, Pose]:
         """Return the poses of the robots if the sink knows them, otherwise nothing."""
+        return {}
 
     def noticed(self) -> Noticed:
         """Return its observations of real robots since the last call."""
+        return Noticed()
 
     def close(self) -> None:
         """Release all resources. The robots have already been stopped."""

@@ -17,18 +17,17 @@ from improv_core.player.subscribers import LOOK_AT, MOST_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import TransportMessage, When
-from improv_core.protocol.output import Edge, Noticed
+from improv_core.protocol.output import Edge, Noticed, Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Deadman, Rejoin, Safety, Score
 from improv_core.score.senses import RobotSense
 
 
-class Memory:
+class Memory(Sink):
     """A sink that remembers its commands."""
 
     name = "memory"
-    period: float | None = None
 
     def __init__(self) -> None:
         self.real = False
@@ -56,9 +55,6 @@ class Memory:
             raise OSError(f"{robot} can't be prepared")
         self.prepared.append(restart)
 
-    def bring_home(self, robots: Collection[str]) -> None:
-        """Does nothing: joints are at their starts."""
-
     def ask(self, robots: Collection[str]) -> None:
         self.asked.append(set(robots))
 
@@ -84,22 +80,8 @@ class Memory:
     def place(self, poses: Mapping[str, Pose]) -> None:
         self.placed = poses
 
-    def advance(self, to: float) -> None: ...
-
-    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        self.advance(to)
-        return []
-
     def noticed(self) -> Noticed:
         return self.noted
-
-    def coasting(self) -> bool:
-        return False
-
-    def poses(self) -> dict[str, Pose]:
-        return {}
-
-    def close(self) -> None: ...
 
     def changes(self, robot: str) -> list[tuple[float, float, float]]:
         """The times at which the robot's velocity changed, and its forward speed and yaw from then on."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Mapping
 from itertools import chain
 from typing import IO
 
@@ -20,12 +20,11 @@ from improv_core.outputs.cdr import (
     twist_message,
 )
 from improv_core.protocol.messages import Decided, Measured, Sensed, read_from_stage
-from improv_core.protocol.output import Edge, Noticed
+from improv_core.protocol.output import Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score, in_namespace
-from improv_core.score.senses import RobotSense
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
@@ -98,15 +97,14 @@ def sensed_in(file: IO[bytes]) -> list[Sensed]:
     return sensed
 
 
-class Recorder:
+class Recorder(Sink):
     """A sink that records the robots' commands on their topics, calibrated and limited as real robots get them.
 
     `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
     written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.
     """
 
-    name: str = "recorder"
-    period: float | None = None
+    name = "recorder"
     real = False
 
     def __init__(self, file: IO[bytes], start: int) -> None:
@@ -134,10 +132,6 @@ class Recorder:
         """The time from the first command to the last."""
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
-    def meet(self, score: Score) -> Iterator[None]:
-        """Do nothing: a recording needs no listeners."""
-        return iter(())
-
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
             kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
@@ -147,21 +141,6 @@ class Recorder:
                 self._odometry[robot] = part.odom
             if body := part.profile.body:
                 self._joints[robot] = in_namespace(body.joint_states or JOINT_STATES, part.namespace)
-
-    def resetting(self) -> bool:
-        return False
-
-    def bring_home(self, robots: Collection[str]) -> None:
-        """Do nothing: joints are at their starts."""
-
-    def ask(self, robots: Collection[str]) -> None:
-        """Do nothing: a file takes everything."""
-
-    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        return {}
-
-    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         self.record(robot, twist, self.time(at))
@@ -211,31 +190,9 @@ class Recorder:
             data = joint_state_message(joints, time)
             self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
-    def place(self, poses: Mapping[str, Pose]) -> None:
-        """Do nothing: a recording contains only velocities."""
-
-    def advance(self, to: float) -> None:
-        """Do nothing: a recording contains only commands."""
-
-    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        self.advance(to)
-        return []
-
-    def noticed(self) -> Noticed:
-        return Noticed()
-
-    def coasting(self) -> bool:
-        return False
-
-    def poses(self) -> dict[str, Pose]:
-        return {}
-
     def finish(self) -> None:
         """Write the index at the end of the file. Without it, the file can't be played. Raises OSError."""
         self._writer.finish()  # type: ignore[no-untyped-call]
-
-    def close(self) -> None:
-        """Do nothing: the file belongs to the caller."""
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:

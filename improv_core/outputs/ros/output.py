@@ -26,10 +26,10 @@ from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage
-from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses
+from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses, Sink
 from improv_core.safety.zeros import LINGER
 from improv_core.score.joints import JointMotion
-from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.motion import STILL, Twist
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
@@ -41,7 +41,7 @@ STANDBY_LIMIT = 3.0
 """Seconds that beat 0 waits for the standby to find the robots: discovery took up to 2.64 s on a quiet machine."""
 
 
-class Ros:
+class Ros(Sink):
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is the range of discovery if the environment sets none (discovery.py). `hear` gets edges, poses, alarms,
@@ -50,9 +50,9 @@ class Ros:
     own. Raises ImportError without rclpy, and what rclpy raises if the arguments are wrong.
     """
 
-    name: str = "ROS 2"
-    real: bool = True
-    period: float | None = PULSE_PERIOD
+    name = "ROS 2"
+    real = True
+    period = PULSE_PERIOD
 
     def __init__(
         self,
@@ -279,23 +279,10 @@ class Ros:
         if (late := self._publishing.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
-    def place(self, poses: Mapping[str, Pose]) -> None:
-        """Do nothing: real robots stay where they are."""
-
     def advance(self, to: float) -> None:
         """Send the standby a sign of life, and the publisher a report of how well commands reach robots."""
         self._standby.live()
         self._publishing.report()
-
-    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        self.advance(to)
-        return []
-
-    def coasting(self) -> bool:
-        return False
-
-    def poses(self) -> dict[str, Pose]:
-        return {}
 
     def noticed(self) -> Noticed:
         late, self._late = self._late, {}

@@ -14,7 +14,7 @@ from improv_core.outputs.simulator.robot import SimulatedRobot
 from improv_core.outputs.simulator.senses import SimulatedSenses
 from improv_core.outputs.simulator.trails import Trail
 from improv_core.protocol.drawn import Bump, Snapshot
-from improv_core.protocol.output import Edge, Noticed
+from improv_core.protocol.output import Edge, Sink
 from improv_core.score.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
@@ -33,7 +33,7 @@ once."""
 BUMPS_KEPT = 200
 
 
-class Simulator:
+class Simulator(Sink):
     """A sink that moves discs in a world of walls and obstacles.
 
     Robots that are near nothing move on exact arcs, without steps. Robots that could touch something are pushed in
@@ -42,8 +42,8 @@ class Simulator:
     bit-identical poses, no matter how often `advance` is called.
     """
 
-    name: str = "simulator"
-    real: bool = False
+    name = "simulator"
+    real = False
 
     def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], Colliding] = Collisions) -> None:
         self.period = period
@@ -66,10 +66,6 @@ class Simulator:
         self._bumps: deque[Bump] = deque(maxlen=BUMPS_KEPT)
         self._met: dict[str, dict[str, None]] = {}
 
-    def meet(self, score: Score) -> Iterator[None]:
-        """Do nothing: simulated robots receive commands at once."""
-        return iter(())
-
     def prepare(self, score: Score, restart: bool) -> None:
         """Put new robots at their start poses. With `restart`, start everything over at time 0.
 
@@ -86,18 +82,6 @@ class Simulator:
             for name, part in score.parts.items():
                 self._add_or_update(name, part)
             self._look_soon()
-
-    def resetting(self) -> bool:
-        return False
-
-    def bring_home(self, robots: Collection[str]) -> None:
-        """Do nothing: joints are at their starts."""
-
-    def ask(self, robots: Collection[str]) -> None:
-        """Do nothing: simulated robots receive everything."""
-
-    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        return {}
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """The bumps so far, as one line per robot, under the robot whose name comes first."""
@@ -156,9 +140,6 @@ class Simulator:
     def coasting(self) -> bool:
         return any(robot.ahead(self._now).twist != STILL for robot in self._robots.values() if robot.motors)
 
-    def noticed(self) -> Noticed:
-        return Noticed()
-
     def poses(self) -> dict[str, Pose]:
         """The poses at the exact time of the latest `advance`."""
         return dict(self.snapshot().poses)
@@ -177,9 +158,6 @@ class Simulator:
                 tuple(self._bumps),
                 {name: robot.joints.positions(self._now) for name, robot in self._robots.items() if robot.joints.body},
             )
-
-    def close(self) -> None:
-        """Do nothing: a page can still show the last poses."""
 
     def _run(self, to: float) -> list[Edge]:
         """Run whole steps until `to`, or until a watched sense changes."""

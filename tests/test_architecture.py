@@ -80,9 +80,7 @@ LIBRARIES = {
             "output",
             "publisher/topics",
             "requests",
-            "sensors/batteries",
-            "sensors/joint_states",
-            "sensors/poses",
+            "sensors/polled",
             "sensors/subscriptions",
             "topic",
         )

@@ -83,7 +83,7 @@ class Nodes:
         return self._second
 
 
-def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any, *, raw: bool = False) -> Any:
+def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any) -> Any:
     """Create a subscription without rclpy's default callbacks for events."""
     try:
         from rclpy.event_handler import SubscriptionEventCallbacks
@@ -91,7 +91,7 @@ def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos
         from rclpy.qos_event import SubscriptionEventCallbacks
     # The default callbacks would log what our warnings say, and keep a subscription in use while the executor waits.
     none = SubscriptionEventCallbacks(use_default_callbacks=False)
-    return node.create_subscription(kind, topic, take, qos, event_callbacks=none, raw=raw)
+    return node.create_subscription(kind, topic, take, qos, event_callbacks=none)
 
 
 def node_name(process: int | str = "") -> str:

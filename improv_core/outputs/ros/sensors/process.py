@@ -14,8 +14,12 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain
 from typing import NamedTuple
 
+from improv_core.outputs.cdr import joints_in
+from improv_core.outputs.ros.sensors.poses import poses_in
+from improv_core.outputs.ros.sensors.readings import battery
 from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.output import Edge, RawPose
@@ -65,12 +69,15 @@ def main() -> int:
             subscriptions.batteries.keep(message["batteries"])
             subscriptions.joint_states.keep(message["joint_states"])
         subscriptions.spin(min(period, LOOK))
-        if poses := subscriptions.poses.take():
+        if poses := poses_in(subscriptions.poses.take()):
             tell({"type": "poses", "poses": [*map(_pose, poses)]})
-        if batteries := subscriptions.batteries.take():
-            tell({"type": "batteries", "batteries": batteries})
-        for robot, positions, at in subscriptions.joint_states.take():
-            tell({"type": "joints", "robot": robot, "positions": positions, "at": at})
+        for robots, _, _, messages in subscriptions.batteries.take():
+            if (share := battery(messages[-1][0])) is not None:
+                tell({"type": "batteries", "batteries": dict.fromkeys(robots, share)})
+        for robots, _, _, messages in subscriptions.joint_states.take():
+            if positions := dict(chain.from_iterable(joints_in(message).items() for message, _ in messages)):
+                for robot in robots:
+                    tell({"type": "joints", "robot": robot, "positions": positions, "at": time.monotonic()})
         tell({"type": "alive"})
         tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()

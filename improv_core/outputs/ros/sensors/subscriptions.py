@@ -2,41 +2,44 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterable
-from importlib import import_module
 from typing import Any
 
-from improv_core.outputs.ros.nodes import Nodes, subscribe
-from improv_core.outputs.ros.sensors.batteries import RosBatteries
-from improv_core.outputs.ros.sensors.joint_states import RosJointStates
-from improv_core.outputs.ros.sensors.poses import RosPoses
+from improv_core.outputs.ros.nodes import Nodes
+from improv_core.outputs.ros.sensors.polled import PolledTopics, Unread, try_subscribe
+from improv_core.outputs.ros.sensors.poses import TEXTS
 from improv_core.outputs.ros.sensors.readings import holds
 from improv_core.score.senses import Message, Topic
 
+BATTERY = "sensor_msgs/BatteryState"
+JOINT_STATE = "sensor_msgs/JointState"
+JOINTS_PERIOD = 0.05
+"""Seconds between two looks at joints, whose controllers may send them a thousand times a second."""
+JOINTS_KEPT = 5
+"""The number of messages kept of a topic: each of several controllers may send the positions of its own joints."""
 Hear = Callable[[Topic, bool | None], None]
 
 
 class Subscriptions:
     """Subscribes to topics, each once, and passes on the values of the senses in each message.
 
-    `unread` gets each topic to which it can't subscribe, and a line with the reason.
+    The caller takes the messages about `poses`, `batteries`, and `joint_states`.
     """
 
-    def __init__(self, node: str, hear: Hear, unread: Callable[[str, str], None]) -> None:
+    def __init__(self, node: str, hear: Hear, unread: Unread) -> None:
         self._hear = hear
         self._unread = unread
         self._nodes = Nodes(node, start_parameter_services=False, enable_rosout=False)
         self._node = self._nodes.first
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
-        self.poses = RosPoses(lambda: self._node_without_executor("poses"), unread)
-        """The poses of robots. The caller takes them."""
-        self.batteries = RosBatteries(self._node, unread)
-        """The battery levels of robots. The caller takes them."""
-        self.joint_states = RosJointStates(lambda: self._node_without_executor("joints"), unread)
-        """The positions of robots' joints. The caller takes them."""
+        self._polling: Any = None  # a node, once it is needed
+        self.poses = PolledTopics(self._polling_node, unread, TEXTS, depth=1)
+        self.batteries = PolledTopics(self._polling_node, unread, [BATTERY], depth=1, raw=False)
+        self.joint_states = PolledTopics(
+            self._polling_node, unread, [JOINT_STATE], depth=JOINTS_KEPT, period=JOINTS_PERIOD
+        )
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 
@@ -64,35 +67,29 @@ class Subscriptions:
     def close(self) -> None:
         """Destroy all nodes."""
         self._executor.shutdown()
-        self.poses.close()
-        self.joint_states.close()
+        if self._polling:
+            self._polling.destroy_node()
         self._nodes.close()
 
-    def _node_without_executor(self, what: str) -> Any:
-        import rclpy
+    def _polling_node(self) -> Any:
+        """Return the node without an executor."""
+        if not self._polling:
+            import rclpy
 
-        name = f"{self._node.get_name()}_{what}"
-        options = {"start_parameter_services": False, "enable_rosout": False}
-        return rclpy.create_node(name, context=self._node.context, **options)
+            options = {"start_parameter_services": False, "enable_rosout": False}
+            name = f"{self._node.get_name()}_polling"
+            self._polling = rclpy.create_node(name, context=self._node.context, **options)
+        return self._polling
 
     def _subscribe(self, name: str, message: Message) -> Any:
         """Create a subscription; None if that is impossible."""
-        package, _, kind = message.partition("/")
+        from rclpy.qos import qos_profile_sensor_data
 
         def take(received: Any) -> None:
             for topic in self._heard.get((name, message), ()):
                 self._hear(topic, holds(topic, received))
 
-        try:
-            from rclpy.qos import qos_profile_sensor_data
-
-            found = getattr(import_module(f"{package}.msg"), kind)
-            return subscribe(self._node, found, name, take, qos_profile_sensor_data)
-        except ImportError:
-            self._unread(name, f"{sys.executable} can't import {package}, so {name} can't be read: install {package}")
-        except Exception as error:  # rclpy raises many exceptions, such as for a topic on which we use another type
-            self._unread(name, f"{name} can't be read as {message}: {error}")
-        return None
+        return try_subscribe(self._node, message, name, take, qos_profile_sensor_data, self._unread)
 
 
 def _executor(context: Any) -> Any:

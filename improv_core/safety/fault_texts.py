@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -55,17 +56,6 @@ def in_words(worst: Worst) -> str:
     return turned if far == "0.00 m" else f"{far} and {turned}"
 
 
-class _Robots(NamedTuple):
-    """The robots that a line is about."""
-
-    parts: Sequence[Part]
-    names: str
-
-    def pick(self, one: str, several: str) -> str:
-        """Return the words for one robot, or those for several."""
-        return one if len(self.parts) == 1 else several
-
-
 def _kind(found: SeenNews) -> tuple[object, ...]:
     other = found.news.swapped if isinstance(found.news, FaultBegan) else ""
     pair = frozenset((found.part.robot, other)) if other else None
@@ -74,27 +64,30 @@ def _kind(found: SeenNews) -> tuple[object, ...]:
 
 def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
     """Return one line about all robots with the same news."""
-    first, fault = found[0], found[0].news.fault
-    robots = _Robots([each.part for each in found], in_one_phrase([each.part.robot for each in found]))
+    first, fault, parts = found[0], found[0].news.fault, [each.part for each in found]
     worst = Worst(*(max(values) for values in zip(*(each.news.worst for each in found), strict=True)))
-    stand = f"; {robots.pick('it stands until you unmute it', 'they stand until you unmute them')}"
     if isinstance(first.news, FaultBegan):
-        follows = _ALL_STOP if response == "stop" else stand if first.newly else ""
-        what = (
-            _swapped([first.part.robot, first.news.swapped], worst)
-            if first.news.swapped
-            else _BEGAN[fault](robots, worst)
-        )
-        return f"{beat}: {what}{follows}"
-    follows = _BACK[rejoin](robots) if fault == "gone" else ""
+        text = _SWAPPED if first.news.swapped else _BEGAN[fault]
+        follows = _ALL_STOP if response == "stop" else _STAND if first.newly else ""
+        names = " and ".join(sorted([first.part.robot, first.news.swapped])) if first.news.swapped else ""
+        return f"{beat}: {_filled(text + follows, parts, worst, names)}"
+    follows = _BACK[rejoin] if fault == "gone" else ""
     if first.stands:
-        follows = stand if response == "stand" else ""
-    return f"{beat}: {_OVER[fault](robots, worst)}{follows}"
+        follows = _STAND if response == "stand" else ""
+    return f"{beat}: {_filled(_OVER[fault] + follows, parts, worst)}"
 
 
-def _swapped(pair: Sequence[str], worst: Worst) -> str:
-    names = " and ".join(sorted(pair))
-    return f"{names} seem to be swapped, their poses jumped by {in_words(worst)}: check what tells them apart"
+def _filled(text: str, parts: Sequence[Part], worst: Worst, names: str = "") -> str:
+    """Return a text about the robots of some parts. It has fields, and the words for one robot or several in
+    brackets."""
+    return re.sub(r"\[(.*?)\|(.*?)\]", r"\1" if len(parts) == 1 else r"\2", text).format(
+        names=names or in_one_phrase([part.robot for part in parts]),
+        off=in_words(worst),
+        seconds=worst.seconds,
+        milliseconds=worst.seconds * 1000,
+        odom=parts[0].odom,
+        topic=parts[0].topic,
+    )
 
 
 def in_one_phrase(robots: Sequence[str]) -> str:
@@ -106,65 +99,43 @@ def in_one_phrase(robots: Sequence[str]) -> str:
 
 
 _ALL_STOP = "; all robots were stopped: play again once that is fixed"
-_BEGAN: Mapping[Fault, Callable[[_Robots, Worst], str]] = {
-    "off_path": lambda robots, worst: (
-        f"{robots.names} {robots.pick('is', 'are up to')} {in_words(worst)} off "
-        + robots.pick(
-            "its path: put it back, calibrate it, or look for what holds it up",
-            "their paths: put them back, calibrate them, or look for what holds them up",
-        )
+_STAND = "; [it stands until you unmute it|they stand until you unmute them]"
+_SWAPPED = "{names} seem to be swapped, their poses jumped by {off}: check what tells them apart"
+_BEGAN: Mapping[Fault, str] = {
+    "off_path": (
+        "{names} [is|are up to] {off} off [its path: put it back, calibrate it, or look for what holds it up"
+        "|their paths: put them back, calibrate them, or look for what holds them up]"
     ),
-    "silent": lambda robots, worst: (
-        f"no {robots.pick('pose', 'poses')} of {robots.names} {robots.pick('has', 'have')} come "
-        f"for {worst.seconds:.1f} s: check {robots.pick('its', 'the')} network "
-        f"and what publishes {robots.pick(f'on {robots.parts[0].odom}', 'their poses')}"
+    "silent": (
+        "no [pose|poses] of {names} [has|have] come for {seconds:.1f} s: "
+        "check [its|the] network and what publishes [on {odom}|their poses]"
     ),
-    "jumped": lambda robots, worst: (
-        f"the {robots.pick('pose', 'poses')} of {robots.names} jumped by {robots.pick('', 'up to ')}{in_words(worst)}: "
-        f"check what publishes {robots.pick(f'on {robots.parts[0].odom}', 'them')}"
+    "jumped": "the [pose|poses] of {names} jumped by [|up to ]{off}: check what publishes [on {odom}|them]",
+    "stuck": (
+        "{names} [is|are] told to move but [stands|stand]: check [its motors, its battery, and what is in its way"
+        "|their motors, their batteries, and what is in their way]"
     ),
-    "stuck": lambda robots, worst: (
-        f"{robots.names} {robots.pick('is', 'are')} told to move but {robots.pick('stands', 'stand')}: check "
-        + robots.pick(
-            "its motors, its battery, and what is in its way", "their motors, their batteries, and what is in their way"
-        )
+    "gone": (
+        "{names} [is|are] gone, nothing listens on [{topic}: start its driver again"
+        "|their topics: check the network, or start their drivers again]"
     ),
-    "gone": lambda robots, worst: (
-        f"{robots.names} {robots.pick('is', 'are')} gone, nothing listens on "
-        + robots.pick(
-            f"{robots.parts[0].topic}: start its driver again",
-            "their topics: check the network, or start their drivers again",
-        )
-    ),
-    "late": lambda robots, worst: (
-        f"commands for {robots.names} leave {robots.pick('', 'up to ')}{worst.seconds * 1000:.0f} ms late: "
+    "late": (
+        "commands for {names} leave [|up to ]{milliseconds:.0f} ms late: "
         "close other programs on this machine or play fewer robots"
     ),
 }
-_OVER: Mapping[Fault, Callable[[_Robots, Worst], str]] = {
-    "off_path": lambda robots, worst: (
-        f"{robots.names} {robots.pick('is back on its path, it was', 'are back on their paths, they were')} "
-        f"at most {in_words(worst)} off"
-    ),
-    "silent": lambda robots, worst: (
-        f"poses of {robots.names} come again, after {robots.pick('', 'up to ')}{worst.seconds:.1f} s"
-    ),
-    "jumped": lambda robots, worst: f"the poses of {robots.names} no longer jump",
-    "stuck": lambda robots, worst: (
-        f"{robots.names} {robots.pick('is no longer stuck, it was for', 'are no longer stuck, they were for up to')} "
-        f"{worst.seconds:.1f} s"
-    ),
-    "gone": lambda robots, worst: (
-        f"{robots.names} {robots.pick('listens again, after', 'listen again, after up to')} {worst.seconds:.1f} s"
-    ),
-    "late": lambda robots, worst: (
-        f"commands for {robots.names} leave in time again, they were at most {worst.seconds * 1000:.0f} ms late"
-    ),
+_OVER: Mapping[Fault, str] = {
+    "off_path": "{names} [is back on its path, it was|are back on their paths, they were] at most {off} off",
+    "silent": "poses of {names} come again, after [|up to ]{seconds:.1f} s",
+    "jumped": "the poses of {names} no longer jump",
+    "stuck": "{names} [is no longer stuck, it was for|are no longer stuck, they were for up to] {seconds:.1f} s",
+    "gone": "{names} [listens again, after|listen again, after up to] {seconds:.1f} s",
+    "late": "commands for {names} leave in time again, they were at most {milliseconds:.0f} ms late",
 }
-_BACK: Mapping[Rejoin, Callable[[_Robots], str]] = {
-    "continue": lambda robots: f", and {robots.pick('continues', 'continue')} in the middle of the program",
-    "scene": lambda robots: f", and {robots.pick('stands', 'stand')} until the next scene",
-    "next": lambda robots: f", and {robots.pick('stands', 'stand')} until the next play",
-    "return": lambda robots: "",  # other lines describe it
-    "pause": lambda robots: "",
+_BACK: Mapping[Rejoin, str] = {
+    "continue": ", and [continues|continue] in the middle of the program",
+    "scene": ", and [stands|stand] until the next scene",
+    "next": ", and [stands|stand] until the next play",
+    "return": "",  # other lines describe it
+    "pause": "",
 }

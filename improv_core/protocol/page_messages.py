@@ -30,13 +30,18 @@ class DrawnRobot(TypedDict):
 
 
 class DrawnRobots(TypedDict):
+    """The robots on the page, whenever some appear or leave."""
+
     type: Literal["robots"]
     robots: Mapping[str, DrawnRobot]
 
 
 class DrawnPoses(TypedDict):
     """The poses of all robots as x, y, z, and heading, in the order of `robots`, and the positions of each one's
-    joints, in radians or meters, in the order of its `joints` there."""
+    joints, in radians or meters, in the order of its `joints` there; up to 60 times a second.
+
+    `at` is in seconds after beat 0. `placed` counts how often robots were put elsewhere without driving there.
+    """
 
     type: Literal["poses"]
     at: float
@@ -46,7 +51,8 @@ class DrawnPoses(TypedDict):
 
 
 DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
-"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
+"""Further places of a robot: seconds after beat 0, x, y, and heading, from which it moved along one arc to the next
+place. `from` counts the places before them; with 0, the trail begins again.
 
 In `measured` messages: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
 how often its source was aligned; 1 if that was the simulator, otherwise 0; and 1 if it was pulled back to its path.
@@ -54,7 +60,8 @@ how often its source was aligned; 1 if that was the simulator, otherwise 0; and 
 
 
 class DrawnTrails(TypedDict):
-    """`placed` is as in `poses`: trails and poses with different numbers don't belong together."""
+    """The places of robots since beat 0 or the latest seek, each sent once. `placed` is as in `poses`: trails and poses
+    with different numbers don't belong together."""
 
     type: Literal["trails"]
     placed: int
@@ -62,6 +69,8 @@ class DrawnTrails(TypedDict):
 
 
 class DrawnMeasured(TypedDict):
+    """The measured places of robots since beat 0, each sent once."""
+
     type: Literal["measured"]
     robots: Mapping[str, DrawnTrail]
 
@@ -172,6 +181,9 @@ class BumpJson(TypedDict):
 
 
 class Bumps(TypedDict):
+    """Robots have bumped into each other or into something. Each bump is sent once; those of the `past` are from before
+    the page was opened."""
+
     type: Literal["bumps"]
     past: bool
     bumps: Sequence[BumpJson]
@@ -220,8 +232,8 @@ MeetingsMessage = TypedDict(
         "hits": Sequence[HitJson],
     },
 )
-"""The meetings in a score between two beats. If it is `all`, nothing else comes after that; if it `assumes`, senses may
-change them."""
+"""The meetings in a score between two beats, the first hundred of each kind: sent after a score, and again after it has
+taken over. If it is `all`, nothing else comes after that; if it `assumes`, senses may change them."""
 
 
 class Press(TypedDict):
@@ -245,6 +257,7 @@ Window = TypedDict(
         "robots": Mapping[str, RobotWindow],
     },
 )
+"""The answer to `AskWindow`: the motion of robots between two beats, and the words that play, if no sense changes."""
 
 ToPage = (
     DrawnRobots

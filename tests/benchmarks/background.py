@@ -7,26 +7,25 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import replace
 from random import Random
 
 from playwright.sync_api import Page
 
 from tests.benchmarks.chromium import chromium
-from tests.benchmarks.documents import IMPROV, edits, improv
-from tests.benchmarks.servers import LIMIT, OURS, Server
+from tests.benchmarks.documents import edits, improv
+from tests.benchmarks.servers import LIMIT, Server
 
 TYPED_LINES = 1_000
 KEYS_A_SECOND = 20
-PLAYER = replace(OURS, options={"backend": "sim", "page": {"open": True}})
-"""A server that plays in the simulator, and asks its editor to show the page."""
+PLAYS = {"backend": "sim", "page": {"open": True}}
+"""Options of a server that plays in the simulator, and asks its editor to show the page."""
 _DANCE = "r1 r2 r3 $ repeat (forward left)\n"
 
 
 @contextmanager
 def busy_editor() -> Iterator[None]:
     """Type into a document of a thousand lines while a dance plays and its page is open."""
-    with Server(PLAYER) as server:
+    with Server(PLAYS) as server:
         server.open(_DANCE)
         with playing(server):
             server.replace(improv(TYPED_LINES))
@@ -69,7 +68,7 @@ def _type(server: Server, ended: threading.Event) -> None:
     """Type into the document, at times that are never in step with the measured events."""
     random = Random(2)
     due = time.monotonic()
-    for edit in edits(IMPROV, improv(TYPED_LINES)):
+    for edit in edits(improv(TYPED_LINES)):
         due += random.uniform(0.5, 1.5) / KEYS_A_SECOND
         if ended.wait(max(due - time.monotonic(), 0)):
             return

@@ -9,7 +9,6 @@ import subprocess
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,7 +18,6 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
-from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from tests.benchmarks.robots import ENV, LIMIT, PYTHON
 from tests.benchmarks.tables import machine, print_head, print_row
@@ -48,7 +46,7 @@ def run(quick: bool) -> None:
     robots = (FOLDER / "improv.toml").read_text()
     corrected = _calibrated(robots)
     print("How far off the worst robot ends: wheels 4% and 6% short, 1% noise, 5% of commands lost\n")
-    print_head("program", "time", "ideal", "simulator beside it", "measured", "calibrated", "followed", "both")
+    print_head("program", "time", "ideal", "measured", "calibrated", "followed", "both")
     for name in ("square",) if quick else ("square", "canon", "groove"):
         program = (FOLDER / f"{name}.improv").read_text()
         if name == "groove":
@@ -56,10 +54,8 @@ def run(quick: bool) -> None:
                 program = program.replace(endless, minute)
         score = score_of(analyze(program, read_robots(robots)))
         ideal = _simulated(score)
-        parts = {robot: replace(part, profile=beside_robots(part.profile)) for robot, part in score.parts.items()}
         columns = [
             ideal,
-            _simulated(replace(score, parts=parts)),
             *(_driven(program, each, score) for each in (robots, corrected, _following(robots), _following(corrected))),
         ]
         seconds = f"{score.seconds(score.beats):.0f} s"

@@ -1,6 +1,5 @@
-"""A class of three pages in Chromium, on which somebody types, and of replayed ones, which load the website and send
-dances; then a class of forty that send the worst text as fast as they can. Measures the time from the teacher's stop to
-zeros, and the memory and processor time of the teacher's process."""
+"""A class of forty pages that send the worst text as fast as they can: the time from the teacher's stop to zeros, and
+the memory and processor time of the teacher's process."""
 
 from __future__ import annotations
 
@@ -19,7 +18,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import aiohttp
-from playwright.async_api import Browser, async_playwright, expect
 
 from improv_core.classroom.children import Children
 from improv_core.classroom.roster import MOST_CHILDREN, new_code
@@ -29,39 +27,28 @@ from improv_core.session.acts import News
 from improv_core.session.start import Options
 from improv_core.website.build import build
 from tests.benchmarks.tables import machine, p99, print_head, print_row
-from tests.needs import need
-from tests.page.conftest import FLAGS
+from tests.pyodide import imitate
 
-PAGES = 3
-CHILDREN = 22
-SECONDS, QUICK_SECONDS = 300.0, 15.0
-PATIENCE = 120_000.0
-"""Milliseconds in which a page has to do anything."""
-BETWEEN = 120.0
-"""Milliseconds from key to key."""
-GOAL, GOAL_FLOODED = 50.0, 200.0
+SECONDS, QUICK_SECONDS = 60.0, 15.0
+GOAL = 200.0
 """Milliseconds."""
-FLOOD_SECONDS = 60.0
 WORST = "\x01\n" * 49_999
 OTHERS = 15
 """Niceness of the pages: in a class, they are on other computers."""
 TOGETHER = 4
 """Dances that play when the teacher stops them."""
-EXAMPLES = [path.read_text() for path in sorted((Path(__file__).parents[2] / "examples").glob("*.improv"))]
 LONG = "r $ repeat (forward left)\n"
-PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
 
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` for a quarter of a minute."""
     with TemporaryDirectory() as folder:
         site = Path(folder, "site")
-        build(site, PYODIDE)
-        asyncio.run(_measure(site, QUICK_SECONDS if quick else SECONDS, flooded=False))
-        asyncio.run(_measure(site, QUICK_SECONDS if quick else FLOOD_SECONDS, flooded=True))
+        build(site, imitate(Path(folder, "pyodide")))
+        asyncio.run(_measure(site, QUICK_SECONDS if quick else SECONDS))
 
 
-async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
+async def _measure(site: Path, seconds: float) -> None:
     options = Options(backend="sim", report_sent=True)
     async with performance(options, browser=False, quiet=True, hears_keys=False) as performing:
         zeros: dict[str, int] = {}
@@ -78,10 +65,9 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
         began = time.monotonic()
         children = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", __name__, held.children.address, held.children.code, str(seconds)),
-            *(["flood"] if flooded else []),
             stdout=subprocess.PIPE,
         )
-        replayed = asyncio.create_task(children.communicate())
+        flooding = asyncio.create_task(children.communicate())
         took: list[float] = []
         async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(force_close=True)) as http:
             base, _, _ = held.teacher.link().partition("/?")
@@ -93,7 +79,7 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
             about: dict[str, Any] = {"params": {"token": found[1]}, "headers": {"Origin": base}}
             async with http.ws_connect(f"{base}/live", **about) as live:
                 reading = asyncio.create_task(_read(live))
-                while not replayed.done():
+                while not flooding.done():
                     await live.send_json({"type": "play", "numbers": [*range(1, TOGETHER + 1)]})
                     await asyncio.sleep(random.uniform(0.8, 1.6))
                     played = performing.playback.state.played
@@ -110,23 +96,15 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
                 reading.cancel()
         after = resource.getrusage(resource.RUSAGE_SELF)
         lasted = time.monotonic() - began
-        sent = json.loads((await replayed)[0])
+        sent = json.loads((await flooding)[0])
         performing.interrupted.set()
         await teaching
     busy = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / lasted
-    if flooded:
-        print(f"\n{MOST_CHILDREN} pages that send the worst text as fast as they can for {lasted:.0f} s, {machine()}:")
-        print(f"{sent['sent']} dances sent, {len(took)} stops\n")
-    else:
-        print(f"{PAGES} pages in Chromium and {CHILDREN} replayed ones for {lasted:.0f} s, {machine()}:")
-        print(f"{sent['typed']} and {sent['sent']} dances sent, {len(took)} stops\n")
+    print(f"{MOST_CHILDREN} pages for {lasted:.0f} s, {machine()}: {sent['sent']} dances sent, {len(took)} stops\n")
     print_head("what", "value", "goal")
     print_row("stop to the last zero, median", f"{median(took):.1f} ms", "")
-    print_row("stop to the last zero, p99", f"{p99(took):.1f} ms", f"{GOAL_FLOODED if flooded else GOAL:.0f} ms")
+    print_row("stop to the last zero, p99", f"{p99(took):.1f} ms", f"{GOAL:.0f} ms")
     print_row("stop to the last zero, worst", f"{max(took):.1f} ms", "")
-    if not flooded:
-        print_row("a dance sent, p99", f"{sent['p99']:.0f} ms", "")
-        print_row("the website loaded by all at once, slowest", f"{sent['loaded']:.1f} s", "")
     print_row("the memory of the teacher's process at most", f"{after.ru_maxrss / 1024:.0f} MB", "")
     print_row("its share of a processor", f"{busy * 100:.0f} %", "")
 
@@ -134,26 +112,6 @@ async def _measure(site: Path, seconds: float, *, flooded: bool) -> None:
 async def _read(live: aiohttp.ClientWebSocketResponse) -> None:
     async for _ in live:
         pass
-
-
-async def _replay(address: str, code: str, seconds: float) -> None:
-    """Send the requests of all children's pages. Print the time to load the website and to send dances."""
-    sends: list[float] = []
-    async with (
-        aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0, force_close=True)) as http,
-        async_playwright() as playwright,
-    ):
-        began = time.monotonic()
-        loads = await asyncio.gather(*(_load(http, address) for _ in range(CHILDREN)))
-        end = began + seconds
-        browser = await playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
-        replayed = [_child(http, address, code, number, end, sends) for number in range(CHILDREN)]
-        pages = [_page(browser, address, code, number, end) for number in range(PAGES)]
-        playing = asyncio.gather(*replayed)
-        typed = await asyncio.gather(*pages)
-        await playing
-        await browser.close()
-    print(json.dumps({"sent": len(sends), "p99": p99(sends), "loaded": max(loads), "typed": sum(typed)}))
 
 
 async def _flood(address: str, code: str, seconds: float) -> None:
@@ -182,51 +140,5 @@ async def _flood(address: str, code: str, seconds: float) -> None:
     print(json.dumps({"sent": sent}))
 
 
-async def _page(browser: Browser, address: str, code: str, number: int, end: float) -> int:
-    """Type dances on a page and send them. Return how many."""
-    page = await (await browser.new_context(viewport={"width": 768, "height": 1024})).new_page()
-    page.set_default_timeout(PATIENCE)
-    expect.set_options(timeout=PATIENCE)
-    await page.goto(f"{address}#class={code}")
-    await page.get_by_label("Your name").fill(f"page {number}")
-    await page.get_by_role("button", name="Join").click()
-    await page.wait_for_selector('body[data-connection="open"]')
-    sent = 0
-    while time.monotonic() < end:
-        await page.locator("#text").fill(f"# {number} {sent}\n")
-        await page.locator("#text").press_sequentially("r $ repeat 4 (forward || left) repeat 2 right", delay=BETWEEN)
-        await page.locator("#handed-in").evaluate("(line) => (line.textContent = '')")
-        await page.get_by_role("button", name="Send", exact=True).click()
-        await expect(page.locator("#handed-in")).to_contain_text("Sent at")
-        sent += 1
-    return sent
-
-
-async def _load(http: aiohttp.ClientSession, address: str) -> float:
-    began = time.monotonic()
-    for path in ("", "page.js", "pyodide/pyodide.asm.wasm.packed", "pyodide/python_stdlib.zip", "improv.zip"):
-        async with http.get(address + path, auto_decompress=False) as answer:
-            assert answer.status == 200
-            await answer.read()
-    return time.monotonic() - began
-
-
-async def _child(
-    http: aiohttp.ClientSession, address: str, code: str, number: int, end: float, sends: list[float]
-) -> None:
-    headers = {"Origin": address.rstrip("/")}
-    async with http.post(
-        f"{address}class/join", json={"code": code, "name": f"child {number}"}, headers=headers
-    ) as joined:
-        headers["Authorization"] = f"Bearer {(await joined.json())['secret']}"
-    while time.monotonic() < end:
-        text = LONG + f"# {number}\n" if number < TOGETHER else random.choice(EXAMPLES)
-        began = time.monotonic()
-        async with http.post(f"{address}class/send", data=text, headers=headers) as answer:
-            assert answer.status == 200
-        sends.append((time.monotonic() - began) * 1000)
-        await asyncio.sleep(random.uniform(1.1, 4.0))
-
-
 if __name__ == "__main__":
-    asyncio.run((_flood if "flood" in sys.argv else _replay)(sys.argv[1], sys.argv[2], float(sys.argv[3])))
+    asyncio.run(_flood(sys.argv[1], sys.argv[2], float(sys.argv[3])))

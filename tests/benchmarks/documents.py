@@ -1,16 +1,16 @@
-"""Programs of any length without an error, in Improv and in Python, and edits of their lines; the same every time."""
+"""Programs of any length without an error, and edits of their lines; the same every time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from random import Random
-from typing import Literal, TypeAlias
 
 SHARED = "motif"
-"""Name that a third of the lines use in a document with a shared name; its definition is on line `SHARED_LINE`."""
+"""Name that a third of the lines use in a document with a shared name."""
 SHARED_LINE = 3
+"""Line of its definition."""
 
 DEEPEST = 6
 """Names within names: enough to be realistic, and every movement's fractions stay short."""
@@ -22,26 +22,7 @@ _CHANGES = (
 )
 _NOUNS = ("wave", "spiral", "step", "turn", "bow", "sway", "leap", "circle", "phrase", "answer", "drift", "pulse")
 _ROBOTS = ("turtle1", "turtle2", "anna", "bruno", "clara", "drummer", "shaker", "walker")
-_PHRASES = (
-    "poly n = repeat n (forward fast n left)",
-    "spiral n k = repeat n (scale k forward left)",
-    "answer (m) = m reflect YZ m",
-    "times n (m) = repeat n (m halfleft)",
-    "there_and_back (m) = m retrograde m",
-    "sway n = repeat n [left right]",
-)
-_FUNCTIONS = (
-    "def poly(n): return n * math.pi",
-    "def spiral(n, k): return sum(range(n)) * k",
-    "def answer(m): return m, -m",
-    "def times(n, m): return n * (m + 1)",
-    "def there_and_back(m): return m, m",
-)
-_FORMS = ("{} * 2 + {}", "max({}, {}, 1)", "math.hypot({}, {})", "sum([{}, {}]) / 2", "({} - {}) ** 2")
-
-
-Uses: TypeAlias = Literal["", "name", "phrase"]
-"""Things that a third of the lines of a document use: nothing in particular, `SHARED`, or phrases with parameters."""
+_MISTAKES = (" forwrd", " (")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,43 +35,22 @@ class Edit:
     wrong: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Language:
-    """Functions that write a document of so many lines in a language, and changes of its lines."""
-
-    name: str
-    write: Callable[[int, Uses], str]
-    more: str
-    mistakes: tuple[str, ...]
-
-
-def improv(lines: int, uses: Uses = "", seed: int = 1) -> str:
-    """Write an Improv program of so many lines (100 or more give no hint either)."""
+def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
+    """Write a program of so many lines (100 or more give no hint either); if `shared`, a third of them use `SHARED`."""
     dance = _Dance(Random(seed))
     made = ["# A dance for eight robots.", "beat 30", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
-    if uses == "phrase":
-        made += _PHRASES
-    made += _thirds(lines - len(made), uses, dance.lines, _phrase_user if uses == "phrase" else _improv_user)
+    while len(made) < lines:
+        left = lines - len(made)
+        if not shared:
+            made += dance.lines(left, left)
+        elif len(made) % 3 == 0:
+            made.append(_user(len(made)))
+        else:
+            made += dance.lines(left, min(left, 2))
     return "".join(f"{line}\n" for line in made)
 
 
-def python(lines: int, uses: Uses = "", seed: int = 1) -> str:
-    """Write a Python module of so many lines; phrases are functions."""
-    random = Random(seed)
-    names: list[str] = []
-    made = ['"""Measures of a dance."""', "import math", "", f"{SHARED} = math.sqrt(2)"]
-    if uses == "phrase":
-        made += _FUNCTIONS
-    user = _function_user if uses == "phrase" else _python_user
-    made += _thirds(lines - len(made), uses, lambda _, room: _python_lines(random, names, room), user)
-    return "".join(f"{line}\n" for line in made)
-
-
-IMPROV = Language("improv", improv, " repeat {} left", (" forwrd", " ("))
-PYTHON = Language("python", python, " + {}", (" + forwrd", " +"))
-
-
-def edits(language: Language, text: str, only: int | None = None, seed: int = 1) -> Iterator[Edit]:
+def edits(text: str, only: int | None = None, seed: int = 1) -> Iterator[Edit]:
     """Yield edits without end, at any line with `=` or `$` or only at one; one in ten is an error, and the next fixes
     it."""
     random = Random(seed)
@@ -101,47 +61,18 @@ def edits(language: Language, text: str, only: int | None = None, seed: int = 1)
     count = 0
     while True:
         place = only if only is not None else random.choice(places)
-        wrong = lines[place] + language.mistakes[count // 10 % len(language.mistakes)]
-        for new in [wrong] * (count % 10 == 9) + [lines[place] + language.more.format(2 + count)]:
+        wrong = lines[place] + _MISTAKES[count // 10 % len(_MISTAKES)]
+        for new in [wrong] * (count % 10 == 9) + [f"{lines[place]} repeat {2 + count} left"]:
             yield Edit(place, len(now[place]), new, new == wrong)
             now[place] = new
             count += 1
 
 
-def _thirds(
-    lines: int, uses: Uses, write: Callable[[int, int], list[str]], user: Callable[[int], str]
-) -> Iterator[str]:
-    """Yield so many lines from `write`, which gets the number of lines left and the most to return at once. If the
-    lines use something, every third is a `user` instead."""
-    number = 0
-    while number < lines:
-        left = lines - number
-        piece = [user(number)] if uses and number % 3 == 0 else write(left, min(left, 2) if uses else left)
-        number += len(piece)
-        yield from piece
-
-
-def _improv_user(number: int) -> str:
+def _user(number: int) -> str:
     change = _CHANGES[number % len(_CHANGES)]
     if number % 2 == 0:
         return f"variation{number} = {_MOVES[number % len(_MOVES)]} {change} {SHARED}"
     return f"{_ROBOTS[number % len(_ROBOTS)]} $ variation{number - 3} {change} {SHARED}"
-
-
-def _phrase_user(number: int) -> str:
-    count, move = 2 + number % 11, _MOVES[number % len(_MOVES)]
-    forms = (
-        f"poly {count}",
-        f"{move} spiral {count} 3/2",
-        f"answer ({move} left) {move}",
-        f"times {count} {SHARED}",
-        f"there_and_back answer poly {count}",
-        f"sway {count} {move}",
-    )
-    movement = forms[number // 3 % len(forms)]
-    if number % 2 == 0:
-        return f"variation{number} = {movement}"
-    return f"{_ROBOTS[number % len(_ROBOTS)]} $ variation{number - 3} {movement}"
 
 
 class _Dance:
@@ -199,43 +130,3 @@ class _Dance:
         name = fitting[0] if fitting else self.random.choice(latest)
         self.unused.pop(name, None)
         return name, self.depths[name]
-
-
-def _python_user(number: int) -> str:
-    return f"variation{number} = {_FORMS[number % len(_FORMS)].format(SHARED, number)}"
-
-
-def _function_user(number: int) -> str:
-    count = 2 + number % 11
-    forms = (f"poly({count})", f"spiral({count}, 1.5)", f"answer({count})", f"times({count}, {SHARED})")
-    return f"variation{number} = {forms[number // 3 % len(forms)]}"
-
-
-def _python_lines(random: Random, names: list[str], room: int) -> list[str]:
-    """Return one to three lines that may come next; `names` are those so far, and grows."""
-    kind = random.random()
-    if kind < 0.08:
-        return [""]
-    if kind < 0.14:
-        return [f"# {random.choice(_NOUNS).capitalize()}, then {random.choice(_NOUNS)}: part {random.randrange(1000)}"]
-    used = random.choice(names[-40:]) if names else SHARED
-    other = random.choice(names[-40:]) if names else SHARED
-    if kind < 0.30:
-        return [f'print("{random.choice(_ROBOTS)}", {used}, round({other}, {random.randrange(9)}))']
-    name = f"{random.choice(_NOUNS)}{len(names)}"
-    names.append(name)
-    if kind < 0.35 and room >= 3:
-        return [
-            f"def make_{name}(width, height={used}):",
-            "    return width * height",
-            f"{name} = make_{name}({other})",
-        ]
-    forms = (
-        "{} * 2 + {}",
-        "max({}, {}, 1)",
-        "math.hypot({}, {})",
-        "sum([{}, {}]) / 2",
-        "({} - {}) ** 2",
-        "abs({} % {})",
-    )
-    return [f"{name} = {random.choice(forms).format(used, other)}"]

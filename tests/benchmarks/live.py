@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -32,7 +32,7 @@ from tests.benchmarks.robots import (
     lateness,
     start_anew,
 )
-from tests.benchmarks.servers import OURS, Server, memory, processor_time, stage_of
+from tests.benchmarks.servers import Server, memory, processor_time, stage_of
 from tests.player.test_player import Memory
 
 PATIENCE = 180.0
@@ -40,8 +40,8 @@ PATIENCE = 180.0
 STEP = 2.0
 """Meters of `forward` for a robot without a profile."""
 OURS_IN_WORDS = "Improv"
-PLAIN = {"timer": "an rclpy timer", "loop": "an absolute loop"}
-"""Timers of plain scripts, and their names in the tables."""
+LOOP_IN_WORDS = "an absolute loop"
+"""Name of the plain script in tables."""
 PROBE = "probe"
 CAST = ("turtle1", "turtle2", "anna", "bruno", "clara", "drummer", "shaker", "walker")
 """Robots of `documents.improv`."""
@@ -141,26 +141,24 @@ def anew(times: int) -> list[float]:
 
 
 def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
-    """Return the lateness of commands to so many robots: ours and those of plain scripts, in turns, in the same
+    """Return the lateness of commands to so many robots: ours and those of a plain script, in turns, in the same
     minutes."""
     robots = [f"r{number}" for number in range(count)]
     program = _program(robots, seconds, 60)
     ours = rehearsed(program)
-    plain = {way: [f"/{way}/{robot}" for robot in robots] for way in PLAIN}
+    plain = [f"/loop/{robot}" for robot in robots]
     turns: list[tuple[str, float, Mapping[str, Sequence[Due]]]] = []
-    everybody = [*ours, *(topic for topics in plain.values() for topic in topics)]
-    with Listener("drain", everybody) as listener, _server() as (server, tap):
+    with Listener("drain", [*ours, *plain]) as listener, _server() as (server, tap):
         server.open(program)
         for _ in range(rounds):
             server.save()
             turns.append((OURS_IN_WORDS, beat_0(tap.wait("playing")), ours))
             tap.wait("ended")
             time.sleep(0.5)
-            for way, topics in plain.items():
-                played = Plain(way, seconds, topics)
-                turns.append((PLAIN[way], played.zero, played.due))
+            played = Plain(seconds, plain)
+            turns.append((LOOP_IN_WORDS, played.zero, played.due))
         heard = listener.end()
-    found = dict.fromkeys([OURS_IN_WORDS, *PLAIN.values()], NOTHING)
+    found = {OURS_IN_WORDS: NOTHING, LOOP_IN_WORDS: NOTHING}
     for who, zero, due in turns:
         found[who] += lateness(heard, zero, due)
     return found
@@ -264,7 +262,7 @@ def _server() -> Iterator[tuple[Server, _Tap]]:
         path.touch()
         command = (sys.executable, str(Path(__file__).with_name("tapped_server.py")), str(path))
         options = {"backend": "ros", "page": {"open": False}, "ros": {"python": PYTHON}}
-        with Server(replace(OURS, command=command, options=options), ENV) as server:
+        with Server(options, ENV, command) as server:
             yield server, _Tap(path)
 
 

@@ -76,11 +76,11 @@ def print_page(seen: Seen, seconds: int) -> None:
     print_row("with one page", f"{seen.stage_watched:.3f}", "", "")
 
 
-def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) -> Seen:
-    """Play a program of so many robots, first unwatched, then to a page, then to a socket that counts."""
+def measure(seconds: float) -> Seen:
+    """Play a dance, first unwatched, then to a page, then to a socket that counts."""
     show = Show()
     try:
-        show.play(program or dance(robots))
+        show.play(dance(ROBOTS))
         stage = stage_of(os.getpid())
         time.sleep(1)
         alone = _busy(stage, seconds)
@@ -124,7 +124,3 @@ def _busy(pid: int, seconds: float) -> float:
     before = processor_time(pid)
     time.sleep(seconds)
     return (processor_time(pid) - before) / seconds
-
-
-if __name__ == "__main__":
-    run(quick=False)

@@ -5,19 +5,15 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from struct import Struct
-from time import monotonic, sleep
+from time import monotonic
 from typing import Any, NamedTuple
 
-from improv_core.protocol.limits import FOLDER
 from improv_core.safety.zeros import LINGER
-from improv_core.score.score import Score
-from improv_core.score.score_json import to_json
 
 HERE = Path(__file__).parent
 PYTHON = os.environ.get("IMPROV_ROS_PYTHON") or str(HERE.parents[1] / ".cache" / "ros" / "bin" / "python")
@@ -150,35 +146,6 @@ def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str
     return found
 
 
-@contextmanager
-def stage_with(score: Score) -> Iterator[subprocess.Popen[str]]:
-    """Start a separate stage and send it a score."""
-    pipe = subprocess.PIPE
-    with subprocess.Popen([PYTHON, str(FOLDER), "--sink", "ros"], env=ENV, stdin=pipe, stdout=pipe, text=True) as stage:
-        load = {"type": "load", "generation": 1, "score": to_json(score), "when": "restart", "backend": "ROS 2"}
-        print(json.dumps(load), file=stage.stdin, flush=True)
-        yield stage
-
-
-def play(score: Score, hear: Callable[[int, Mapping[str, Any]], None] = lambda stage, message: None) -> float:
-    """Play a score on a separate stage until it ends, and return the time of beat 0. `hear` gets the stage's process
-    and its messages."""
-    zero = 0.0
-    with stage_with(score) as stage:
-        for line in stage.stdout or ():
-            message = json.loads(line)
-            hear(stage.pid, message)
-            if message["type"] == "error":
-                raise RuntimeError(message["message"])
-            if message.get("state") == "playing":
-                zero = beat_0(message)
-            elif message.get("state") == "ended":
-                break
-        sleep(0.5)  # for the last zeros
-        stage.communicate(timeout=LIMIT)
-    return zero
-
-
 def beat_0(transport: Mapping[str, Any]) -> float:
     """Return the time of beat 0, by the monotonic clock."""
     return float(transport["monotonic"] - transport["beat"] * 60 / transport["tempo"])
@@ -192,15 +159,12 @@ def start_anew(topic: str) -> float:
 
 
 class Plain:
-    """A plain script that publishes 20 times a second, for so many seconds once all topics have listeners.
+    """A plain script that publishes 20 times a second, for so many seconds once all topics have listeners."""
 
-    `way` is its timer: `loop` or `timer`.
-    """
-
-    def __init__(self, way: str, seconds: int, topics: Sequence[str]) -> None:
+    def __init__(self, seconds: int, topics: Sequence[str]) -> None:
         self._topics = topics
         self._seconds = seconds
-        command = [PYTHON, str(HERE / "ros_publisher.py"), way, str(seconds), *topics]
+        command = [PYTHON, str(HERE / "ros_publisher.py"), "loop", str(seconds), *topics]
         told = subprocess.run(command, stdout=subprocess.PIPE, env=ENV, check=True, timeout=seconds + LIMIT)
         self.zero = float(told.stdout)
         """Time at which it began."""

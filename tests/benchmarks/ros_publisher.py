@@ -2,8 +2,7 @@
 
 `anew TOPIC` publishes at once, until somebody has listened for a while. `loop SECONDS TOPIC...` waits for listeners,
 prints the time at which it begins (monotonic clock), and publishes to all topics 20 times a second, ready messages at
-absolute times, another velocity each second. `timer SECONDS TOPIC...` does the same in the callback of an rclpy timer,
-as the tutorials teach it.
+absolute times, another velocity each second.
 """
 
 from __future__ import annotations
@@ -42,24 +41,6 @@ def loop(seconds: float, topics: Sequence[str]) -> None:
     time.sleep(0.5)
 
 
-def timer(seconds: float, topics: Sequence[str]) -> None:
-    node, publish = _prepare(topics)
-    counts = iter(range(round(seconds * RATE)))
-    ended = rclpy.task.Future()
-
-    def call() -> None:
-        count = next(counts, None)
-        if count is None:
-            ended.set_result(None)
-        else:
-            publish(count)
-
-    node.create_timer(1 / RATE, call)
-    _begin(1 / RATE)
-    rclpy.spin_until_future_complete(node, ended)
-    time.sleep(0.5)
-
-
 def _prepare(topics: Sequence[str]) -> tuple[Any, Callable[[int], None]]:
     """Return a node, and a function that publishes the message of so many periods after the beginning to all topics."""
     node = rclpy.create_node("plain_steady")
@@ -88,5 +69,5 @@ if __name__ == "__main__":
     if sys.argv[1] == "anew":
         anew(sys.argv[2])
     else:
-        {"loop": loop, "timer": timer}[sys.argv[1]](float(sys.argv[2]), sys.argv[3:])
+        loop(float(sys.argv[2]), sys.argv[3:])
     rclpy.try_shutdown()

@@ -8,8 +8,7 @@ import re
 import select
 import subprocess
 import sys
-import sysconfig
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any
 
-from tests.benchmarks.documents import IMPROV, PYTHON, Edit, Language
+from tests.benchmarks.documents import Edit
 from tests.processes import command_of, descendants, stat_of
 
 Message = dict[str, Any]
@@ -26,7 +25,6 @@ LIMIT = 60.0
 SETTLES = 1.0
 """Seconds after which a server has no more to publish about a change."""
 
-# No pull diagnostics: ruff then publishes them after every change, as our server does.
 _CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
     "textDocument": {
@@ -39,44 +37,9 @@ _CAPABILITIES: Mapping[str, Any] = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Kind:
-    """A language server: its command, its options, and the language it reads."""
-
-    name: str
-    command: tuple[str, ...]
-    language: Language
-    options: Mapping[str, Any]
-    finds_mistakes: bool = True
-
-
-OURS = Kind(
-    "improv-ls",
-    (sys.executable, "-m", "improv_ls"),
-    IMPROV,
-    {"backend": "sim", "page": {"open": False}, "onSave": "off"},  # no stage starts
-)
-RUFF = Kind(
-    "ruff",
-    (str(Path(sysconfig.get_path("scripts")) / "ruff"), "server"),
-    PYTHON,
-    # Its default rules, whatever configuration lies around.
-    {
-        "settings": {
-            "configurationPreference": "editorOnly",
-            "logLevel": "error",
-            "lint": {"enable": True, "select": ["E4", "E7", "E9", "F"]},
-        }
-    },
-)
-BARE = Kind(
-    "bare pygls",
-    (sys.executable, str(Path(__file__).with_name("bare_server.py"))),
-    IMPROV,
-    {},
-    finds_mistakes=False,
-)
-ALL = (OURS, RUFF, BARE)
+COMMAND = (sys.executable, "-m", "improv_ls")
+OPTIONS: Mapping[str, Any] = {"backend": "sim", "page": {"open": False}, "onSave": "off"}
+"""Options with which no stage starts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,9 +72,14 @@ def memory(pid: int) -> tuple[float, float]:
 
 
 class Server:
-    """A running server with one document; use as a context manager."""
+    """Our server with one document; use as a context manager."""
 
-    def __init__(self, kind: Kind, env: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        options: Mapping[str, Any] = OPTIONS,
+        env: Mapping[str, str] | None = None,
+        command: Sequence[str] = COMMAND,
+    ) -> None:
         self._version = 0
         self._next_id = 0
         self._changed = 0.0
@@ -123,16 +91,15 @@ class Server:
         self._folder = TemporaryDirectory()
         self.folder = Path(self._folder.name)
         root = self.folder.as_uri()
-        self.uri = f"{root}/document.{'py' if kind.language is PYTHON else 'improv'}"
-        self._language = kind.language.name
+        self.uri = f"{root}/document.improv"
         begin = perf_counter()
         env = {"DISPLAY": ":0", **(os.environ if env is None else env)}  # without a screen, it shows no page
         self._process = subprocess.Popen(
-            kind.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=self._folder.name, bufsize=0, env=env
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=self._folder.name, bufsize=0, env=env
         )
         folders = [{"uri": root, "name": "benchmark"}]
         common = {"processId": os.getpid(), "rootUri": root, "workspaceFolders": folders}
-        params = {**common, "capabilities": _CAPABILITIES, "initializationOptions": kind.options}
+        params = {**common, "capabilities": _CAPABILITIES, "initializationOptions": options}
         self.request("initialize", params)
         self.start_seconds = perf_counter() - begin
         self._notify("initialized", {})
@@ -157,7 +124,7 @@ class Server:
 
     def open(self, text: str) -> Seen:
         """Open the document."""
-        document = {"uri": self.uri, "languageId": self._language, "version": self._version, "text": text}
+        document = {"uri": self.uri, "languageId": "improv", "version": self._version, "text": text}
         return self._see("textDocument/didOpen", {"textDocument": document})
 
     def change(self, edit: Edit) -> Seen:
@@ -182,7 +149,7 @@ class Server:
         return begin
 
     def settle(self) -> float:
-        """Return the seconds from the latest change until everything that depends on it was up to date: then our server
+        """Return the seconds from the latest change until everything that depends on it was up to date: then the server
         publishes its diagnostics again, unless there was nothing left to do at the first time."""
         with suppress(TimeoutError):
             self._seen = self._published(self._changed, SETTLES)

@@ -1,4 +1,4 @@
-"""Time from a save to the robots' messages, and their punctuality: our server and stage beside plain rclpy scripts."""
+"""Time from a save to the robots' messages, and their punctuality: our server and stage beside a plain rclpy script."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from tests.benchmarks.background import KEYS_A_SECOND, TYPED_LINES, busy_editor
-from tests.benchmarks.live import OURS_IN_WORDS, PLAIN, PlayError, anew, crowd, in_turns, reactions
+from tests.benchmarks.live import LOOP_IN_WORDS, OURS_IN_WORDS, PlayError, anew, crowd, in_turns, reactions
 from tests.benchmarks.robots import RATE, Lateness, Listener
 from tests.benchmarks.tables import p99, print_head, print_row
 
@@ -84,7 +84,7 @@ def _print_punctuality(rounds: int, seconds: int) -> None:
         f"\nLateness of commands at {RATE} Hz, all robots alike, another velocity each second. In {rounds} rounds, ",
         end="",
     )
-    print(f"Improv and two plain rclpy scripts take turns of {seconds} s. Milliseconds\n")
+    print(f"Improv and a plain rclpy script take turns of {seconds} s. Milliseconds\n")
     parts = [f"{what} {part}" for what in ("published", "received", "changes received") for part in ("p50", "p99")]
     print_head("robots", "who", "commands", "missing", *parts, "longest gap", "changes: × the loop", LATE)
     for count in (1, 10, 100):
@@ -94,7 +94,7 @@ def _print_punctuality(rounds: int, seconds: int) -> None:
             print_row(f"{count}", OURS_IN_WORDS, *[""] * 10, f"not met: {problem}")
             continue
         for who, late in found.items():
-            _print_lateness(count, who, late, found[PLAIN["loop"]])
+            _print_lateness(count, who, late, found[LOOP_IN_WORDS])
     print(
         "\nA command ought to be sent at beat 0, as the stage tells the server on the monotonic clock, plus its place "
         "in a rehearsal. Published and received are Fast DDS's own stamps of both ends, so no listener's Python is in "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import partial
-from itertools import combinations_with_replacement
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -269,9 +268,3 @@ def test_refactorings_do_not_change_the_dance(program: str, data: st.DataObject)
     for script in ([], SENSED):
         assert compiled(after, 200, script)["robots"] == compiled(analysis, 200, script)["robots"], action
     assert after.ok == analysis.ok, action
-
-
-def test_no_broken_text_raises() -> None:
-    analysis = analyze("x = ((left\nr $ x ] ||| repeat 2 = $ 🐢 up")
-    for start, end in combinations_with_replacement(range(len(analysis.text)), 2):
-        refactorings(analysis, Span(start, end))

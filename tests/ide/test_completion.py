@@ -61,11 +61,6 @@ def test_a_movement_is_a_word_or_a_name_defined_above() -> None:
     assert offered("x = left up\nr $ |>").items[0] == Item("x", "name", "2 beats")
 
 
-def test_an_open_bracket_continues_over_lines() -> None:
-    check("x = (left\n  |>", *MOVING)
-    check("x = (left)\n|>", "beat", "room", "bar")
-
-
 def test_planes_and_numbers_are_offered_in_their_places() -> None:
     check("r $ reflect |>", *PLANES)
     check("r $ reflect s|>", *PLANES)
@@ -108,12 +103,6 @@ def test_nothing_in_comments_and_numbers() -> None:
     check_nothing("r $ left # fo|>")
     check_nothing("r $ repeat 2|>")
     check_nothing("r $ repeat 2|>x")
-
-
-def test_works_in_the_middle_of_broken_text() -> None:
-    check("x = left\nr $ ) fast || |> ]", "x", *MOVING)
-    check("x = left\nr $ (((\ny = |>", "x", *MOVING)
-    check("x = left\n= $ $\nr $ ? |>", "x", *MOVING)
 
 
 def test_snippets_leave_room_for_their_operands() -> None:
@@ -184,13 +173,6 @@ def test_conditions_offer_senses_and_their_sources() -> None:
     shown = document(analysis, Item("near", "sense"), 0, pictures=False)
     assert shown
     assert "closer than" in shown.markdown
-
-
-def test_words_of_senses_have_places_for_their_arguments() -> None:
-    check_snippet("r $ |>", "until", "until ${1:cue} ($0)")
-    check_snippet("r $ |>", "if", "if ${1:near} ($2) else ($0)")
-    check_snippet("r $ |> left", "pause", "pause ${1:near}")
-    check_snippet("r $ |> left", "if", "")
 
 
 ROBOTS = (

@@ -13,29 +13,20 @@ def check(program: str, *expected: str) -> None:
     assert [f"{fold.first}-{fold.last} {fold.kind}" for fold in folds(analyze(text))] == list(expected)
 
 
-def test_statements_over_several_lines_keep_their_closing_line_in_sight() -> None:
+def test_brackets_fold_and_keep_their_closing_line_in_sight() -> None:
     check("x = repeat 2 (\n  up\n  left\n)\nr $ x", "0-2 code")
     check("x = (up\n  left)\nr $ x", "0-1 code")
     check("r $ left", *[])
-
-
-def test_brackets_within() -> None:
     check("r $ (\n  up\n  [\n    left\n    down\n  ]\n)", "0-5 code", "2-4 code")
     check("r $ (\n)", *[])
 
 
-def test_blocks_of_comment() -> None:
+def test_comments_regions_and_scenes_fold() -> None:
     check("# one\n  # two\n\n# alone\nr $ (up # no\n# yes\n# yes\n)", "0-1 comment", "4-6 code", "5-6 comment")
     check("# one\r# two\r\n# three", "0-2 comment")
-
-
-def test_regions() -> None:
     check(
         "# region verse\nr $ up\n#region\n# endregion\n# a\n# b\n#endregion", "0-6 region", "2-3 region", "4-5 comment"
     )
     check("# endregion\n# regional\n# region", *[])
-
-
-def test_scenes() -> None:
     check("r $ up\n---\nr $ (\n  up\n)\n\n  --- # two\nr $ left", "1-4 code", "2-3 code", "6-7 code")
     check("---\n---\n# one\n# two\n", "1-3 code", "2-3 comment")

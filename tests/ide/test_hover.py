@@ -66,11 +66,6 @@ def test_hovers_of_robots_and_signs_describe_everything_played() -> None:
     check("r $ forward |>|| left", "forward || left", "play at the same time", "2.0 m, turns 90° left")
 
 
-def test_broken_statements_have_hovers() -> None:
-    check("r $ (for|>ward left\nx = ", "forward", "1 beat")
-    check("r $ re|>peat", "repeat", "**repeat**")
-
-
 def test_nothing_to_show() -> None:
     check_nothing("r $ left # |> comment")
     check_nothing("r $ |>nobody")
@@ -181,20 +176,10 @@ def test_parameters_and_nodes_that_depend_on_them() -> None:
     check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
 
 
-def test_a_scene_within_a_line_has_no_hover() -> None:
-    assert hover(*at_cursor("r $ left --|>- up")) is None
-
-
 def test_the_hover_of_a_scene_has_its_first_beat() -> None:
     check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
     check("|>---", "---", "never begins")
-
-
-def test_new_words() -> None:
-    check("r $ ramp |>1/2 2 (forward left)", "ramp 1/2 2 (forward left)", "**ramp 1/2 2**: ", "1.6 beats", "2.0 m")
-    check("r $ |>choose (forward left)", "choose (forward left)", "**choose**: ", "1 beat")
-    check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")
 
 
 def test_hovers_show_the_lengths_of_words_of_senses() -> None:

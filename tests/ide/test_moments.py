@@ -48,18 +48,6 @@ def test_the_words_of_body_parts_are_lit_while_they_play() -> None:
     assert words(played, 1.5) == ["left", "wave", "left", "up"]
 
 
-def test_a_sense_decides_which_words_of_a_body_part_are_lit() -> None:
-    played = analyze("r is puppet\nr $ repeat (head (if near left else right) || forward)\n")
-    replay = Replay(score_of(played))
-    replay.sense("r", "near", False, 0)
-    replay.sense("r", "near", True, 2)
-    found = [lit(replay, beat, played).spans for beat in (1.5, 2.5)]
-    assert [[played.text[start:end] for start, end in spans] for spans in found] == [
-        ["right", "forward"],
-        ["left", "forward"],
-    ]
-
-
 def test_words_are_found_after_edits() -> None:
     played = analyze("step = forward [left right]\nr $ repeat step\n")
     later = played.edited(0, 0, "# ❤️ a step\r\n\r\n")

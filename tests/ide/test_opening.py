@@ -7,7 +7,6 @@ import pytest
 from improv_core.ide.code_action_play import deeds
 from improv_core.ide.code_lens import lenses, scene_ids
 from improv_core.ide.completion_item import Item
-from improv_core.ide.folding_range import folds
 from improv_core.ide.hover import hover
 from improv_core.ide.inlay_hint import hints
 from improv_core.ide.references import definition, references, symbol_at
@@ -214,10 +213,6 @@ def test_lines_of_the_opening_have_no_hint_and_no_signature() -> None:
     analysis = analyze(DANCE)
     assert [hint.text for hint in hints(analysis, Span(0, len(DANCE)))] == ["1 beat", "1 beat"]
     assert all(signature(analysis, offset) is None for offset in range(DANCE.index("---")))
-
-
-def test_a_scene_with_a_name_folds() -> None:
-    assert [(fold.first, fold.last) for fold in folds(analyze(DANCE))] == [(6, 7), (8, 9)]
 
 
 def test_a_selection_grows_over_a_place() -> None:

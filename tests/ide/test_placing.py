@@ -39,16 +39,12 @@ def test_a_robot_with_a_line_keeps_it() -> None:
     check("ada at 1 2 # here\nada $ left\n", {"ada": (3, 0.5, 0)}, "ada at 3 0.5 # here\nada $ left\n")
     check("ada at 1 2 facing 45\nada $ left\n", {"ada": (1, 2, 0)}, "ada at 1 2\nada $ left\n")
     check("ada at 1/2 +2\nada $ left\n", {"ada": (0.5, -1, -90)}, "ada at 0.5 -1 facing -90\nada $ left\n")
-
-
-def test_a_place_that_is_the_same_stays_as_it_is_written() -> None:
     check("ada at 3/2 +2\nada $ left\n", {"ada": (1.5, 2, 0)}, "ada at 3/2 +2\nada $ left\n")
     check("ada bo at circle 1\nada $ left\n", {"ada": (0, 1, -90)}, "ada bo at circle 1\nada $ left\n")
-
-
-def test_numbers_are_rounded_to_thousandths() -> None:
     check("ada at 0 0\n", {"ada": (0.1 + 0.2, -0.00001, 0)}, "ada at 0.3 0\n")
     check("ada at 0 0\n", {"ada": (1000, -1000, 0)}, "ada at 1000 -1000\n")
+    check("at at 1 2\nat $ left\n", {"at": (3, 4, 0)}, "at at 3 4\nat $ left\n")
+    check("circle at circle 1\n", {"circle": (3, 4, 0)}, "circle at 3 4\n")
 
 
 @pytest.mark.parametrize(
@@ -100,19 +96,11 @@ def test_robots_of_a_circle_that_is_broken_get_lines_of_their_own() -> None:
 def test_two_robots_that_part_have_a_line_each() -> None:
     check("a b at line 2\n", {"a": (3, 0, 0)}, "b at 0 -1\na at 3 0\n")
     check("a b at line 2\n", {"a": (3, 0, 0), "b": (4, 0, 0)}, "a at 3 0\nb at 4 0\n")
-
-
-def test_a_robot_alone_in_a_formation_gets_a_point() -> None:
     check("ada at circle 2 around 1 1\n", {"ada": (0, 0, 0)}, "ada at 0 0\n")
 
 
 def test_a_place_of_improv_toml_is_overruled() -> None:
     check("ada bo $ left\n", {"ada": (1, 2, 0)}, "ada at 1 2\nada bo $ left\n", LISTED)
-
-
-def test_robots_called_like_words_of_places_are_placed_like_others() -> None:
-    check("at at 1 2\nat $ left\n", {"at": (3, 4, 0)}, "at at 3 4\nat $ left\n")
-    check("circle at circle 1\n", {"circle": (3, 4, 0)}, "circle at 3 4\n")
 
 
 @pytest.mark.parametrize("line", ["ada at 1 x", "ada at 1 2000", "ada bo at circle 0", "ada bo at 0 0"])

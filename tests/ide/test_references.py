@@ -53,20 +53,17 @@ def test_a_parameter_stays_in_its_phrase() -> None:
     check_definition("m = up\nf (m) = |>m", "m = up\nf ({m}) = m")
 
 
-def test_names_that_nothing_above_defines_belong_together() -> None:
+def test_names_belong_together_across_lines_and_errors() -> None:
     check("r $ |>x\nx = x\nr $ x", "r $ <x>\nx = <x>\nr $ x")
     check("r $ |>nobody nobody", "r $ <nobody> <nobody>")
+    check("x = (left\nr $ ) |>x ||\nx", "{x} = (left\nr $ ) <x> ||\n<x>")
+    check("x y = left\nr $ |>x y", "{x} y = left\nr $ <x> y")
 
 
 def test_a_robot_and_all_it_plays() -> None:
     check("r s $ left\nr = up\ns |>r $ r", "<r> s $ left\nr = up\ns <r> $ r")
     check("r$|>r", "r$<r>")
     check("my-ro|>bot $ left\nmy-robot $ up", "<my-robot> $ left\n<my-robot> $ up")
-
-
-def test_also_in_broken_statements() -> None:
-    check("x = (left\nr $ ) |>x ||\nx", "{x} = (left\nr $ ) <x> ||\n<x>")
-    check("x y = left\nr $ |>x y", "{x} y = left\nr $ <x> y")
 
 
 def test_words_numbers_signs_and_comments_are_no_symbols() -> None:

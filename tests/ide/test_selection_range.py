@@ -13,7 +13,7 @@ def check(program: str, *texts: str) -> None:
     assert [analysis.text[slice(*span)] for span in spans] == [*texts, analysis.text]
 
 
-def test_word_term_series_bracket_statement() -> None:
+def test_a_selection_grows_to_whole_parts() -> None:
     check(
         "x = up\nr $ left [up reverse do|>wn] || x",
         "down",
@@ -26,27 +26,12 @@ def test_word_term_series_bracket_statement() -> None:
     )
     check("beat 30\nx = repeat |>4 left", "4", "repeat 4 left", "x = repeat 4 left")
     check("beat |>30\nr $ up", "30", "beat 30")
-
-
-def test_robots() -> None:
     check("beat 30\nr s| $ up".replace("|", "|>"), "s", "r s", "r s $ up")
     check("beat 30\nmy-ro|>bot s $ up", "robot", "my-robot", "my-robot s", "my-robot s $ up")
-
-
-def test_a_word_rather_than_the_sign_it_touches() -> None:
     check("beat 30\nr $ (left|>)", "left", "(left)", "r $ (left)")
     check("beat 30\nr $ (left)|>", ")", "(left)", "r $ (left)")
-
-
-def test_comments() -> None:
     check("# to the |>left\nr $ up", "left", "# to the left")
     check("beat 30\nr $ up # hig|>her", "higher", "# higher", "r $ up # higher")
-
-
-def test_on_an_empty_line_the_selection_grows_to_the_whole_program() -> None:
     check("r $ left\n|>\nr $ up")
     check("|>")
-
-
-def test_broken_statements() -> None:
     check("beat 30\nr $ (left re|>peat", "repeat", "left repeat", "(left repeat", "r $ (left repeat")

@@ -84,18 +84,6 @@ def test_broken_statements_keep_their_colors() -> None:
     check("up = up", UP, "=:operator", UP)
 
 
-def test_comments_within_statements() -> None:
-    check(
-        "r $ ( # one\r\n # two\rup) # 3\r\n",
-        "r:class",
-        "$:operator",
-        "# one:comment",
-        "# two:comment",
-        UP,
-        "# 3:comment",
-    )
-
-
 def test_only_what_is_in_sight() -> None:
     text = "# one\nr $ up\n# two\ns $ up\n# three\n"
     found = [fragment for _, fragment, *_ in fragments(analyze(text), text.index("up"), text.index("s"))]

@@ -18,15 +18,12 @@ def check_nothing(program: str) -> None:
     assert signature(*at_cursor(program)) is None
 
 
-def test_the_number_or_the_plane_comes_first() -> None:
+def test_a_signature_marks_the_argument_at_the_cursor() -> None:
     check("r $ repeat |>", "repeat <n> movement")
     check("r $ repeat 4|>", "repeat <n> movement")
     check("r $ reflect |>", "reflect <PLANE> movement")
     check("r $ reflect Y|>Z left", "reflect <PLANE> movement")
     check("r $ fast |> left", "fast <k> movement")
-
-
-def test_then_the_movement() -> None:
     check("r $ repeat 4 |>", "repeat n <movement>")
     check("r $ repeat fo|>", "repeat n <movement>")
     check("r $ repeat (|>", "repeat n <movement>")
@@ -34,9 +31,6 @@ def test_then_the_movement() -> None:
     check("r $ reflect YZ (left |> )", "reflect PLANE <movement>")
     check("r $ reverse |>", "reverse <movement>")
     check("x = repeat 4 (\n  left\n  |>\n)", "repeat n <movement>")
-
-
-def test_the_innermost() -> None:
     check("r $ repeat 4 (reverse |>", "reverse <movement>")
     check("r $ repeat 4 (reverse left |>", "repeat n <movement>")
     check("r $ repeat 2 fast |>", "fast <k> movement")
@@ -85,10 +79,3 @@ def test_phrases_show_their_heads() -> None:
     found = signature(*at_cursor(f"{PHRASES}r $ poly |>"))
     assert found
     assert found.about == "A polygon."
-
-
-def test_words_with_two_numbers() -> None:
-    check("r $ ramp |>", "ramp <a> b movement")
-    check("r $ ramp 1/2 |>", "ramp a <b> movement")
-    check("r $ ramp 1/2 2 |>", "ramp a b <movement>")
-    check("r $ chance |>", "chance <p> movement")

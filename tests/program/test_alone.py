@@ -24,17 +24,6 @@ def test_the_first_word_that_is_never_true_is_marked() -> None:
     )
 
 
-def test_a_definition_that_nothing_uses_has_one_hint() -> None:
-    check(
-        """
-        x = until near repeat left
-        ^ unused-name: nothing uses `x`: use it below or remove this line
-        r $ left
-        """,
-        hints=True,
-    )
-
-
 def test_a_word_with_another_problem_has_only_that() -> None:
     check(
         f"""
@@ -63,10 +52,6 @@ def test_a_word_with_another_problem_has_only_that() -> None:
 )
 def test_something_may_be_near(program: str) -> None:
     assert "nothing-near" not in found(program)
-
-
-def test_a_robot_that_also_has_a_place_is_still_alone() -> None:
-    assert found(f"r at 1 2\n{PLAY}") == ["nothing-near"]
 
 
 @pytest.mark.parametrize(

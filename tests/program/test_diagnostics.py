@@ -129,24 +129,6 @@ def test_one_beat_for_a_document() -> None:
     assert analysis.tempo == 90
 
 
-def test_an_endless_movement_cannot_be_reversed() -> None:
-    check("""
-        x = repeat left
-        r $ reverse x
-            ^^^^^^^ endless-reverse: `reverse` needs a movement that ends: give the `repeat` in it a number
-        r $ retrograde (x || forward)
-    """)
-
-
-def test_empty_groups_do_nothing() -> None:
-    check("""
-        r $ forward ()
-                    ^^ empty-group: `()` is empty: write a movement in it or remove it
-        r $ []
-            ^^ empty-group: `[]` is empty: write a movement in it or remove it
-    """)
-
-
 @pytest.mark.parametrize("wrap", ["(%s)", "[%s]", "reverse %s", "repeat 2 %s", "(left %s || rest)", "[left %s right]"])
 def test_deep_nesting_is_reported_and_never_raises(wrap: str) -> None:
     def nested(levels: int) -> str:

@@ -75,17 +75,6 @@ def test_a_direction_that_a_part_lacks_is_marked_through_names_and_phrases() -> 
     )
 
 
-def test_a_pose_that_a_part_lacks_is_marked_through_names() -> None:
-    check(
-        """
-        x = to high
-        r1 $ head x left_arm x
-                  ^ no-such-pose: `head` has no pose `high`, so it rests: declare it in the profile p
-        """,
-        robots=PUPPET,
-    )
-
-
 def test_poses_beside_other_voices_are_marked_through_names() -> None:
     why = "another voice moves `left_shoulder_pitch` too, so it ends elsewhere: play one after the other"
     check(
@@ -113,17 +102,6 @@ def test_joints_are_followed_from_line_to_line() -> None:
                  ^^^^ joint-limit: at beat 8, yaw would be at 149.5°; {most}
         """,
         robots=FAST,
-        in_room=True,
-    )
-
-
-def test_of_several_voices_the_one_that_moves_the_joint_is_marked() -> None:
-    check(
-        """
-        r1 $ head (slow 4 up || repeat 4 left)
-                                         ^^^^ joint-limit: at beat 4, in round 4, head_yaw would be at 120°; {most}
-        """.replace("{most}", "it turns to 90° at most: go less far"),
-        robots=PUPPET,
         in_room=True,
     )
 
@@ -164,16 +142,6 @@ def test_a_change_of_improv_toml_changes_the_meaning_of_words() -> None:
     after = before.with_robots(robots)
     assert after.diagnostics == analyze(text, robots).diagnostics == ()
     assert [each.code for each in after.with_robots(read_robots("")).diagnostics] == ["unknown-name"]
-
-
-def test_edits_that_hide_a_part_are_followed() -> None:
-    robots = read_robots(FAST)
-    text = "x = forward\nr $ head left\n"
-    edited = analyze(text, robots).edited(0, 1, "head")
-    assert edited.diagnostics == analyze(edited.text, robots).diagnostics
-    assert edited.meanings[1].movement.duration == 2
-    again = edited.edited(0, 4, "x")
-    assert again.meanings[1].movement.duration == 1
 
 
 def test_senses_decide_for_the_base_and_for_body_parts_alike() -> None:

@@ -18,7 +18,6 @@ from improv_core.score.senses import BUILT_IN as SENSES
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.lexer import lex
 from tests.program.drawing import check
-from tests.program.test_fixes import fixed
 from tests.program.test_slips import check_fixes
 
 ROOT = Path(__file__).parents[2]
@@ -252,10 +251,6 @@ def test_robots_of_the_opening_are_checked_like_all_others() -> None:
     )
 
 
-def test_a_robot_of_the_opening_needs_a_name_that_ros_accepts() -> None:
-    assert [each.code for each in analyze("my-robot at 1 2").diagnostics] == ["bad-robot-name"]
-
-
 def test_a_kind_counts_if_improv_toml_sets_none() -> None:
     toml = "[robots.ada]\nprofile = 'husky'\n[robots.bo]\nmessage = 'TwistStamped'\n[profiles.nao-v6]\nstep = 0.4\n"
     analysis = check(
@@ -278,11 +273,6 @@ def test_a_change_of_kind_checks_movements_again() -> None:
     assert [each.code for each in changed.diagnostics] == ["unsupported-direction"]
     assert changed.edited(7, 17, "quadrotor").ok
     assert changed.edited(0, 18, "").ok
-
-
-def test_a_definition_that_becomes_a_line_of_the_opening_ends() -> None:
-    analysis = analyze("bar = forward\nr $ bar\n")
-    assert [each.code for each in analysis.edited(4, 13, "3").diagnostics] == ["unknown-name"]
 
 
 def test_the_program_wins_over_improv_toml() -> None:
@@ -331,16 +321,6 @@ def test_the_last_name_above_all_lines_that_play_names_the_first_scene() -> None
         """,
         hints=True,
     )
-    check("--- one\nr $ left\n--- two\nr $ left", hints=True)
-    check(
-        """
-        ---
-        ^^^ no-effect: no robot plays above this line: remove it
-        --- one
-        r $ left
-        """,
-        hints=True,
-    )
 
 
 def test_these_lines_may_stand_anywhere() -> None:
@@ -365,10 +345,3 @@ def test_a_thousand_robots_on_a_circle() -> None:
     analysis = analyze(f"{names} at circle 100\nroom 1 1\nr1 $ forward\n")
     assert analysis.ok
     assert len(score_of(analysis).parts) == 1_000
-
-
-def test_a_fix_for_a_kind_that_is_known_changes_nothing() -> None:
-    analysis = analyze("ada is husky\nada $ forward\n", read_robots("[robots.ada]\nprofile = 'husky'\n"))
-    (hint,) = analysis.diagnostics
-    after = fixed(analysis, hint.fixes[0])
-    assert analyze(after, analysis.cast).diagnostics == ()

@@ -106,17 +106,6 @@ def test_two_robots_on_a_line_are_in_unison(pair: Pair) -> None:
     assert [moment[1:3] for moment in after_the_first_line] == [moment[1:3] for moment in alone]
 
 
-def test_phrases_read_like_transformers() -> None:
-    def beats(text: str) -> object:
-        return analyze(f"answer (m) = m slow 2 m\ntimes n (m) = repeat n m\nx = rest\n{text}").robots["r"].duration
-
-    assert beats("r $ answer forward left") == 4
-    assert beats("r $ reverse answer forward left") == 4
-    assert beats("r $ times 3 answer forward x") == 10
-    assert beats("r $ [answer forward left]") == 2
-    assert beats("r $ answer [forward left]") == 3
-
-
 def test_parameters_hide_names_and_names_keep_their_meaning() -> None:
     analysis = analyze("x = rest rest\nf (x) = x\ng (m) = m x\nx = left\nr $ f up\ns $ g up\n")
     assert (analysis.robots["r"].duration, analysis.robots["s"].duration) == (1, 3)

@@ -101,13 +101,8 @@ def test_a_meeting_at_beat_0_is_at_the_line_that_places_the_later_robot() -> Non
         "[robots]\nada.start = {}\nbo.start = { x = 0.5 }",
     )
     check("""
-        ada bo at line 0.2
-        ^^^^^^^^^^^^^^^^^^ meets: `ada` and `bo` start 0.2 m apart: place them at least 0.6 m apart
-    """)
-    check("""
-        ada at 0 0
-        bo at 0.5985 0
-        ^^^^^^^^^^^^^^ meets: `ada` and `bo` start 0.599 m apart: place them at least 0.6 m apart
+        ada bo at line 0.5985
+        ^^^^^^^^^^^^^^^^^^^^^ meets: `ada` and `bo` start 0.599 m apart: place them at least 0.6 m apart
     """)
 
 

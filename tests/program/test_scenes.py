@@ -51,21 +51,6 @@ def test_scenes_without_a_robot_have_no_effect() -> None:
     )
 
 
-def test_nothing_plays_below_a_scene_that_never_ends() -> None:
-    check(
-        """
-        r $ left
-        ---
-        r $ left
-        s $ repeat left
-        ---
-        r $ up left
-        ^^^^^^^^^^^ never-performed: scene 2 above never ends, so this is never performed: give its `repeat` a number
-        """,
-        hints=True,
-    )
-
-
 def test_a_scene_stands_on_a_line_of_its_own() -> None:
     check("""
         --- r $ left
@@ -86,13 +71,6 @@ def test_scenes_are_bounded() -> None:
         ("too-large", "this program has more than 500 scenes: remove some")
     ] * 2
     assert len(analysis.parts["r"]) == 500
-
-
-def test_an_edit_moves_scenes() -> None:
-    analysis = analyze("r $ left\n---\nr $ up\n")
-    assert len(analysis.edited(9, 12, "").parts["r"]) == 1
-    assert len(analysis.edited(9, 12, "s $ up").parts["r"]) == 1
-    assert len(analysis.edited(0, 0, "---\n").parts["r"]) == 3
 
 
 def test_canon_stands_in_lines_of_several_robots() -> None:

@@ -58,17 +58,6 @@ def test_conditions_name_senses() -> None:
     """)
 
 
-def test_a_cue_is_true_for_an_instant() -> None:
-    check("""
-        r $ if cue left else right
-               ^^^ instant-sense: `cue` is true for an instant only: write `until cue`
-        r $ pause cue (left right)
-                  ^^^ instant-sense: `cue` is true for an instant only: write `until cue`
-        r $ until not cue repeat left
-                  ^^^^^^^ instant-sense: `cue` is true for an instant only: write `until cue`
-    """)
-
-
 def test_words_that_need_a_fixed_length() -> None:
     needs = "needs a fixed length, but senses decide how long"
     check(f"""

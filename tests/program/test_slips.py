@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.diagnostics import FADED, Severity
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from tests.program.drawing import check
@@ -204,16 +203,5 @@ def test_lines_after_an_endless_one_are_marked() -> None:
     )
 
 
-@pytest.mark.parametrize("dashes", ["--", "- - -", "—"])
-def test_a_scene_begins_with_three_dashes(dashes: str) -> None:
-    check_fixes(f"r $ left\n{dashes}\nr $ up", "r $ left\n---\nr $ up")
-
-
 def test_a_listed_robot_that_is_defined_is_meant_to_play() -> None:
     check_fixes("ada = left\nbo $ up", "ada $ left\nbo $ up", "bo $ up", robots="[robots.ada]\n[robots.bo]\n")
-
-
-def test_cut_off_words_are_marked_and_not_only_faded() -> None:
-    (problem,) = analyze("r $ forward left || rest").diagnostics
-    assert problem.severity is Severity.INFORMATION
-    assert problem.code in FADED

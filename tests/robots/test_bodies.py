@@ -12,6 +12,8 @@ from improv_core.score.body import Body
 HEAD = '[profiles.a]\nstep = 1\n[profiles.a.body.h]\nleft = { joint = "j", degrees = 30 }\n'
 HOME = HEAD.replace("step = 1", 'step = 1\njoint_states = "/states"\nhome = "move"')
 FAST = "[profiles.a.joints.j]\nmax_velocity = 9\n"
+POSES, LIMITS, CONTROLLER = (HEAD + f"[profiles.a.{each}]\n" for each in ("body.h.poses", "joints.j", "controllers.c"))
+ROBOT = HEAD + '[robots.r]\nprofile = "a"\n'
 ARMS = (
     '[profiles.a]\nstep = 1\n[profiles.a.body.l]\nmirror = "r"\nleft = { joint = "lj", degrees = 30 }\n'
     '[profiles.a.body.r]\nleft = { joint = "rj", degrees = -30 }\n'
@@ -29,8 +31,8 @@ ARMS = (
         (HEAD.replace("30", "1e300"), "1e300", "write `degrees` in degrees, from -720 to 720"),
         (HEAD.replace("30", "0"), "0", "write `degrees` as a number other than 0"),
         (
-            HEAD.replace("degrees = 30", "meters = 1, degrees = 2"),
-            '{ joint = "j", meters',
+            HEAD.replace("degrees", "meters = 1, degrees"),
+            "{ joint",
             "a joint and degrees, or meters",
         ),
         (HEAD.replace("body.h", "body.forward"), "forward", "`forward` is a word of the language"),
@@ -48,23 +50,23 @@ ARMS = (
         (HEAD + '[profiles.a.body.g]\nparts = ["h"]\n[profiles.a.body.gg]\nparts = ["g"]', '"g"', "not for groups"),
         (HEAD + "[profiles.a.body.g]\nparts = []", "[]", "write `parts` as a list of body parts"),
         (HEAD + '[profiles.a.body.g]\nparts = ["h"]\nmirror = "h"', "mirror", "is a group of body parts"),
-        (HEAD + "[profiles.a.joints.j]\nmin = 3\nmax = 1", "3", "`min` is greater than `max`: swap them"),
-        (HEAD + "[profiles.a.joints.j]\nmax = nan", "nan", "write `max`"),
-        (HEAD + "[profiles.a.joints.j]\nmax = 3\nstart = 4", "4", "`start` is beyond `min` or `max`"),
+        (LIMITS + "min = 3\nmax = 1", "3", "`min` is greater than `max`: swap them"),
+        (LIMITS + "max = nan", "nan", "write `max`"),
+        (LIMITS + "max = 3\nstart = 4", "4", "`start` is beyond `min` or `max`"),
         (HEAD + "[profiles.a.joints.q]\nmax = 3", "q", "no direction moves `q`"),
         (
-            HEAD + '[robots.r]\nprofile = "a"\njoints.q.offset = 3',
+            ROBOT + "joints.q.offset = 3",
             "q",
             "its profile has no joint `q`: write one of `j`",
         ),
         (HEAD + "[robots.r]\njoints.j.offset = 3", "j", "its profile has no joint `j`: remove this"),
-        (HEAD + '[robots.r]\nprofile = "a"\njoints.j.offset = "3"', '"3"', "write `offset`"),
-        (HEAD + "[profiles.a.body.h.poses]\nstart = { left = 3 }", "start", "`start` is a word of the language"),
-        (HEAD + "[profiles.a.body.h.poses]\nleft = { left = 3 }", "left", "`left` is a word of the language"),
-        (HEAD + "[profiles.a.body.h.poses]\nup = 3", "up", "`up` is a word of the language"),
-        (HEAD + "[profiles.a.body.h.poses]\nhigh = { up = 3 }", "up", "`h` has no direction `up`"),
+        (ROBOT + 'joints.j.offset = "3"', '"3"', "write `offset`"),
+        (POSES + "start = { left = 3 }", "start", "`start` is a word of the language"),
+        (POSES + "left = { left = 3 }", "left", "`left` is a word of the language"),
+        (POSES + "up = 3", "up", "`up` is a word of the language"),
+        (POSES + "high = { up = 3 }", "up", "`h` has no direction `up`"),
         (
-            HEAD + "[profiles.a.body.h.poses]\nfar = { left = 90 }\n[profiles.a.joints.j]\nmin = -3\nmax = 10",
+            POSES + "far = { left = 90 }\n[profiles.a.joints.j]\nmin = -3\nmax = 10",
             "90",
             "this is beyond the limits of `j`: from -3 to 10 degrees",
         ),
@@ -73,17 +75,17 @@ ARMS = (
             "far",
             "its mirror image is beyond the limits of `rj`: from -3 to 10 degrees",
         ),
-        (HEAD + '[profiles.a.controllers.c]\njoints = ["x"]', '"x"', "write one of the joints: `j`"),
+        (CONTROLLER + 'joints = ["x"]', '"x"', "write one of the joints: `j`"),
         (HEAD + '[profiles.a.controllers.1c]\njoints = ["j"]', "1c", "`1c` can't be part of a topic"),
-        (HEAD + "[profiles.a.controllers.c]\n", "c", "add the joints of `c`"),
+        (CONTROLLER, "c", "add the joints of `c`"),
         (
-            HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\n[profiles.a.controllers.d]\njoints = ["j"]',
+            CONTROLLER + 'joints = ["j"]\n[profiles.a.controllers.d]\njoints = ["j"]',
             '"j"',
             "`c` already moves `j`: remove one",
         ),
-        (HEAD + '[profiles.a.controllers.c]\njoints = ["j", "j"]', '"j"', "`j` is here twice: remove one"),
-        (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ninterface = "effort"', '"effort"', "is not valid here"),
-        (HEAD + '[profiles.a.controllers.c]\njoints = ["j"]\ntopic = "a b"', '"a b"', "use the letters a to z"),
+        (CONTROLLER + 'joints = ["j", "j"]', '"j"', "`j` is here twice: remove one"),
+        (CONTROLLER + 'joints = ["j"]\ninterface = "effort"', '"effort"', "is not valid here"),
+        (CONTROLLER + 'joints = ["j"]\ntopic = "a b"', '"a b"', "use the letters a to z"),
         (ARMS + '[profiles.a.controllers.c]\njoints = ["lj"]', "controllers", "no controller moves `rj`"),
         (HEAD.replace("step = 1", 'step = 1\nhome = "go"'), '"go"', "is not valid here"),
         (

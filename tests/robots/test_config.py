@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import re
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
-from improv_core.score.body import from_json as body_from_json
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from tests.robots.drawing import check
@@ -104,28 +100,6 @@ def test_robots_that_follow() -> None:
     assert [name for name, robot in found.robots.items() if robot.follow] == ["anna", "bert", "cleo", "emil"]
 
 
-def test_commanded_steps_scale_with_the_step() -> None:
-    found = check("""
-        [profiles.lab]
-        base = "turtlebot4"
-        commanded_step = 0.21
-        commanded_quarter_turn = 99
-
-        [profiles.long]
-        base = "lab"
-        step = 0.4
-
-        [profiles.slip]
-        step = 0.2
-        commanded_step = 2.1
-                         ^^^ robots: this is far from `step`: write from 0.5 to 2 times as much
-    """)
-    for name, step in (("lab", 0.2), ("long", 0.4)):
-        profile = found.profiles[name]
-        assert (profile.step, profile.quarter_turn) == (step, math.pi / 2)
-        assert (profile.linear_scale, profile.angular_scale) == pytest.approx((1.05, 1.1))
-
-
 def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest() -> None:
     assert check("[profiles.mine]\nstep = 1").profiles["mine"] == Profile("mine", step=1.0)
     check("""
@@ -173,24 +147,6 @@ def test_drift_that_makes_no_sense() -> None:
         ^^^^^ robots: `noise` works only with `dynamics = "motors"`: add that line
     """)
     assert found.profiles["b"].wheel_error == (1.0, 1.0)
-
-
-def test_unknown_keys() -> None:
-    check("""
-        robts = 1
-        ^^^^^ robots: `robts` is not valid here: did you mean `robots`?
-        [robots.a]
-        Profile = "turtlesim"
-        ^^^^^^^ robots: `Profile` is not valid here: did you mean `profile`?
-        start = { x = 1, z = 2 }
-                         ^ robots: `z` is not valid here: write one of `x`, `y`, `heading`
-        [profiles.b]
-        step = 1
-        "max linear" = 1
-        ^^^^^^^^^^^^ robots: `max linear` is not valid here: did you mean `max_linear`?
-        command = "/bin/sh"
-        ^^^^^^^ robots: `command` is not valid here: did you mean `command_rate`?
-    """)
 
 
 def test_wrong_types() -> None:
@@ -299,14 +255,6 @@ def test_motions() -> None:
     """)
     assert found.profiles["a"].motions == ("turn",)
     assert found.profiles["b"].motions == MOTIONS
-
-
-def test_profiles_survive_json() -> None:
-    for profile in BUILT_IN.values():
-        data: dict[str, Any] = json.loads(json.dumps(asdict(profile)))
-        data["body"] = body_from_json(data["body"])
-        assert Profile(**data) == profile
-        assert hash(Profile(**data)) == hash(profile)
 
 
 def test_the_nearest_file_is_found(tmp_path: Path) -> None:

@@ -26,12 +26,11 @@ def stand(toml: str, *expected: tuple[float, float, float]) -> None:
     assert starts(toml) == starts(f"{LISTED}{toml}") == [*expected]
 
 
-def test_a_line_stands_side_by_side_and_looks_along_x() -> None:
+def test_shapes_stand_around_the_origin() -> None:
     stand("[formation]\nshape='line'\ndistance=2", (0, 3, 0), (0, 1, 0), (0, -1, 0), (0, -3, 0))
-
-
-def test_a_grid_has_as_many_rows_as_columns() -> None:
     stand("[formation]\nshape='grid'", (1.5, 1.5, 0), (1.5, -1.5, 0), (-1.5, 1.5, 0), (-1.5, -1.5, 0))
+    for shape in ("line", "circle", "grid"):
+        assert starts(f"[formation]\nshape='{shape}'", "a") == [(0, 0, 0)]
 
 
 def test_a_circle_looks_in_or_out() -> None:
@@ -46,11 +45,6 @@ def test_neighbors_on_a_circle_are_the_distance_apart(count: int) -> None:
     poses = starts("[formation]\nshape='circle'\ndistance=1.5", " ".join(f"r{number}" for number in range(count)))
     apart = [math.dist(one[:2], other[:2]) for one, other in zip(poses, [*poses[1:], poses[0]], strict=True)]
     assert apart == pytest.approx([1.5] * count, abs=0.005)
-
-
-def test_one_robot_alone_stands_at_the_origin() -> None:
-    for shape in ("line", "circle", "grid"):
-        assert starts(f"[formation]\nshape='{shape}'", "a") == [(0, 0, 0)]
 
 
 def test_a_robot_with_a_start_keeps_it_and_the_others_close_up() -> None:
@@ -88,10 +82,6 @@ def test_errors_in_a_formation() -> None:
         ^^^^^^ robots: `facing` works only with `shape = "circle"`: remove it
         width = 3
         ^^^^^ robots: `width` is not valid here: write one of `shape`, `distance`, `facing`
-    """)
-    check("""
-        formation = 3
-                    ^ robots: write `formation` as a section: `[formation]`
     """)
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.robots.limits import Excess, excess, speed, unsupported
+from improv_core.robots.limits import Excess, excess, unsupported
 from improv_core.score.movement import Velocity
 from improv_core.score.profiles import BUILT_IN, DEFAULT, HOLONOMIC, QUADROTOR, TURTLEBOT3_BURGER, TURTLESIM, Profile
 
@@ -22,12 +22,6 @@ limited = replace(HOLONOMIC, max_linear=0.5, max_angular=1.0)
 numbers = st.fractions(-20, 20, max_denominator=12)
 velocities = st.builds(Velocity, numbers, numbers, numbers, numbers)
 tempos = st.fractions(Fraction(1, 2), 400, max_denominator=4)
-
-
-def test_speed_is_in_si_units() -> None:
-    found = speed(Velocity(Fraction(3), Fraction(4), yaw=Fraction(-2)), TURTLESIM, Fraction(30))
-    assert found.linear == 5 * 2.0 / 2
-    assert found.angular == pytest.approx(math.pi / 2)
 
 
 def test_a_speed_right_at_the_limit_is_within_it() -> None:
@@ -106,11 +100,6 @@ def test_every_built_in_robot_that_is_real_has_limits(name: str) -> None:
         assert too_fast
         assert too_fast.tempo
         assert 38 <= too_fast.tempo <= 600
-
-
-def test_a_sideways_step_counts_for_a_holonomic_base_and_a_climb_for_a_quadrotor() -> None:
-    assert excess(Velocity(y=Fraction(5)), HOLONOMIC, SIXTY) is not None  # 1 m/s of 0.8
-    assert excess(Velocity(Fraction(2), Fraction(2), Fraction(1)), QUADROTOR, SIXTY) is not None  # 1.5 m/s of 1
 
 
 def test_unsupported_motions_are_listed() -> None:

@@ -23,19 +23,13 @@ def check(text: str, music: Music | None, *messages: str) -> Robots:
     return robots
 
 
-def test_without_the_section_there_is_no_music() -> None:
-    check("", None)
-
-
 def test_a_song_is_beside_the_file_or_deeper() -> None:
+    check("", None)
     check('[music]\nfile = "song.mp3"', Music("song.mp3", "/dances"))
     check(
         '[music]\nfile = "sounds/Song.WAV"\nfirst_beat = -0.5\nvolume = 0.25',
         Music("sounds/Song.WAV", "/dances", -0.5, 0.25),
     )
-
-
-def test_the_first_beat_can_be_set_for_a_song_that_people_choose() -> None:
     check("[music]\nfirst_beat = 0.35", Music("", "/dances", 0.35))
 
 
@@ -53,13 +47,6 @@ ELSEWHERE = 'pages can\'t get this: put the song beside this file, and write its
 def test_a_song_that_pages_cannot_play_is_a_warning_and_the_dance_plays(message: str, files: Sequence[str]) -> None:
     for file in files:
         assert check(f'[music]\nfile = "{file}"', Music("", "/dances"), message).ok
-
-
-def test_wrong_values_are_errors_as_everywhere() -> None:
-    check("[music]\nfile = 7", Music("", "/dances"), "write `file` as text, in quotes")
-    check("[music]\nvolume = 2", Music("", "/dances"), "write `volume` in shares, from 0 to 1")
-    check("music = 1", Music("", "/dances"), "write `music` as a section: `[music]`")
-    check("[music]\nfil = 'a.wav'", Music("", "/dances"), "`fil` is not valid here: did you mean `file`?")
 
 
 def test_a_score_takes_the_song_to_the_stage() -> None:

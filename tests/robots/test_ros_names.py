@@ -51,12 +51,8 @@ def test_topics_that_ros_takes_and_those_that_it_refuses() -> None:
 def test_names_that_ros_refuses_are_marked() -> None:
     check("""
         [robots.b]
-        topic = "/b/cmd-vel"
-                ^^^^^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         reset = "2nd"
                 ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
-        odom = "a b"
-               ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
     """)
     (diagnostic,) = read_robots(f'[robots.a]\ntopic = "/{"a" * 247}"').diagnostics
     assert diagnostic.message == "this name is too long for ROS 2: use at most 247 characters"
@@ -118,16 +114,6 @@ def test_the_frame_of_poses_is_set_for_all_robots_or_for_one() -> None:
         ^^^^^^^^^^ robots: `odom_frame` is about the poses on `odom`: add `odom`
     """)
     assert found.robots["ada"].odom_frame == "own"
-
-
-def test_without_a_namespace_names_begin_at_the_root() -> None:
-    found = check("""
-        [robots.a]
-        topic = "cmd_vel"
-    """)
-    assert found.robots["a"].topic == "/cmd_vel"
-    assert not found.use_sim_time
-    assert check('[ros]\nnamespace = "/lab"').robot("a").topic == "/lab/a/cmd_vel"
 
 
 def test_wrong_keys_and_values_of_ros() -> None:

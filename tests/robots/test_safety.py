@@ -36,11 +36,6 @@ def test_errors_in_the_stop_and_deadman_settings() -> None:
     """)
     check("""
         [ros]
-        deadman = { topic = "/joy" }
-                  ^^^^^^^^^^^^^^^^^^ robots: write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`
-    """)
-    check("""
-        [ros]
         deadman = { topic = "joy/", button = -1 }
                             ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
                                              ^^ robots: write `button` as a whole number from 0 to 99
@@ -50,12 +45,6 @@ def test_errors_in_the_stop_and_deadman_settings() -> None:
         stop = "joy"
                ^^^^^ robots: the deadman button is on this topic: the emergency stop needs one of its own
         deadman = { topic = "/joy", button = 4 }
-    """)
-    check("""
-        [ros.deadman]
-        topic = "/joy"
-        button = 1.0
-                 ^^^ robots: write `button` as a whole number from 0 to 99
     """)
 
 

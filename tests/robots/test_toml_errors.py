@@ -131,18 +131,6 @@ def test_syntax_errors(drawn: str) -> None:
         ''' x
             ^ syntax: remove this or start a new line with it
         """,
-        """
-        [[world.circles]]
-        x = 1
-        y = 0
-        radius =
-                ^ syntax: write a value: a number, "text", [a list] or { a table }
-        [[world.circles]]
-        x = "1"
-            ^^^ robots: write `x` in meters, from -1000 to 1000
-        y = 0
-        radius = 1
-        """,
     ],
 )
 def test_a_syntax_error_hides_no_other_error(drawn: str) -> None:
@@ -164,17 +152,6 @@ def test_a_syntax_error_hides_no_other_error(drawn: str) -> None:
         [formation]
         shape = line
                 ^^^^ syntax: write a value: a number, "text", [a list] or { a table }
-        """,
-        """
-        [senses.wet]
-        topic = "wet"
-        message =
-                 ^ syntax: write a value: a number, "text", [a list] or { a table }
-        [profiles.rover
-                       ^ syntax: close the section name with `]`
-        step = 0.2
-        [robots.a]
-        profile = "rover"
         """,
     ],
 )

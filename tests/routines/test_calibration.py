@@ -112,12 +112,6 @@ def test_a_tape_measures_the_end_of_an_arc(ahead: float, aside: float, distance:
     assert (straight.distance, straight.bend) == pytest.approx((distance, bend))
 
 
-def test_tape_and_poses_agree() -> None:
-    end = Pose().after(Twist(x=1.9, yaw=-0.1), 1.0)
-    by_tape, by_poses = straight_by_tape(end.x, end.y), straight_by_poses(START, START.then(end))
-    assert (by_tape.distance, by_tape.bend) == pytest.approx((by_poses.distance, by_poses.bend))
-
-
 @pytest.mark.parametrize("turned", [600.0, 684.0, 720.0, 750.0, 890.0])
 def test_two_turns_are_known_from_two_headings(turned: float) -> None:
     end = START.then(Pose(heading=math.remainder(math.radians(turned), math.tau)))

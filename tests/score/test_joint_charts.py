@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from xml.etree import ElementTree
-
-import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
-from improv_core.score.joint_charts import charts, curves
-from improv_core.score.svg import plot
+from improv_core.score.joint_charts import curves
 
 PUPPET = "ada is puppet\nbeat 120\n"
 MAST = """
@@ -38,10 +34,6 @@ def drawn(program: str, robots: str = "", beats: float = 8.0) -> dict[str, str]:
     return found
 
 
-def test_a_joint_moves_by_its_degrees_a_beat_and_stands_while_its_part_rests() -> None:
-    assert drawn(PUPPET + "ada $ head (left rest right)\n") == {"ada head_yaw": "0 0, 1 30, 2 30, 3 0"}
-
-
 def test_a_limit_holds_a_joint_until_it_goes_back() -> None:
     assert drawn(PUPPET + "ada $ head (fast 2 left left left left right)\n") == {
         "ada head_yaw": "0 0, 0.5 30, 1.5 60, 2.5 90, 3.5 90, 4.5 60 | 2.5 to 3.5 at 90"
@@ -66,21 +58,3 @@ def test_an_endless_movement_is_drawn_up_to_a_beat() -> None:
     nods = PUPPET + "ada $ head repeat (up down)\n"
     assert drawn(nods, beats=3.5) == {"ada head_pitch": "0 0, 1 20, 2 0, 3 20, 3.5 10"}
     assert drawn(PUPPET + "ada $ head (left repeat rest)\n", beats=2.0) == {"ada head_yaw": "0 0, 1 30, 2 30"}
-
-
-@pytest.mark.parametrize(("width", "columns"), [(100, 1), (320, 2), (700, 4)])
-def test_charts_fill_the_width_in_columns(width: float, columns: int) -> None:
-    score = score_of(analyze(PUPPET + "ada $ arms (up left forward)\n"))
-    shapes, height = charts(curves(score, 3.0, 100), {"ada": "#000000"}, 3.0, 0.0, 0.0, width)
-    assert len(shapes) == 6
-    assert height == -(-6 // columns) * 80
-
-
-def test_a_plot_has_a_chart_of_each_joint_that_moves() -> None:
-    texts = _texts(plot(score_of(analyze(PUPPET + "ada $ head (left left left left)\nbo $ forward\n"))))
-    assert texts == ["ada", "bo", "0.5 m", "ada head_yaw", "90°", "-90°"]
-    assert _texts(plot(score_of(analyze("ada $ forward\n")))) == ["ada", "0.5 m"]
-
-
-def _texts(svg: str) -> list[str]:
-    return [each.text or "" for each in ElementTree.fromstring(svg).iter("{http://www.w3.org/2000/svg}text")]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 from hypothesis import given
 
@@ -18,7 +16,6 @@ from tests.score.test_movement import finite_movements, part_of
 from tests.score.test_movement import score_of as score_with
 
 HELIX = "repeat 8 (forward || left || scale 1/4 up)"
-SIZE = re.compile(r'width="([\d.]+)" height="([\d.]+)"')
 
 
 def seen(program: str, most_pieces: int = 10_000) -> list[Side]:
@@ -38,17 +35,6 @@ def test_a_helix_shows_every_turn_and_its_height() -> None:
     crossings = [piece for piece in side.pieces if piece.start[0] < 1e-6 < piece.end[0]]
     assert len(crossings) == 2
     assert side.end == pytest.approx((0, 4), abs=1e-6)
-
-
-def test_a_helix_of_one_velocity_shows_every_turn() -> None:
-    (side,) = seen("r $ slow 8 (scale 2 forward || scale 8 left || up)")
-    assert len(side.pieces) == 2 * 40
-    assert side.whole
-
-
-def test_a_tower_is_a_line() -> None:
-    (side,) = seen("r $ repeat 5 up")
-    assert extent(side) == (0, 0, 0, 10)
 
 
 @pytest.mark.parametrize("program", ["r $ forward left forward", "r $ left", "", "r $ forward\nq $ backward"])
@@ -79,19 +65,6 @@ def test_strokes_that_senses_decide_are_not_certain() -> None:
 def test_an_incomplete_path_is_dashed() -> None:
     (side,) = seen(f"r $ {HELIX}", most_pieces=10)
     assert (len(side.pieces), side.whole) == (10, False)
-
-
-def test_the_picture_grows_by_the_height_at_the_same_scale() -> None:
-    (wide, flat), (as_wide, high) = (
-        map(float, found.groups())
-        for drawn in ("r $ repeat 8 (forward || left)", f"r $ {HELIX}")
-        if (found := SIZE.search(plot(score_of(analyze(drawn)))))
-    )
-    # The path is 8/π m wide, and rises 4 m, which is more: so that decides the scale.
-    scale = (720 - 52) / 4
-    assert as_wide == pytest.approx(8 / 3.14159265 * scale + 52, abs=0.2)
-    assert high == pytest.approx(8 / 3.14159265 * scale + 52 + 4 * scale + 52 + 28, abs=0.2)
-    assert wide == flat - 28 == 720
 
 
 @given(finite_movements)

@@ -234,21 +234,6 @@ x = {curve} {curve} {curve} (
     )
 
 
-def test_comments_between_voices() -> None:
-    check(
-        "r $ a # one\n# two\n\n  # three\n|| b (c # four\n) d # five",
-        dedent("""\
-            r $ a  # one
-              # two
-
-              # three
-              || b (
-                c  # four
-              ) d  # five
-        """),
-    )
-
-
 def test_width() -> None:
     inside = "left " * 18
     check(f"x = ({inside}rest)", f"x = ({inside}rest)\n")  # exactly the longest line

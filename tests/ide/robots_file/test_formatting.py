@@ -19,18 +19,12 @@ def check(before: str, after: str) -> None:
     assert format_file(after) == []
 
 
-def test_one_space_on_each_side_of_an_equals_sign() -> None:
+def test_spaces_and_empty_lines_are_put_right() -> None:
     check("[ros]\nstop='a=b' # c=d\n", "[ros]\nstop = 'a=b' # c=d\n")
     check("[robots.a]\nstart\t=   {x=1, y =2}\n", "[robots.a]\nstart = {x = 1, y = 2}\n")
-
-
-def test_an_empty_line_above_each_section_and_its_comment() -> None:
     check("\n[ros]\nstop = 'a'\n# b\n  [robots.b]\n\n\n[world]", "[ros]\nstop = 'a'\n\n# b\n  [robots.b]\n\n[world]\n")
     check("# first\n[ros]\r\n[world]\r\n", "# first\n[ros]\r\n\n[world]\r\n")
     check("[ros]\r\n[world]\r\n", "[ros]\r\n\r\n[world]\r\n")
-
-
-def test_no_space_at_the_end_of_a_line_and_no_empty_lines_at_the_end() -> None:
     check("[ros] \t\nstop = 'a'  # b \n\t\n\n", "[ros]\nstop = 'a'  # b\n")
     check("", "")
 

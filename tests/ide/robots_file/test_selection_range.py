@@ -17,7 +17,7 @@ def check(marked: str, *texts: str) -> None:
     assert [text[slice(*span)] for span in selections(text, marked.index("|"))] == [*texts, text]
 
 
-def test_word_value_statement_section() -> None:
+def test_a_selection_grows_to_whole_parts() -> None:
     section = "[robots.anna]\nstart = { x = 1.5, y = 2 }"
     inside = " x = 1.5, y = 2 "
     check(
@@ -25,16 +25,10 @@ def test_word_value_statement_section() -> None:
         *("5", "1.5", "x = 1.5", inside, f"{{{inside}}}", f"start = {{{inside}}}", section),
     )
     check("[ros]\n[robots.an|na] # me\n", "anna", "[robots.anna]")
-
-
-def test_text_in_quotes_and_comments() -> None:
     check(
         "[ros]\nstop = '/e stop|' # now", "stop", "/e stop", "'/e stop'", "stop = '/e stop'", "[ros]\nstop = '/e stop'"
     )
     check("[ros]\n\n# left o|ver", "over", "# left over")
-
-
-def test_selections_in_unfinished_lines() -> None:
     check("[ros]\n[robots.anna]\nstart = { x = |1\n", "1", "x = 1", "[robots.anna]\nstart = { x = 1")
 
 

@@ -155,11 +155,11 @@ def _try(case: Case) -> Seen:
             physics.stdin.close()
             physics.wait(LIMIT)
             reading.join()
-        ends = json.loads(truth.read_text())["robots"]
+        ends = json.loads(truth.read_text())
     on = next((said["at"] for said in says if said.get("on")), math.nan)
     off = next((said["at"] for said in says if said.get("on") is False), math.nan)
     told = [(at - on, at - off, line) for at, line in lines]
-    return Seen(told, code, {robot: _off(ends[robot]["end"], places[robot]) for robot in ROBOTS})
+    return Seen(told, code, {robot: _off(ends[robot], places[robot]) for robot in ROBOTS})
 
 
 def _play(folder: str, env: Mapping[str, str], forced: bool) -> tuple[int, list[tuple[float, str]]]:

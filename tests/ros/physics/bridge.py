@@ -1,6 +1,8 @@
-"""Robots' nodes in ROS 2, run by ROS's interpreter until its input ends; messages.py has its messages.
+"""Robots' nodes in ROS 2, run by ROS's interpreter until its input ends.
 
-Its arguments are the names of the robots.
+Its arguments are the names of the robots. It prints lines of JSON: an empty list when it has made all nodes, then the
+robot, linear and angular velocity, and monotonic time of each velocity that it hears. Lines of its input are the robot,
+x, y, heading, and Unix time of a pose to publish, or a robot and whether it has to have a node.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 sys.path.append(str(Path(__file__).parents[1]))
 
@@ -19,30 +21,22 @@ import own_output  # noqa: F401, before any library may print
 import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Twist
-from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
-from sensor_msgs.msg import BatteryState
-
-if TYPE_CHECKING:
-    from tests.ros.physics.messages import Battery, FromBridge, Seen, ToBridge, Wheels
 
 
-def say(message: FromBridge) -> None:
-    print(json.dumps(message), flush=True)
+def say(*what: str | float) -> None:
+    print(json.dumps(what), flush=True)
 
 
 class Robot:
-    """A robot's node, which listens on /NAME/cmd_vel, and publishes the values that it gets on /NAME/odom, world_pose,
-    and battery_state."""
+    """A robot's node, which listens on /NAME/cmd_vel, and publishes poses on /NAME/world_pose."""
 
     def __init__(self, name: str) -> None:
         self._name = name
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
         self._node = rclpy.create_node(f"{name}_base", context=self._context)
-        self._odometry = self._node.create_publisher(Odometry, f"/{name}/odom", 10)
         self._poses = self._node.create_publisher(PoseStamped, f"/{name}/world_pose", 10)
-        self._battery = self._node.create_publisher(BatteryState, f"/{name}/battery_state", 10)
         self._node.create_subscription(Twist, f"/{name}/cmd_vel", self._hear, 10)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
@@ -50,26 +44,15 @@ class Robot:
         self._spinning.start()
 
     def _hear(self, message: Any) -> None:
-        linear, angular = message.linear.x, message.angular.z
-        say({"type": "told", "robot": self._name, "linear": linear, "angular": angular, "at": time.monotonic()})
+        say(self._name, message.linear.x, message.angular.z, time.monotonic())
 
-    def publish(self, message: Wheels | Seen | Battery) -> None:
-        stamp = Time(sec=int(message["stamp"]), nanosec=int(message["stamp"] % 1 * 1e9))
-        if message["type"] == "wheels":
-            counted = Odometry(child_frame_id=f"{self._name}/base_link")
-            counted.header.stamp, counted.header.frame_id = stamp, f"{self._name}/odom"
-            _write(counted.pose.pose, message)
-            counted.twist.twist.linear.x, counted.twist.twist.angular.z = message["linear"], message["angular"]
-            self._odometry.publish(counted)
-        elif message["type"] == "seen":
-            pose = PoseStamped()
-            pose.header.stamp, pose.header.frame_id = stamp, "world"
-            _write(pose.pose, message)
-            self._poses.publish(pose)
-        else:
-            battery = BatteryState(percentage=message["share"], present=True)
-            battery.header.stamp = stamp
-            self._battery.publish(battery)
+    def publish(self, x: float, y: float, heading: float, stamp: float) -> None:
+        message = PoseStamped()
+        message.header.frame_id = "world"
+        message.header.stamp = Time(sec=int(stamp), nanosec=int(stamp % 1 * 1e9))
+        message.pose.position.x, message.pose.position.y = x, y
+        message.pose.orientation.z, message.pose.orientation.w = math.sin(heading / 2), math.cos(heading / 2)
+        self._poses.publish(message)
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -78,25 +61,17 @@ class Robot:
         self._spinning.join()  # a thread still inside rclpy when Python ends would abort the process
 
 
-def _write(pose: Any, message: Wheels | Seen) -> None:
-    pose.position.x, pose.position.y = message["x"], message["y"]
-    pose.orientation.z, pose.orientation.w = math.sin(message["heading"] / 2), math.cos(message["heading"] / 2)
-
-
 def main() -> None:
-    names = sys.argv[1:]
-    robots = {name: Robot(name) for name in names}
-    say({"type": "ready"})
+    robots = {name: Robot(name) for name in sys.argv[1:]}
+    say()
     for line in sys.stdin:
-        message: ToBridge = json.loads(line)
-        name = message["robot"]
-        if message["type"] != "there":
-            if name in robots:
-                robots[name].publish(message)
-        elif not message["there"] and name in robots:
-            robots.pop(name).close()
-        elif message["there"] and name not in robots:
+        name, *what = json.loads(line)
+        if what == [True]:
             robots[name] = Robot(name)
+        elif what == [False]:
+            robots.pop(name).close()
+        elif name in robots:
+            robots[name].publish(*what)
     for robot in robots.values():
         robot.close()
 

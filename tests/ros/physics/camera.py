@@ -13,19 +13,23 @@ Pose = tuple[float, float, float]
 """A pose in meters and radians."""
 
 
-class Camera:
-    """A camera that reports the poses in a picture `latency` seconds later. It loses a share `loss` of them."""
+LATENCY = 0.08
+"""Seconds from a picture to the report of its poses."""
 
-    def __init__(self, latency: float, loss: float, seed: int) -> None:
-        self._latency, self._loss = latency, loss
-        self._lots = random.Random(seed)
+
+class Camera:
+    """A camera that loses a share `loss` of the poses."""
+
+    def __init__(self, loss: float) -> None:
+        self._loss = loss
+        self._lots = random.Random(1)
         self._waiting: deque[tuple[float, str, Pose, float]] = deque()
 
     def look(self, poses: Mapping[str, Pose], faults: Sequence[Fault], now: float) -> None:
         """Take a picture of the robots."""
         for robot in poses:
             called, (x, y, heading) = robot, poses[robot]
-            late, loss = self._latency, self._loss
+            late, loss = LATENCY, self._loss
             for fault in faults:
                 if robot not in fault.robots:
                     continue

@@ -11,14 +11,11 @@ KINDS = {
     "jump": "ROBOT=METERS: the camera sees it this far to its left",
     "lost": "ROBOT or ROBOT=SHARE: the camera misses this share of its poses (default: 1, all of them)",
     "late": "ROBOT=SECONDS: its poses come this much later",
-    "clock": "ROBOT=SECONDS: the clock that stamps its messages is ahead",
     "lift": "ROBOT: somebody holds it above the floor, its wheels spin",
     "stuck": "ROBOT: its motors are blocked",
-    "flat": "ROBOT=SHARE: how full its battery says it is (default: 0.05)",
     "gone": "ROBOT: its node ends, and is back at the end",
     "cut": "ROBOT: no packet comes or goes (needs root, and --apart ROBOT)",
 }
-_USUAL = {"lost": 1.0, "flat": 0.05}
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +24,9 @@ class Fault:
 
     kind: str
     robots: tuple[str, ...]
-    amount: float = 0.0
-    start: float = 0.0
-    end: float = math.inf
+    amount: float
+    start: float
+    end: float
 
 
 def parsed(text: str, robots: Sequence[str]) -> Fault:
@@ -41,5 +38,4 @@ def parsed(text: str, robots: Sequence[str]) -> Fault:
     if kind not in KINDS or not set(affected) <= set(robots) or len(affected) != (2 if kind == "swap" else 1):
         raise ValueError(f"{text!r} is no fault of these robots: write KIND:ROBOT[=AMOUNT][@START[-END]]")
     start, _, end = when.partition("-")
-    number = float(amount) if amount else _USUAL.get(kind, 0.0)
-    return Fault(kind, affected, number, float(start or 0), float(end or math.inf))
+    return Fault(kind, affected, float(amount or 1), float(start or 0), float(end or math.inf))

@@ -24,53 +24,47 @@ HELD = 0.15
 """Meters above the floor at which a lifted robot is held."""
 
 
+BIAS = 0.03, 0.05
+"""The shares by which the left and the right wheel of each robot roll less far than their encoders count."""
+
+
 @dataclass(slots=True)
 class Robot:
     """A robot's controller: it regulates the count of its encoders, which is more than its wheels really roll."""
 
     name: str
-    bias: tuple[float, float]
-    start: Pose
     body: int
     wanted: tuple[float, float] = (0.0, 0.0)
     heard: float = -math.inf
     rims: list[float] = field(default_factory=lambda: [0.0, 0.0])  # the speeds that it regulates, in m/s
-    counted: Pose = (0.0, 0.0, 0.0)
-    """Its pose by its encoders alone, from its start."""
-    linear: float = 0.0
-    angular: float = 0.0
     held: tuple[float, ...] | None = None  # its pose while it is held
 
 
 class World:
-    """Robots at their starts; each wheel rolls by its bias less far than its encoder counts: (0.03, 0.05)."""
+    """Robots that begin at their starts."""
 
-    def __init__(self, starts: Mapping[str, Pose], bias: Mapping[str, tuple[float, float]]) -> None:
+    def __init__(self, starts: Mapping[str, Pose]) -> None:
         self._model = mujoco.MjModel.from_xml_string(_floor(starts))
         self._data = mujoco.MjData(self._model)
-        self.robots = {
-            name: Robot(name, bias[name], start, self._model.body(name).id) for name, start in starts.items()
-        }
+        self._robots = {name: Robot(name, self._model.body(name).id) for name in starts}
         self._addresses = {name: int(self._model.body(name).jntadr[0]) for name in starts}
         mujoco.mj_forward(self._model, self._data)
 
     def tell(self, name: str, linear: float, angular: float, at: float) -> None:
         """Give a robot a velocity at a time, in seconds."""
-        robot = self.robots[name]
+        robot = self._robots[name]
         robot.wanted, robot.heard = (linear, angular), at
 
     def step(self, now: float, lifted: Sequence[str], stuck: Sequence[str]) -> None:
         """Make one step, at a time in seconds."""
-        for number, robot in enumerate(self.robots.values()):
+        for number, robot in enumerate(self._robots.values()):
             self._drive(robot, number, now, robot.name in stuck)
             self._hold(robot, robot.name in lifted)
         mujoco.mj_step(self._model, self._data)
-        for number, robot in enumerate(self.robots.values()):
-            self._count(robot, number)
 
     def poses(self) -> dict[str, Pose]:
         """Return the real poses of robots."""
-        return {name: self._pose(robot) for name, robot in self.robots.items()}
+        return {name: self._pose(robot) for name, robot in self._robots.items()}
 
     def _drive(self, robot: Robot, number: int, now: float, stuck: bool) -> None:
         linear, angular = robot.wanted if now < robot.heard + TIMEOUT and not stuck else (0.0, 0.0)
@@ -78,19 +72,7 @@ class World:
         for side, wanted in enumerate((linear - half, linear + half)):
             most = math.inf if stuck else ACCELERATION * STEP
             robot.rims[side] += max(-most, min(most, wanted - robot.rims[side]))
-            self._data.ctrl[2 * number + side] = robot.rims[side] / WHEEL * (1 - robot.bias[side])
-
-    def _count(self, robot: Robot, number: int) -> None:
-        rims = []
-        for side, bias in enumerate(robot.bias):
-            joint = self._model.actuator_trnid[2 * number + side, 0]
-            speed = self._data.qvel[self._model.jnt_dofadr[joint]]
-            rims.append(float(speed) * WHEEL / (1 - bias))
-        robot.linear, robot.angular = sum(rims) / 2, (rims[1] - rims[0]) / SEPARATION
-        x, y, heading = robot.counted
-        middle = heading + robot.angular * STEP / 2
-        x, y = x + robot.linear * STEP * math.cos(middle), y + robot.linear * STEP * math.sin(middle)
-        robot.counted = x, y, heading + robot.angular * STEP
+            self._data.ctrl[2 * number + side] = robot.rims[side] / WHEEL * (1 - BIAS[side])
 
     def _hold(self, robot: Robot, held: bool) -> None:
         joint = self._addresses[robot.name]

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import math
 import re
-import time
 from collections.abc import Callable, Iterator
 from datetime import datetime
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Page, expect
 
-from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import Viewer
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import Armed, CountJson
 from tests.page.conftest import (
-    TOKEN,
     Chromium,
     Commands,
     Keep,
     Show,
     asked,
     at,
-    link,
     play_anew,
     shared_page,
     transport,
@@ -50,23 +42,6 @@ def stage(shared: tuple[Show, Page]) -> Page:
     return page
 
 
-def arm(shared: tuple[Show, Page], **arming: float) -> Page:
-    """Arm LONG, which waits until somebody begins it, or until this time."""
-    show, page = shared
-    play_anew(page, show, LONG, arming=arming)
-    return page
-
-
-def tell_armed(
-    shared: tuple[Show, Page], armed: bool, begins: float | None = None, count: CountJson | None = None
-) -> None:
-    """Send the message of armed real robots."""
-    show, page = shared
-    generation = page.evaluate("improv.transport.generation")
-    told: Armed = {"type": "armed", "generation": generation, "armed": armed, "begins": begins}
-    show.tell({**told, "count": count} if count else told)
-
-
 def test_every_button_controls_the_dance(stage: Page) -> None:
     wait(stage, "improv.beat > 1.2")
     stage.get_by_role("button", name="Pause").click()
@@ -88,58 +63,23 @@ def test_every_button_controls_the_dance(stage: Page) -> None:
 
 
 def test_the_play_button_begins_an_armed_dance(shared: tuple[Show, Page], keep: Keep) -> None:
-    page = arm(shared)
-    expect(page.locator("#state-word")).to_have_text("armed")
+    show, page = shared
+    state = page.locator("#state-word")
+    play_anew(page, show, LONG, arming={"begins": datetime(2099, 11, 24, 20, 15).timestamp()})
+    expect(state).to_have_text(re.compile("^armed for .*:15"))
+    play_anew(page, show, LONG, arming={})
+    expect(state).to_have_text("armed")
     expect(page.get_by_role("status")).to_have_text("armed: press Play to begin")
     keep(page, "armed.png")
     assert page.evaluate("improv.transport.state") == "waiting"
     page.get_by_role("button", name="Begin").click()
     wait(page, "improv.transport.state === 'playing'")
-    expect(page.locator("#state-word")).to_have_text("playing")
+    expect(state).to_have_text("playing")
     page.get_by_role("button", name="Stop").click()
-    for armed, says in ((True, "armed"), (False, "stopped")):  # beside real robots
-        tell_armed(shared, armed)
-        expect(page.locator("#state-word")).to_have_text(says)
-
-
-def test_the_page_says_when_it_begins_by_itself(shared: tuple[Show, Page], keep: Keep) -> None:
-    page = arm(shared, begins=datetime(2099, 11, 24, 20, 15).timestamp())
-    expect(page.locator("#state-word")).to_have_text(re.compile("^armed for .*:15"))
-    keep(page, "armed-at.png")
-
-
-def test_the_page_counts_the_beats_before_beat_0(shared: tuple[Show, Page], keep: Keep) -> None:
-    page = arm(shared)
-    expect(page.locator("#state-word")).to_have_text("armed")
-    count: CountJson = {"beats": 4, "period": 100.0}
-    tell_armed(shared, True, time.time() + 250, count)
-    expect(page.locator("#state-word")).to_have_text("count-in")
-    expect(page.locator("#beat-now")).to_have_text("2")
-    keep(page, "count-in.png")
-    tell_armed(shared, True, time.time() + 50, count)
-    expect(page.locator("#beat-now")).to_have_text("4")
-    tell_armed(shared, False)
-
-
-def test_stepping_stops_at_whole_beats(stage: Page) -> None:
-    step = stage.get_by_role("button", name="Step to the next beat")
-    stage.keyboard.press("k")
-    wait(stage, "improv.transport.state === 'paused'")
-    stage.keyboard.press("Home")
-    wait(stage, "improv.beat === 0")
-    for beat in (1, 2):
-        step.click()
-        stands_where_it_should(stage, beat)
-
-
-def stands_where_it_should(stage: Page, beat: int) -> None:
-    """Wait until robots are at LONG's poses after this many beats: ada turns in place, bo drives a square of 2 m."""
-    ada, bo, x = beat * math.pi / 2, -(beat // 2) * math.pi / 2, (0, 2, 2, 2, 2, 0, 0, 0)[beat % 8]
-    wait(
-        stage,
-        f"improv.beat === {beat} && Math.cos(improv.robots.ada.heading - {ada}) > 1 - 1e-8"
-        f" && Math.cos(improv.robots.bo.heading - {bo}) > 1 - 1e-8 && Math.abs(improv.robots.bo.x - {x}) < 1e-3",
-    )
+    generation = page.evaluate("improv.transport.generation")
+    for armed, says in ((True, "armed"), (False, "stopped")):  # real robots, beside which the simulator plays
+        show.tell({"type": "armed", "generation": generation, "armed": armed, "begins": None})
+        expect(state).to_have_text(says)
 
 
 def test_a_dance_continues_with_the_scene_that_somebody_chooses(shared: tuple[Show, Page], stage: Page) -> None:
@@ -280,24 +220,6 @@ def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> No
     wait(page, f"Math.abs(improv.view.scale / {before['scale']} - 1) < 0.2")
 
 
-@pytest.mark.slow("opens two windows")
-def test_two_pages_show_the_same(window: BrowserContext, shared: tuple[Show, Page], stage: Page) -> None:
-    other = watch(window.new_page(), shared[0])
-    other.get_by_role("button", name="Pause").click()
-    for page in (stage, other):
-        wait(page, "improv.transport.state === 'paused'")
-        expect(page.locator("#state")).to_have_text("paused")
-    stage.keyboard.press("n")
-    for page in (stage, other):
-        wait(page, "Number.isInteger(improv.beat) && improv.beat > 0")
-    beat = stage.evaluate("improv.beat")
-    assert other.evaluate("improv.beat") == beat
-    for page in (stage, other):
-        wait(page, "Math.abs(improv.robots.bo.x - improv.transport.poses.bo.x) < 1e-3")
-        expect(page.locator("#beat")).to_have_text(f"beat {beat + 1:g} / 80")
-    other.close()
-
-
 @pytest.mark.slow("a browser on a busy machine")
 def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show: Show, keep: Keep) -> None:
     stage = watch(page, show, LONG)
@@ -307,49 +229,22 @@ def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show
     placed = "(window.sent ?? []).filter(({ type }) => type === 'place').map(({ start_poses }) => start_poses)"
     stage.get_by_role("button", name="Starts").click()
     dialog = stage.get_by_role("dialog", name="Start poses")
-    x, y = at(stage, 0, 0)
-    stage.mouse.move(x, y)
+    stage.mouse.move(*at(stage, 0, 0))
     stage.mouse.down()
-    to_x, to_y = at(stage, 2, 1)
-    stage.mouse.move(to_x, to_y, steps=3)
+    stage.mouse.move(*at(stage, 2, 1), steps=3)
     assert stage.evaluate(placed) == []
     stage.mouse.up()
     assert stage.evaluate(placed) == [{"ada": {"x": 2, "y": 1, "heading": 0}}]
-    dialog.get_by_label("heading", exact=True).first.fill("90")
-    dialog.get_by_label("heading", exact=True).first.press("Enter")
+    heading, y = (dialog.get_by_label(name, exact=True).first for name in ("heading", "y"))
+    heading.fill("90")
+    heading.press("Enter")
     assert stage.evaluate(placed)[1:] == [{"ada": {"x": 2, "y": 1, "heading": 90}}]
     for wrong in ("5000", ""):  # a wrong number moves nobody, and the last right number comes back
-        dialog.get_by_label("y", exact=True).first.fill(wrong)
-        dialog.get_by_label("y", exact=True).first.press("Enter")
-        expect(dialog.get_by_label("y", exact=True).first).to_have_value("1")
+        y.fill(wrong)
+        y.press("Enter")
+        expect(y).to_have_value("1")
     assert len(stage.evaluate(placed)) == 2
-    dialog.get_by_label("y", exact=True).first.fill("0.12549")
-    dialog.get_by_label("y", exact=True).first.press("Enter")
-    assert stage.evaluate(placed)[2:] == [{"ada": {"x": 2, "y": 0.125, "heading": 90}}]
     keep(stage, "page-starts.png")
-
-
-@pytest.mark.slow("a browser on a busy machine")
-def test_the_card_of_starts_can_be_closed_however_many_there_are(page: Page, keep: Keep) -> None:
-    simulator = Simulator()
-    viewer = Viewer(0, simulator.snapshot, lambda command: None, takes_start_poses=True, token=TOKEN)
-    viewer.show(score_of(analyze("".join(f"r{number} $ repeat forward\n" for number in range(9)))), 1)
-    viewer.publish(transport(1, "paused", None))
-    page.goto(link(viewer))
-    wait(page, "window.improv?.known.r0 > 0")
-    dialog = page.get_by_role("dialog", name="Start poses")
-    for width, height in ((1280, 800), (390, 844)):
-        page.set_viewport_size({"width": width, "height": height})
-        if width < 720:
-            page.get_by_role("button", name="View").click()
-        page.get_by_role("button", name="Starts").click()
-        for field in dialog.get_by_label("heading", exact=True).all():
-            field.fill("90")
-        keep(page, f"page-starts-{width}.png")
-        expect(dialog.get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
-        dialog.get_by_role("button", name="Close").click()
-        expect(dialog).to_be_hidden()
-    viewer.close()
 
 
 def test_a_step_continues_from_the_previous_one_even_if_the_server_is_late(

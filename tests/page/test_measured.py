@@ -55,9 +55,3 @@ def test_the_page_shows_a_robots_error_now_and_earlier(page: Page, show: Show) -
     expect(off).to_have_attribute("title", re.compile("^at most "))
     page.reload()
     wait(page, f"window.improv?.off.ada === {last!r}")  # from the start, though the page is new
-
-
-def test_the_page_shows_that_a_robot_is_pulled_back_to_its_path(page: Page, show: Show) -> None:
-    robots = WORN.replace("step = 2", 'base = "turtlebot4"').replace('odom = "odom"', "follow = true")
-    watch(page, show, "beat 60\nada $ repeat forward\n", robots)
-    wait(page, "/^[0-9.]+ m, [0-9]+° off, following$/.test(improv.off.ada)")

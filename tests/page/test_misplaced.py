@@ -59,15 +59,3 @@ def test_an_arrow_leads_from_a_robot_to_its_place(waiting: Page, viewer: Viewer,
     expect(waiting.get_by_role("button", name="Begin anyway")).to_be_hidden()
     expect(waiting.locator("#in-place")).to_be_visible()
     wait(waiting, floor)
-
-
-@pytest.mark.parametrize("width", [1280, 390])
-def test_no_robot_is_under_the_panel(waiting: Page, width: int) -> None:
-    waiting.set_viewport_size({"width": width, "height": 844})
-    panel = "misplaced.getBoundingClientRect()"
-    for x, y in ((2, 0), (0, 0), (0, 2)):
-        wait(
-            waiting,
-            f"improv.toScreen({x}, {y}).x > {panel}.right - hall.getBoundingClientRect().left"
-            f" || improv.toScreen({x}, {y}).y > {panel}.bottom - hall.getBoundingClientRect().top",
-        )

@@ -6,11 +6,10 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator
-from itertools import accumulate, pairwise
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, Route, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.page.conftest import LIMIT, Chromium, Keep, Show, next_frame, play_anew, shared_page, wait, watch
 from tests.page.editing import Edit
@@ -20,20 +19,6 @@ DANCE = "beat 120\nbar 3\nada $ repeat (forward left)\n"
 SONG = clicks(200, 120)
 RIGHT = "Math.abs(improv.song - (0.5 + improv.beat / 2)) < 0.25"
 """True if the page plays the position that belongs to the beat. The benchmark measures the error."""
-OSCILLATORS = """
-const start = OscillatorNode.prototype.start
-const stop = OscillatorNode.prototype.stop
-window.clicks = []
-OscillatorNode.prototype.start = function (at) {
-  window.clicks.push({ node: this, at, frequency: this.frequency.value })
-  return start.call(this, at)
-}
-OscillatorNode.prototype.stop = function (...at) {
-  if (!at.length) window.clicks = window.clicks.filter(({ node }) => node !== this)
-  return stop.apply(this, at)
-}
-"""
-"""Notes the audible clicks, without those that are taken back."""
 
 TAP = """milliseconds => {
   const now = performance.now
@@ -100,36 +85,6 @@ def test_a_save_keeps_the_song_which_is_not_sent_again(dance: Page, shared: tupl
     wait(dance, RIGHT)
 
 
-def test_a_song_that_is_not_there_is_one_line_and_the_dance_plays(shared: tuple[Show, Page], tmp_path: Path) -> None:
-    show, page = shared
-    play_anew(page, show, DANCE, '[music]\nfile = "gone.mp3"', folder=tmp_path)
-    expect(page.get_by_text("gone.mp3 is not beside improv.toml: put it there, and play again.").first).to_be_visible()
-    assert page.evaluate("improv.transport.state") == "playing"
-
-
-def test_the_old_song_ends_when_a_dance_with_another_song_begins(page: Page, show: Show, tmp_path: Path) -> None:
-    watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
-    page.locator("#stage").click()
-    wait(page, RIGHT)
-    held: list[Route] = []
-    page.route(re.compile("/song"), lambda route: held.append(route))
-    (tmp_path / "other.wav").write_bytes(SONG)
-    with page.expect_request(re.compile("/song")):
-        play_anew(page, show, DANCE, '[music]\nfile = "other.wav"\nfirst_beat = 0.5', folder=tmp_path)
-    expect(page.locator("#song-name")).to_have_text(re.compile("^none"))
-    wait(page, "improv.song === null")
-    held[0].continue_()
-    wait(page, RIGHT)
-
-
-def test_a_file_that_is_no_song_is_one_line(shared: tuple[Show, Page], tmp_path: Path) -> None:
-    show, page = shared
-    play_anew(page, show, DANCE, improv_toml(tmp_path, b"no song"), folder=tmp_path)
-    line = "song.wav can't be played: this browser doesn't know its format."
-    expect(page.locator("#song-line")).to_have_text(line)
-    assert page.evaluate("improv.transport.state") == "playing"
-
-
 @pytest.mark.slow("a browser on a busy machine")
 def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
     watch(page, show, DANCE)
@@ -152,32 +107,6 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
     expect(page.locator("#song-line")).to_have_text(line)
     wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
     assert set(sent) == {"GET"}
-
-
-def test_a_page_without_a_song_loads_nothing_for_it(page: Page, show: Show) -> None:
-    asked: list[str] = []
-    page.on("request", lambda request: asked.append(request.url.partition("?")[0].rpartition("/")[2]))
-    watch(page, show, DANCE)
-    wait(page, "improv.beat > 1")
-    assert "sound.js" in asked
-    assert not {"audio.js", "grains.js", "music.js", "song"} & set(asked)
-    expect(page.get_by_role("slider", name="Beat 0 in the song, in seconds")).to_be_hidden()
-
-
-@pytest.mark.slow("hears a whole bar")
-def test_beats_click_and_the_first_of_a_bar_is_higher(page: Page, show: Show) -> None:
-    page.add_init_script(OSCILLATORS)
-    watch(page, show, DANCE.replace("120", "300"))
-    page.get_by_role("button", name="Sound").click()
-    page.get_by_role("button", name="Click on each beat").click()
-    wait(page, "window.clicks.length > 6")
-    made = page.evaluate("clicks.map(({ at, frequency }) => [at, frequency])")
-    gaps = [later - before for (before, _), (later, _) in pairwise(made)]
-    steps = [max(1, round(gap / 0.2)) for gap in gaps]  # a beat for which the page was late is left out
-    assert all(abs(gap - 0.2 * step) < 0.1 for gap, step in zip(gaps, steps, strict=True)), gaps
-    beats = [*accumulate(steps, initial=0)]
-    high = [beat for beat, (_, frequency) in zip(beats, made, strict=True) if frequency > 1500]
-    assert high == [beat for beat in beats if (beat - high[0]) % 3 == 0]
 
 
 def test_if_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(page: Page, show: Show, tmp_path: Path) -> None:

@@ -11,8 +11,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import Viewer
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
-from tests.page.conftest import Show, link, part, transport, wait, watch
-from tests.page.looks import PIXEL
+from tests.page.conftest import Show, link, part, wait, watch
 
 CORNERS = "beat 240\nada $ forward left forward left forward left slow 40 forward\n"
 
@@ -54,20 +53,3 @@ def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None
     assert trail(page) == SQUARE[:3]
     page.keyboard.press("Home")
     wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
-
-
-def test_a_seek_whose_pose_arrives_late_leaves_no_trail(page: Page, viewer: Viewer, simulator: Simulator) -> None:
-    page.emulate_media(reduced_motion="reduce")  # so the view stands, and repaints nothing
-    page.goto(link(viewer))
-    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(0.0, 0.3))}), restart=True)
-    simulator.send("ada", Twist(x=1.0), 0.0)
-    simulator.advance(3.0)
-    viewer.publish(transport(1, "paused", beat=3.0))
-    ground = f"({PIXEL})(1.3, 0.3) === '251,250,247'"
-    wait(page, f"improv.robots.ada?.x === 3 && !({ground})")
-    viewer.publish(transport(1, "paused", beat=0.0))
-    wait(page, "improv.transport.beat === 0")
-    frames = page.evaluate("improv.frames")
-    wait(page, f"improv.frames > {frames} + 5")
-    simulator.place({"ada": Pose(0.0, 0.3)})
-    wait(page, f"improv.robots.ada.x === 0 && {ground}")

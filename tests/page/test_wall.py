@@ -94,14 +94,6 @@ def see(page: Page, show: Show, count: int, tempo: int = 60, posed: float = 1.0)
     tell(show, vitals(count, posed))
 
 
-def test_without_real_robots_there_is_no_line(page: Page, show: Show) -> None:
-    see(page, show, 2)
-    line = page.locator("#show-wall")
-    expect(line).to_be_visible()
-    tell(show, vitals(0, 1.0))
-    expect(line).to_be_hidden()
-
-
 def test_one_line_says_that_all_is_well_and_later_names_robots_in_trouble(page: Page, show: Show) -> None:
     see(page, show, 12)
     line = page.locator("#show-wall")
@@ -130,29 +122,6 @@ def test_the_wall_opens_by_a_key_and_its_first_robots_are_in_trouble(page: Page,
     wait(page, "improv.transport.state === 'stopped'")
 
 
-def test_a_robot_that_was_away_and_does_not_play_its_part_is_told_apart(page: Page, show: Show) -> None:
-    see(page, show, 2)
-    known = vitals(2, 1.0)
-    tell(show, {**known, "robots": {**known["robots"], "tb2": {**known["robots"]["tb2"], "instead": "drives back"}}})
-    page.locator("#show-wall").click()
-    state = page.locator("#wall tr[data-robot=tb2]")
-    expect(state.locator(".state")).to_have_text("drives back")
-    expect(state).to_have_attribute("data-kind", "still")
-    expect(page.locator("#wall tr[data-robot=tb1] .state")).to_have_text("playing")
-
-
-def test_a_robot_that_is_seen_again_while_all_stand_is_no_longer_called_lost(page: Page, show: Show) -> None:
-    see(page, show, 12)
-    page.get_by_role("button", name="Stop").click()
-    wait(page, "improv.transport.state === 'stopped'")
-    silent = next(faults(12))
-    off = page.locator("li[data-robot=tb3] .off")
-    tell(show, silent)
-    expect(off).to_have_text(re.compile("^silent"))
-    tell(show, {**silent, "over": True})
-    expect(off).to_have_text("")
-
-
 def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Show) -> None:
     """With or without measured poses, it is not drawn as if it continued along its path."""
     see(page, show, 12, tempo=240, posed=-2.0)
@@ -173,17 +142,16 @@ def test_a_robot_that_is_lost_stays_where_it_was_last_seen(page: Page, show: Sho
     wait(page, "JSON.stringify(improv.robots.tb3) === JSON.stringify(improv.drawn.tb3)")
 
 
-@pytest.mark.parametrize("width", [1280, 390])
-def test_the_page_says_why_robots_stand(page: Page, show: Show, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 844})
+def test_the_page_says_why_robots_stand(page: Page, show: Show) -> None:
     see(page, show, 2)
-    why = page.locator("#stands")
+    why, line = page.locator("#stands"), "Too near to each other: tb1, tb2. Make room, then press Play."
     expect(why).to_be_hidden()
-    tell(show, {"type": "why_still", "line": "Too near to each other: tb1, tb2. Make room, then press Play."})
-    expect(why).to_be_visible()
-    expect(why).to_have_text("Too near to each other: tb1, tb2. Make room, then press Play.")
-    expect(page.locator("#news")).to_have_text("Too near to each other: tb1, tb2. Make room, then press Play.")
-    expect(why).to_be_in_viewport(ratio=1)
+    tell(show, {"type": "why_still", "line": line})
+    expect(why).to_have_text(line)
+    expect(page.locator("#news")).to_have_text(line)
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 844})
+        expect(why).to_be_in_viewport(ratio=1)
     tell(show, {"type": "why_still", "line": ""})
     expect(why).to_be_hidden()
 

@@ -8,12 +8,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page.server import Viewer
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
-from improv_core.robots.config import read_robots
 from improv_core.score.motion import Twist
-from tests.page.conftest import transport, wait
+from tests.page.conftest import wait
 from tests.page.looks import COUNT, PIXEL
 
 WALL, GROUND, BUMP = "107,114,128", "251,250,247", [201, 42, 42]
@@ -63,27 +59,15 @@ def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], 
     expect(page.get_by_role("status")).not_to_contain_text("bumped")  # that was before the page was opened
 
 
-def test_a_replayed_dance_bumps_again_and_the_page_says_how_ideal_its_motion_is(
-    still: Callable[..., Page], simulator: Simulator, viewer: Viewer
-) -> None:
-    score = score_of(analyze("beat 60\nada $ forward\n", read_robots("[world]\nsize = [3, 3]\n")))
-    page = still("ada $ rest\n")
-    for generation in (2, 3):
-        simulator.prepare(score, restart=True)
-        viewer.show(score, generation)
-        viewer.publish(transport(generation, "playing"))
-        wait(page, f"improv.transport.generation === {generation} && improv.robots.ada.x < 0.01")
-        expect(page.locator("#bumps")).to_be_hidden()
-        simulator.send("ada", Twist(2.0), 0.0)
-        simulator.advance(2.0)
-        expect(page.locator("#bumps")).to_have_text("1 bump")
-        wait(page, "Math.abs(improv.robots.ada.x - 1.2) < 0.01")  # a radius from the wall
-    expect(page.locator("#dynamics")).to_have_text("ideal motion")
-    dances = (
+@pytest.mark.parametrize(
+    ("program", "robots", "said"),
+    [
+        ("ada $ forward", "", "ideal motion"),
         ("ada $ forward", MOTORS, "with motors"),
         ("ada bo $ forward", f"{MOTORS}bo = {{}}\n", "some with motors"),
-    )
-    for generation, (program, robots, said) in enumerate(dances, 4):
-        viewer.show(score_of(analyze(program, read_robots(robots))), generation)
-        viewer.publish(transport(generation, "playing"))
-        expect(page.locator("#dynamics")).to_have_text(said)
+    ],
+)
+def test_the_page_says_how_ideal_its_motion_is(
+    still: Callable[..., Page], program: str, robots: str, said: str
+) -> None:
+    expect(still(program, robots).locator("#dynamics")).to_have_text(said)

@@ -137,16 +137,6 @@ def test_a_folder_is_checked_with_its_improv_toml(project: Path) -> None:
     assert run("check", "only", folder=project).returncode == 1
 
 
-def test_check_as_json_names_the_robots_file_that_is_wrong(project: Path) -> None:
-    done = run("check", "--format", "json", project)
-    lines = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [(Path(line["file"]).name, line["ok"], len(line["diagnostics"])) for line in lines] == [
-        ("b.improv", False, 1),
-        ("improv.toml", False, 1),
-        ("a,b.improv", False, 2),
-    ]
-
-
 def test_check_for_github_annotates_the_lines_of_a_pull_request(project: Path) -> None:
     done = run("check", "--format", "github", project, folder=project)
     assert done.stdout.splitlines() == [

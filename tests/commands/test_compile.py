@@ -34,13 +34,6 @@ def test_compile_merges_equal_neighbors_and_ends_whatever_the_program() -> None:
         assert done.returncode == 0
 
 
-def test_compile_takes_folders(tmp_path: Path) -> None:
-    for name in ("b", "a"):
-        (tmp_path / f"{name}.improv").write_text(f"{name} $ left\n")
-    done = run("compile", tmp_path)
-    assert [list(json.loads(line)["robots"]) for line in done.stdout.splitlines()] == [["a"], ["b"]]
-
-
 def test_compile_assumes_that_nothing_is_sensed_or_what_a_script_says(tmp_path: Path) -> None:
     program, script = tmp_path / "dance.improv", tmp_path / "senses.json"
     program.write_text("r $ (until not near repeat forward) until bump repeat left\nbo $ left\n")

@@ -30,19 +30,13 @@ def test_new_makes_a_small_program() -> None:
 def test_an_unusable_file_is_refused_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "dance.improv"
     file.write_bytes(b"r $ left # \xff\n")
-    for options, problem in (
-        ((), f"{file}: it is not UTF-8 text"),
-        (("--backend", "ros"), "the page belongs to the simulator: use --backend both"),
+    for arguments, problem in (
+        (("-",), "standard input can't be edited: name a file"),
+        ((file,), f"{file}: it is not UTF-8 text"),
+        ((file, "--backend", "ros"), "the page belongs to the simulator: use --backend both"),
     ):
-        done = run("edit", file, *options)
+        done = run("edit", *arguments)
         assert (done.returncode, done.stderr) == (2, f"improv: {problem}\n")
-
-
-def test_standard_input_can_not_be_edited(tmp_path: Path) -> None:
-    done = run("edit", "-")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "improv: standard input can't be edited: name a file\n"
-    assert not list(tmp_path.iterdir())
 
 
 def test_edit_opens_the_latest_save_until_new_makes_another(tmp_path: Path) -> None:

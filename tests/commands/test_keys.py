@@ -135,13 +135,6 @@ def play(tmp_path: Path) -> Iterator[Play]:
         keyboard.close()
 
 
-def test_a_key_in_the_terminal_gives_the_cue(play: Play) -> None:
-    keyboard = play()
-    keyboard.wait("▶")
-    keyboard.type("xc")
-    assert keyboard.end() == 0
-
-
 @pytest.mark.parametrize("key", [" ", "\n"])
 def test_a_key_in_the_terminal_begins_an_armed_dance(key: str, play: Play) -> None:
     keyboard = play("--armed")

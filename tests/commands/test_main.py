@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import sysconfig
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from click.testing import CliRunner
 from improv_core.commands.exit_codes import MEANINGS
 from improv_core.commands.main import COMMANDS, improv, main
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, run, usual_signals
-from tests.needs import need
 from tests.stage_on_thread import USED, StageOnThread
 
 PAGE = Path(__file__).parents[2] / "docs" / "command-line.md"
@@ -101,21 +99,6 @@ def test_names_that_no_file_can_have_are_reported_in_one_line(command: str) -> N
     name = "x" * 300 + ".improv"
     done = CliRunner().invoke(improv, [command, name])
     assert (done.exit_code, done.output) == (2, f"improv: {name}: file name too long\n")
-
-
-@pytest.mark.slow("starts a shell that starts Improv")
-def test_bash_completes_with_the_line_that_the_documents_name() -> None:
-    (line,) = re.findall(r"^\| bash .*`(eval .*)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    typed = "COMP_WORDS=(improv play --backend b) COMP_CWORD=3; _improv_completion improv; echo ${COMPREPLY[*]}"
-    scripts = sysconfig.get_path("scripts")
-    done = subprocess.run(
-        [need("bash"), "-c", f"{line}\n{typed}"],
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-        env={**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
-    )
-    assert (done.stdout, done.stderr) == ("both\n", "")
 
 
 @pytest.mark.parametrize(

@@ -66,17 +66,6 @@ def test_an_endless_program_needs_an_end(endless: Path, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout.partition(" (")[0]) == (0, f"{path}: 1 robot, 12003 messages, 600.1 s")
 
 
-def test_errors_are_printed_as_by_play(tmp_path: Path) -> None:
-    program, path = tmp_path / "dance.improv", tmp_path / "dance.mcap"
-    program.write_text("r $ lft\n")
-    path.write_bytes(b"old")
-    for backend in ((), ("--backend", "sim")):
-        done = run("record", program, "-o", path, *backend)
-        assert (done.returncode, done.stdout) == (1, "")
-        assert done.stderr == f"{program}:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?\n"
-    assert path.read_bytes() == b"old"
-
-
 def test_a_failure_is_one_line(program: Path, tmp_path: Path) -> None:
     empty = written(tmp_path, "x = left\n", "empty.improv")
     path = tmp_path / "dance.mcap"

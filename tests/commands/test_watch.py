@@ -85,20 +85,6 @@ def test_its_folder_is_renamed_and_another_takes_its_place(watch: Running, progr
         assert f"▶ r {beats} beat" in watch.next()
 
 
-def test_its_folder_is_deleted_and_made_again(watch: Running, program: Path) -> None:
-    program.unlink()
-    program.parent.rmdir()
-    program.parent.mkdir()
-    program.write_text("r $ left\n")
-    assert "▶ r 1 beat" in watch.next()
-
-
-def test_a_save_that_changes_nothing_plays_again(watch: Running, program: Path) -> None:
-    for _ in range(2):
-        program.write_text(program.read_text())
-        assert watch.next().startswith("▶ r ")
-
-
 def test_errors_of_a_save_are_printed_as_by_check(watch: Running, program: Path) -> None:
     program.write_text("r $ lft\n")
     assert watch.next().endswith(":1:5: error[unknown-name] `lft` is not defined: did you mean `left`?\n")

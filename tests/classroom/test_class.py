@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import urllib.request
-from collections.abc import AsyncIterator, Callable, Collection, Coroutine
+from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Iterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -117,9 +117,12 @@ class Pages:
 
 
 @pytest.fixture(autouse=True)
-def stage_on_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run the stage on a thread. test_pages.py starts the command with its processes."""
+def stage_on_thread(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> Iterator[None]:
+    """Run the stage on a thread. test_pages.py starts the command with its processes. No test may leave a traceback in
+    the terminal."""
     monkeypatch.setattr(USED, StageOnThread)
+    yield
+    assert not [each for each in caplog.get_records("call") if each.levelno >= logging.ERROR]
 
 
 def check(scene: Callable[[Pages], Coroutine[Any, Any, None]]) -> None:
@@ -253,12 +256,9 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         ("stop", {}, {}, 404),
     ],
 )
-def test_forbidden_requests_of_children_are_refused(
-    what: str, body: Any, headers: dict[str, str], status: int, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_forbidden_requests_of_children_are_refused(what: str, body: Any, headers: dict[str, str], status: int) -> None:
     async def scene(pages: Pages) -> None:
         assert (await pages.post(what, body if what == "send" else json.dumps(body), **headers))[0] == status
-        assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
 
     check(scene)
 
@@ -273,11 +273,10 @@ def test_forbidden_requests_of_children_are_refused(
     ],
 )
 def test_a_dance_that_is_not_text_or_too_long_is_refused(
-    text: str | bytes, headers: dict[str, str], status: int, caplog: pytest.LogCaptureFixture
+    text: str | bytes, headers: dict[str, str], status: int
 ) -> None:
     async def scene(pages: Pages) -> None:
         assert (await pages.send(await pages.join("Ada"), text, **headers))[0] == status
-        assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
 
     check(scene)
 
@@ -305,9 +304,7 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
         "POST /dance HTTP/1.1\r\nHost: localhost\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnone",
     ],
 )
-def test_a_malformed_request_leaves_no_traceback_in_the_terminal(
-    lines: str, address: str, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_malformed_request_leaves_no_traceback_in_the_terminal(lines: str, address: str) -> None:
     async def scene(pages: Pages) -> None:
         base = pages.address if address == "children" else pages._base
         reader, writer = await asyncio.open_connection(*base.removeprefix("http://").rstrip("/").split(":"))
@@ -317,13 +314,12 @@ def test_a_malformed_request_leaves_no_traceback_in_the_terminal(
         writer.close()
 
     check(scene)
-    assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
 
 
 @pytest.mark.parametrize(
     "lines", ["GET /large HTTP/1.1", "POST /class/join HTTP/1.1\r\nOrigin: http://HOST\r\nContent-Length: 9\r\n\r\n{"]
 )
-def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str) -> None:
     async def scene(pages: Pages) -> None:
         host = pages.address.removeprefix("http://").rstrip("/")
         for _ in range(5):
@@ -336,7 +332,6 @@ def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str, caplog: pyt
             await pages.join("Ada")
 
     check(scene)
-    assert not [each for each in caplog.records if each.levelno >= logging.ERROR]
 
 
 def test_a_browser_that_joins_again_keeps_one_place() -> None:
@@ -526,10 +521,12 @@ def test_the_file_of_real_robots_has_to_be_right(tmp_path: Path) -> None:
 def test_the_site_is_served_with_the_mark_of_a_class_and_without_a_service_worker(tmp_path: Path) -> None:
     with pytest.raises(SiteFolderError, match="is no website of this version: run `improv site"):
         check_site(tmp_path)
-    make_site(tmp_path, "service-worker.js")
+    make_site(tmp_path, "service-worker.js", "python.wasm", "waltz.wav")
     check_site(tmp_path)
     files = files_of(tmp_path)
-    assert {*files} == {"/", "/website/class.js", "/index.html"}
+    assert {*files} == {"/", "/website/class.js", "/index.html", "/python.wasm", "/waltz.wav"}
+    assert files["/python.wasm"].content_type == "application/wasm"  # browsers compile nothing else
+    assert files["/waltz.wav"].content_type == "audio/wav"
     assert b'name="improv-class"' in files["/"].data
 
 
@@ -540,15 +537,3 @@ def test_the_address_is_one_of_this_machine(address: str, tmp_path: Path) -> Non
     assert (done.returncode, done.stdout) == (2, "")
     assert address in done.stderr
     assert "--address" in run("class", tmp_path).stderr  # no address was confirmed
-
-
-@pytest.mark.parametrize(
-    ("name", "kind"),
-    [
-        ("python.wasm", "application/wasm"),  # browsers compile nothing else
-        ("songs/waltz.wav", "audio/wav"),
-    ],
-)
-def test_files_are_served_with_their_type(name: str, kind: str, tmp_path: Path) -> None:
-    make_site(tmp_path, name)
-    assert files_of(tmp_path)[f"/{name}"].content_type == kind

@@ -3,40 +3,15 @@
 from __future__ import annotations
 
 import json
-import re
-import subprocess
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.website.build import build
 from tests.axe import violations
-from tests.commands.command_line import IMPROV
+from tests.classroom.conftest import Running
 from tests.page.conftest import Keep
-from tests.pyodide import imitate
-
-
-@pytest.fixture
-def links(tmp_path: Path) -> Iterator[tuple[str, str, str]]:
-    """The children's address, the code, and the teacher's address of a running class."""
-    pyodide, site = tmp_path / "pyodide", tmp_path / "site"
-    imitate(pyodide)  # no child plays in this test
-    build(site, pyodide)
-    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
-        assert running.stdout
-        said = ""
-        while not (found := re.search(r"children: (\S+), code (\S+)\s.*teacher: (\S+) ", said, re.DOTALL)):
-            line = running.stdout.readline()
-            assert line, said
-            said += line
-        yield found[1], found[2], found[3]
-        running.terminate()
-        running.communicate(timeout=60)
 
 
 def send(address: str, what: str, body: str, secret: str = "") -> dict[str, str]:
@@ -52,10 +27,8 @@ def send(address: str, what: str, body: str, secret: str = "") -> dict[str, str]
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
-def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(
-    links: tuple[str, str, str], page: Page, keep: Keep
-) -> None:
-    address, code, teacher = links
+def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(running: Running, page: Page, keep: Keep) -> None:
+    _, address, code, teacher = running
     page.goto(f"{address}#class={code}")
     page.keyboard.press("Escape")
     expect(page.locator("#class")).to_be_hidden()

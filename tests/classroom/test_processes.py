@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import socket
-import subprocess
 import sys
 import threading
 import urllib.request
@@ -20,33 +19,13 @@ import pytest
 from improv_core.classroom.children import Children, ChildrenError
 from improv_core.classroom.connections import MOST_OF_ONE
 from improv_core.ipc.stage_process import Stage
-from improv_core.website.build import build
+from tests.classroom.conftest import Running
 from tests.classroom.test_class import WORST, a_class, make_site
-from tests.commands.command_line import IMPROV
-from tests.pyodide import imitate
 
 LIMIT = 60.0
 SOON = 3.0
 """Seconds, with room for a busy machine: a stop took more than 30 s here."""
 CHILDREN = 40
-
-
-@pytest.fixture
-def running(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str, str, str]]:
-    """A class, with the children's address, the code, and the teacher's address."""
-    pyodide, site = tmp_path / "pyodide", tmp_path / "site"
-    imitate(pyodide)  # no child plays in this test
-    build(site, pyodide)
-    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        assert process.stdout
-        said = ""
-        while not (found := re.search(r"children: (\S+), code (\S+)\s.*teacher: (\S+) ", said, re.DOTALL)):
-            line = process.stdout.readline()
-            assert line, said
-            said += line
-        yield process, found[1], found[2], found[3]
-        process.kill()
 
 
 async def send_forever(address: str, code: str, sent: threading.Event) -> None:
@@ -69,9 +48,7 @@ async def send_forever(address: str, code: str, sent: threading.Event) -> None:
 
 
 @pytest.mark.slow("starts a class with its stage, and floods it")
-def test_forty_children_who_send_the_worst_text_delay_neither_a_stop_nor_the_end(
-    running: tuple[subprocess.Popen[str], str, str, str],
-) -> None:
+def test_forty_children_who_send_the_worst_text_delay_neither_a_stop_nor_the_end(running: Running) -> None:
     process, address, code, teacher = running
     sent = threading.Event()
     flood = threading.Thread(target=lambda: asyncio.run(send_forever(address, code, sent)))

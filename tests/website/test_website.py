@@ -205,15 +205,6 @@ def _first_visit(page: Page, address: str, keep: Keep) -> str:
     page.keyboard.press("Escape")
     wait(page, 'improv.transport.state === "stopped"')
 
-    page.get_by_role("button", name="Examples").click()
-    expect(page.locator("#examples-list img").first).to_be_visible()
-    keep(page, "site-examples.png")
-    page.locator("#examples").get_by_role("button", name="square", exact=True).click()
-    wait(page, "improv.robots.turtle1?.x > 0.5")
-    page.locator("#text").focus()
-    page.keyboard.press("Control+z")
-    expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
-
     page.get_by_role("button", name="Share").click()
     expect(page.locator("#code")).to_be_visible()
     keep(page, "site-share.png")

@@ -142,17 +142,6 @@ async def test_requests_reach_the_stages_unless_a_stop_came_since(fakes: Fakes, 
 
 
 @performed
-async def test_a_play_that_came_before_a_stop_does_not_play_after_it(fakes: Fakes) -> None:
-    linked = Linked(fakes)
-    leader = await linked.play()
-    leader.tell("ended")
-    linked.processes[0].hear({"type": "request", "command": {"type": "restart"}})
-    fakes.stops.stop()
-    await asyncio.sleep(0)
-    assert leader.kinds == ["load", "stop"]
-
-
-@performed
 async def test_the_stages_know_requests_that_came_by_osc(fakes: Fakes) -> None:
     """They decide whether it may move robots: see tests/session/test_stays_stopped.py."""
     linked = Linked(fakes)
@@ -169,14 +158,6 @@ async def test_the_stages_know_requests_that_came_by_osc(fakes: Fakes) -> None:
     assert ["by" in load for load in leader.loads] == [False, True, False, False]
     leader.tell("playing")
     assert "by" not in twin.loads[-1]  # the leader has decided
-
-
-@performed
-async def test_the_twin_stops_as_if_by_a_person_unless_an_automation_stopped_the_leader(fakes: Fakes) -> None:
-    linked = Linked(fakes)
-    leader, twin = await linked.play(), fakes.latest("simulator")
-    leader.say(at("stopped", 1, startable_by=[]))
-    assert twin.sent[-1] == {"type": "stop"}
 
 
 @performed

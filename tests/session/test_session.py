@@ -19,9 +19,7 @@ from improv_core.protocol.commands import Editing
 from improv_core.protocol.messages import Pressed
 from improv_core.safety import stop_socket
 from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
-from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock, Safety, Score
-from improv_core.session.acts import News
 from improv_core.session.session import LOST, Playback
 from improv_core.session.start import Options, SinkName
 from improv_core.session.state import PlayScore
@@ -39,21 +37,6 @@ def _runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         for name in ("RUNTIME", "SHARED"):
             monkeypatch.setattr(stop_socket, name, Path(folder))
         yield
-
-
-@performed
-async def test_the_twin_begins_at_beat_0_of_the_leading_stage(fakes: Fakes) -> None:
-    assert await fakes.begin() == 1
-    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
-    leader.tell("waiting")
-    assert (leader.kinds, twin.kinds) == (["load"], [])
-    leader.tell("playing", beat=3.0, monotonic=500.0)  # three beats at 120 a minute since beat 0
-    entry = {"beat": 3.0, "monotonic": 500.0}
-    (load,) = leader.loads
-    del load["stops"], load["asleep"]  # the simulator harms nobody
-    assert twin.loads == [{**load, "entry": entry}]
-    leader.tell("playing", beat=4.0, monotonic=500.5)
-    assert len(twin.loads) == 1
 
 
 @pytest.mark.parametrize(("command", "sent"), [({"type": "restart"}, "load"), ({"type": "resume"}, "resume")])
@@ -245,20 +228,6 @@ async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stoppe
     await asyncio.wait_for(fakes.playback.close(), LIMIT)
 
 
-@performed
-async def test_a_dead_twin_is_replaced_and_the_leading_stage_keeps_playing(fakes: Fakes) -> None:
-    leader, twin = await fakes.play()
-    page = fakes.playback.state.page
-    twin.die()
-    assert fakes.lines == ["the stage exited unexpectedly: a new one will show the next dance"]
-    await fakes.until(lambda: fakes.latest("simulator") is not twin)
-    assert leader.kinds == ["load"]
-    await fakes.until(lambda: fakes.playback.state.page == page)
-    new = fakes.latest("simulator")
-    await fakes.play()
-    assert len(new.loads) == 1
-
-
 @pytest.mark.parametrize("ends", [False, True])
 @performed
 async def test_a_play_that_was_stopped_while_stages_started_never_begins(fakes: Fakes, ends: bool) -> None:
@@ -300,18 +269,6 @@ async def test_giving_up_while_stages_start_leaves_none_open(fakes: Fakes) -> No
     with pytest.raises(asyncio.CancelledError):
         await opening
     assert not any(stage.alive for stage in fakes.stages)
-
-
-@performed
-async def test_a_stage_that_cannot_be_replaced_is_reported_and_the_next_play_tries_again(fakes: Fakes) -> None:
-    leader, _ = await fakes.play()
-    fakes.fails = {"ros"}
-    leader.die()
-    await fakes.until(lambda: len(fakes.lines) == 2)
-    assert fakes.lines[-1] == "no new stage could be started: no ros here"
-    fakes.fails.clear()
-    assert await fakes.begin()
-    assert len(fakes.latest("ros").loads) == 1
 
 
 @performed
@@ -369,25 +326,6 @@ async def test_a_dance_on_other_stages_has_a_new_number_and_the_same_speed(fakes
     await other.close()
 
 
-@pytest.mark.slow("starts a stage")
-def test_a_real_stage_plays_at_the_remembered_speed() -> None:
-    async def run() -> None:
-        told: asyncio.Queue[News] = asyncio.Queue()
-        playback = Playback(Options("sim"), lambda message, leads: told.put_nowait(message), Stops())
-        playback.ask({"type": "speed", "factor": 2.0})
-        try:
-            assert await playback.play(PlayScore(DANCE, "dance.improv", 0)) == 1
-            while (message := await asyncio.wait_for(told.get(), LIMIT))["type"] != "transport" or (
-                message["state"] != "playing"
-            ):
-                pass
-            assert message["speed"] == 2
-        finally:
-            await playback.close()
-
-    asyncio.run(run())
-
-
 SAVED = analyze("anna $ repeat forward\nbert $ repeat left\n")
 
 
@@ -412,6 +350,10 @@ async def test_a_save_sends_each_stage_only_the_parts_it_lacks(fakes: Fakes) -> 
     await fakes.playback.play(PlayScore(edited("repeat right"), "dance", fakes.stops.count, "bar", 3))
     assert (load_of(leader), load_of(twin)) == ((3, False, True), (1, True, False))
     assert leader.loads[-1]["beats_per_bar"] == 3
+    assert [{"stops", "asleep"} & load.keys() for load in (leader.loads[0], twin.loads[0])] == [
+        {"stops", "asleep"},
+        set(),
+    ]
     leader.tell("playing", beat=6.0, begins={"bert": 6.0})
     assert load_of(twin) == (3, False, True)
     assert (twin.loads[-1]["when"], twin.loads[-1]["entry"]) == (
@@ -421,18 +363,6 @@ async def test_a_save_sends_each_stage_only_the_parts_it_lacks(fakes: Fakes) -> 
     bert = twin.loads[-1]["score"]["parts"]["bert"]
     assert len(twin.loads[-1]["score"]["movements"]) < 6
     assert bert["editions"] not in [twin.loads[0]["score"]["parts"][robot]["editions"] for robot in ("anna", "bert")]
-
-
-@performed
-async def test_a_stage_that_lacks_something_is_sent_the_whole_score(fakes: Fakes) -> None:
-    assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
-    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
-    leader.tell("playing")
-    await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "beat"))
-    leader.tell("playing", beat=6.0, begins={"bert": 6.0})
-    twin.say({"type": "lacks", "generation": 2})
-    assert load_of(twin) == (2, True, False)
-    assert twin.loads[-1].get("entry") == twin.loads[-2].get("entry")
 
 
 @performed

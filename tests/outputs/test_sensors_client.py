@@ -51,12 +51,6 @@ def test_an_unreadable_line_makes_all_senses_unknown(monkeypatch: pytest.MonkeyP
         assert reader.is_silent(ANNA)
 
 
-def test_a_process_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
-    script = f"import time; print({EDGE!r}, flush=True); time.sleep({LIMIT})"
-    with reading(monkeypatch, script) as (_, heard):
-        heard.get(timeout=LIMIT)
-
-
 FROZEN = f"""\
 import sys, time
 ALIVE = '{{"type": "alive"}}\\n'

@@ -228,16 +228,6 @@ def test_a_renamed_robot_is_not_stopped_in_between(when: When) -> None:
     assert sent[:count] == [STILL] * count
 
 
-def test_robots_that_enter_later_are_met_at_once() -> None:
-    """Their listeners are found before their first command, and nobody waits for that at the beat."""
-    stage = played(ANNA, 2.5)
-    stage.save(ANNA + BERT, "bar")
-    assert stage.sink.met == {"anna", "bert"}
-    assert stage.sink.prepared == [True]
-    stage.run(2)
-    assert stage.sink.prepared == [True, False]
-
-
 def guarded(program: str, safety: Safety) -> Score:
     return replace(score(program), safety=safety)
 

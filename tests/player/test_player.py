@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from improv_core.player.player import Player
 from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
-from improv_core.player.setpoints import Setpoint, setpoints
 from improv_core.player.subscribers import LOOK_AT, MOST_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -172,27 +170,6 @@ def test_a_change_is_sent_before_the_repeats_that_are_due_too() -> None:
     assert [(robot, twist) for robot, _, twist in stage.sink.sent[:3]] == changed
 
 
-def test_all_that_is_due_is_sent_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    stage = Stage()
-    order: list[str] = []
-
-    def noted(*arguments: Any) -> Iterator[Setpoint]:
-        for each in setpoints(*arguments):
-            order.append("computed")
-            yield each
-
-    def send(robot: str, twist: Twist, at: float) -> None:
-        order.append("sent")
-
-    monkeypatch.setattr("improv_core.player.active_parts.setpoints", noted)
-    monkeypatch.setattr(stage.sink, "send", send)
-    stage.load("a b c $ forward left")
-    stage.run(0.999)
-    order.clear()
-    stage.run(0.002)
-    assert order[:6] == ["sent"] * 3 + ["computed"] * 3
-
-
 def test_a_slow_machine_keeps_playing_and_reports_its_rate_once() -> None:
     stage = Stage()
     stage.sink.real = True
@@ -272,15 +249,6 @@ def test_a_takeover_is_reported_with_its_own_time() -> None:
     assert told.get("begins") == {"r": 1}
 
 
-def test_speed_keeps_the_rate_of_commands() -> None:
-    stage = Stage()
-    stage.load("r $ repeat forward")
-    stage.player.set_speed(0.1, stage.now)
-    stage.sink.sent.clear()
-    stage.run(10)
-    assert len(stage.sink.sent) == 200
-
-
 def test_a_muted_robot_stands_while_its_part_goes_on_and_a_solo_lasts_for_the_next_score() -> None:
     stage = played("r s $ repeat (forward left)", 0.5)
     stage.player.set_silent({"r"}, (), stage.now)
@@ -327,19 +295,6 @@ def test_a_robot_is_no_longer_gone_once_its_listener_is_found() -> None:
         stage.run(seconds)
     back = "beat 5: r listens again, after 2.9 s, and continues in the middle of the program"
     assert stage.lines == [f"beat 2: {LOST}", back]
-
-
-def test_a_robot_that_will_listen_in_a_moment_is_not_reported() -> None:
-    stage = Stage()
-    stage.sink.deaf = {"r": ""}
-    stage.load("r $ repeat forward")
-    stage.run(1)
-    assert stage.sink.sent == []
-    stage.sink.deaf = {}
-    stage.run(1)
-    stage.sink.deaf = {"r": ""}
-    stage.run(2)
-    assert stage.lines == []
 
 
 GONE = {"r": "nobody listens on /r/cmd_vel"}

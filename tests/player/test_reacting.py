@@ -121,15 +121,6 @@ def test_the_other_robots_are_sent_the_same_as_without_the_edge() -> None:
     assert beside.moves("bert") == alone.moves("bert")
 
 
-def test_a_pause_takes_whole_beats_and_looks_again_after_each() -> None:
-    stage = playing(anna=pause(repeat(FORWARD, 4), NEAR, HERE))
-    stage.act(1.5, "near", 1.6, "far", 10)
-    assert stage.moves() == [(0, GOES), (1.5, STANDS), (3.5, GOES), (6, STANDS)]
-    assert stage.decisions == [("anna", 1.5, True), ("anna", 2.5, True)]
-    assert stage.states == ["playing", "ended"]
-    assert [each["beats"] for each in stage.transports] == [None, 6]
-
-
 @pytest.mark.parametrize("near", [True, False])
 def test_a_first_scene_that_may_be_empty_is_decided_too(near: bool) -> None:
     stage = playing(anna=(if_else(LEFT, series([]), NEAR, HERE), FORWARD), near=near)
@@ -177,19 +168,6 @@ def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_go_o
     stage = playing(anna=series([until(series([FORWARD, LEFT] * 3), NEAR), LEFT]), near=None)
     stage.act(1.5, "far", 1, "silence", 2.25, "far", 5)
     assert stage.moves() == [(0, STANDS), (1.5, TURNS), (2, GOES), (2.5, STANDS), (4.75, GOES), (5, TURNS), (7, STANDS)]
-
-
-def test_a_scene_ends_when_all_are_done_and_the_next_begins_on_a_whole_beat() -> None:
-    stage = playing(anna=(until(repeat(FORWARD), CUE), LEFT), bert=(FORWARD, LEFT))
-    stage.act(4.25, "cue", 5)
-    assert stage.moves("anna") == [(0, GOES), (4.25, STANDS), (5, TURNS), (6, STANDS)]
-    assert stage.moves("bert") == [(0, GOES), (1, STANDS), (5, TURNS), (6, STANDS)]
-    second = stage.transports[1]
-    assert (second["beat"], second.get("scene"), second.get("begins")) == (
-        5,
-        {"index": 1, "begins": 5},
-        {"anna": 5, "bert": 5},
-    )
 
 
 def test_pausing_and_resuming_keeps_earlier_decisions() -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
-from improv_core.protocol.messages import When
 from tests.player.test_continuing import Continuing, changes, played
 from tests.player.test_player import QUARTER
 
@@ -65,16 +62,6 @@ def test_dice_of_a_scene_that_begin_at_another_throw_are_a_change() -> None:
     stage.run(1)
     assert same.parts["anna"].editions[1] != thrown.parts["anna"].editions[1]
     assert stage.transport["begins"] == {"anna": 4, "bert": 1}
-
-
-@pytest.mark.parametrize(("when", "beat"), [("now", 5.5), ("beat", 6), ("bar", 8), ("end", 8)])
-def test_changes_take_effect_when_they_should(when: When, beat: float) -> None:
-    stage = played(TWO, 5.5)
-    stage.save(TWO.replace("anna $ repeat 4 right", "anna $ repeat 4 left"), when)
-    stage.run(beat - 5.5 + 0.1)
-    # At the end, all of it begins again.
-    assert changes(stage, "anna", beat) == [(beat, *(FORWARD if beat == 8 else LEFT))]
-    assert stage.transport["begins"] == {"anna": beat, "bert": 8 if beat == 8 else 4}
 
 
 def test_a_scene_that_is_deleted_while_it_plays_gives_way_to_the_one_above() -> None:

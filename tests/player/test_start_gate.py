@@ -98,17 +98,6 @@ def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
     assert armed.zero == pytest.approx(14, abs=1e-6)
 
 
-def test_stages_with_the_same_instant_count_to_the_same_beat_0() -> None:
-    """One obeys late, and their wall clocks differ."""
-    for late, ahead in ((0.0, AHEAD), (0.004, AHEAD + 7)):
-        armed = Armed(ahead=ahead)
-        armed.load(Gate(), COUNTED)
-        armed.stage.run(10 + late)
-        armed.stage.player.resume(1010.0)
-        armed.stage.run(10)
-        assert armed.zero == 14.0
-
-
 def test_the_last_bar_before_a_time_is_counted() -> None:
     armed = Armed()
     armed.load(Gate(1000.0 + AHEAD + 20), COUNTED)

@@ -99,50 +99,39 @@ async def test_stages_are_one_stage_of_real_robots(members: Members, all_: Ensem
 
 
 @performed(PI)
-async def test_a_host_that_cannot_be_reached_is_named_and_tried_again(members: Members, all_: Ensemble) -> None:
+async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(members: Members, all_: Ensemble) -> None:
     await members.until(lambda: members.failed > 2)
-    members.unreachable.clear()
-    await members.until(lambda: PI in members.stages)
-    assert members.lines == [f"{PI} can't be reached: ssh can't find {PI} (Improv keeps trying)"]
-
-
-@performed(PI)
-async def test_a_new_reason_why_a_host_cannot_be_reached_is_reported_once(members: Members, all_: Ensemble) -> None:
-    await members.until(lambda: members.failed > 1)
     members.problem = "ssh refuses {}"
     seen = members.failed
     await members.until(lambda: members.failed > seen + 2)
+    members.unreachable.clear()
+    await members.until(lambda: PI in members.stages)
     assert members.lines == [
         f"{PI} can't be reached: {problem} {PI} (Improv keeps trying)" for problem in ("ssh can't find", "ssh refuses")
     ]
 
 
-@performed()
-async def test_robots_that_have_not_confirmed_a_stop_are_named_in_time(members: Members, all_: Ensemble) -> None:
-    score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
-    all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
-    for stage in members.stages.values():
-        stage.say(at("playing", 1))
-    all_.send({"type": "stop"})
-    members.stages[HERE].say(at("stopped", 1))
-    await members.until(lambda: any(each["type"] == "unreached" for each in members.heard))
-    (line,) = (each["message"] for each in members.heard if each["type"] == "unreached")
-    assert line == f"p, q may still be moving: {PI} has not confirmed the stop"
+@pytest.mark.parametrize("closes", [False, True])
+def test_robots_that_have_not_confirmed_a_stop_are_named_once(closes: bool) -> None:
+    @performed()
+    async def test(members: Members, all_: Ensemble) -> None:
+        load(all_)
+        for stage in members.stages.values():
+            stage.say(at("playing", 1))
+        all_.send({"type": "stop"})
+        members.stages[HERE].say(at("stopped", 1))
+        if closes:  # Ctrl-C stops first, and then closes
+            await all_.close()
+        await members.until(lambda: "unreached" in [each["type"] for each in members.heard])
+        lines = [each["message"] for each in members.heard if each["type"] == "unreached"]
+        assert lines == [f"p, q may still be moving: {PI} has not confirmed the stop"]
+
+    test()
 
 
-@performed()
-async def test_robots_that_have_not_confirmed_the_stop_at_the_end_are_named_once(
-    members: Members, all_: Ensemble
-) -> None:
+def load(all_: Ensemble) -> None:
     score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
     all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
-    for stage in members.stages.values():
-        stage.say(at("playing", 1))
-    all_.send({"type": "stop"})  # Ctrl-C stops first, and then closes
-    members.stages[HERE].say(at("stopped", 1))
-    await all_.close()
-    lines = [each["message"] for each in members.heard if each["type"] == "unreached"]
-    assert lines == [f"p, q may still be moving: {PI} has not confirmed the stop"]
 
 
 async def with_a_silent_host(test: Callable[..., Awaitable[None]], *unreachable: str) -> None:
@@ -165,8 +154,7 @@ async def with_a_silent_host(test: Callable[..., Awaitable[None]], *unreachable:
 
 def test_the_others_begin_without_a_host_that_does_not_answer_and_it_joins_them() -> None:
     async def test(members: Members, all_: Ensemble) -> None:
-        score = to_json(on_hosts("a p $ forward\n"), RowsWritten())
-        all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
+        load(all_)
         members.answers.set()
         await members.until(lambda: PI in members.stages and bool(members.stages[PI].loads))
 
@@ -190,8 +178,7 @@ def test_a_host_that_has_not_answered_is_given_up_at_the_end() -> None:
 
 @performed()
 async def test_robots_move_if_the_stage_of_their_host_reports_it(members: Members, all_: Ensemble) -> None:
-    score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
-    all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
+    load(all_)
     members.stages[PI].say(at("playing", 1))
     assert all_.moving("apqo") == ["p", "q"], "whatever has become of the others"
 

@@ -11,7 +11,7 @@ import pytest
 from improv_core.music import osc_wire
 from improv_core.music.osc_in import Situation, UnclearError, request
 from improv_core.protocol.messages import State
-from improv_core.protocol.play_again import STOPPED, Heard
+from improv_core.protocol.play_again import Heard
 from tests.session.story import at
 
 PLAYS = Situation().after({**at("playing", 1), "tempo": 180.0, "speed": 1.5})
@@ -86,14 +86,6 @@ def test_play_begins_an_armed_score_or_reports_what_robots_wait_for() -> None:
     check("play", [], {"type": "resume", "by": "osc"}, Situation(Heard("waiting", armed=True)))
     waiting = Situation().after(at("paused", 1, waits_for=["button 4 on /joy", "anna"]))
     check("play", [], "/improv/play: robots wait for button 4 on /joy and anna", waiting)
-
-
-@pytest.mark.parametrize("state", ["stopped", "paused", "ended"])
-@pytest.mark.parametrize(("startable_by", "plays"), [(["osc"], True), (["ros"], False), ([], False)])
-def test_play_asks_for_nothing_that_only_a_person_may_do(state: State, startable_by: list[str], plays: bool) -> None:
-    known = Situation().after(at(state, 1, startable_by=startable_by))
-    asks: Any = {"type": "resume" if state == "paused" else "restart", "by": "osc"}
-    check("play", [], asks if plays else f"/improv/play: {STOPPED}", known)
 
 
 def test_a_pause_while_nothing_plays_asks_for_nothing() -> None:

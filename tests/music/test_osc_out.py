@@ -10,7 +10,6 @@ import pytest
 from improv_core.music.osc_out import OscDue, Voice
 from improv_core.preview.forecast import Outlook
 from improv_core.protocol.messages import Sensed, When
-from improv_core.score.senses import RobotSense
 from tests.player.test_player import Stage, score
 
 
@@ -131,16 +130,6 @@ def test_after_a_long_sleep_only_the_latest_beat_is_sent() -> None:
     voice, due = stage.voice.due([], stage.now + 5)
     assert [each.arguments for each in due] == [[5]]
     assert voice.next([]) == pytest.approx(stage.now + 5.5)
-
-
-def test_the_word_that_senses_choose_is_sent_when_they_change() -> None:
-    stage = OscStage("beat 60\nr $ repeat (if near left else forward)")
-    stage.player.force(RobotSense("r", "near"), False, stage.now)
-    stage.pass_time(1.5)
-    stage.player.force(RobotSense("r", "near"), True, stage.now)
-    stage.pass_time(1.0)
-    words = [(at, line) for at, line in stage.take() if line.startswith("word")]
-    assert words == [(0.0, "word r forward"), (2.0, "word r left")]
 
 
 @pytest.mark.parametrize(("value", "said"), [(True, 1), (False, 0), (None, -1)])

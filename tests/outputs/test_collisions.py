@@ -136,24 +136,16 @@ def test_another_world_counts_at_once_and_a_restart_forgets_bumps() -> None:
     assert drive(simulator, 2.0, a=FORWARD)["a"].x == pytest.approx(4.0)
 
 
-def test_motors_push_no_harder_than_they_are_strong() -> None:
+def test_motors_push_no_harder_than_they_are_strong_and_turn_while_they_scrape_along_a_wall() -> None:
     """The ideal one always gains ground; the other can't push away a base as strong as itself."""
-    ways = {}
+    pushed, turned = {}, {}
     for dynamics in ("ideal", "motors"):
-        simulator = stage(World(), dynamics, a=Pose(), b=Pose(2 * RADIUS))
-        ways[dynamics] = drive(simulator, 3.0, a=FORWARD)["b"].x - 2 * RADIUS
-    assert ways["ideal"] == pytest.approx(3.0, abs=0.05)
-    assert 0 < ways["motors"] < 0.1
-
-
-def test_scraping_along_a_wall_turns_a_base_with_motors_alone() -> None:
-    world = World(walls=(Wall(-9, 1, 9, 1),))
-    turned = {
-        dynamics: drive(stage(world, dynamics, a=Pose(heading=math.pi / 4)), 3.0, a=FORWARD)["a"].heading
-        for dynamics in ("ideal", "motors")
-    }
-    assert turned["ideal"] == math.pi / 4
-    assert abs(turned["motors"] - math.pi / 4) > 0.01
+        pushed[dynamics] = drive(stage(World(), dynamics, a=Pose(), b=Pose(2 * RADIUS)), 3.0, a=FORWARD)["b"].x
+        scrapes = stage(World(walls=(Wall(-9, 1, 9, 1),)), dynamics, a=Pose(heading=math.pi / 4))
+        turned[dynamics] = drive(scrapes, 3.0, a=FORWARD)["a"].heading - math.pi / 4
+    assert pushed["ideal"] == pytest.approx(3.0 + 2 * RADIUS, abs=0.05)
+    assert 0 < pushed["motors"] - 2 * RADIUS < 0.1
+    assert (turned["ideal"], abs(turned["motors"]) > 0.01) == (0, True)
 
 
 twists = st.builds(

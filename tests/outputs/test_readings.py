@@ -101,49 +101,59 @@ def test_no_scan_raises(readings: list[float], first: float, step: float, least:
     assert holds(AHEAD, message) in (True, False, None)
 
 
-@pytest.mark.parametrize(
-    ("reading", "least", "most", "expected"),
-    [
-        (0.4, 0.1, 4.0, True),
-        (0.6, 0.1, 4.0, False),
-        (0.05, 0.1, 4.0, None),
-        (5.0, 0.1, 4.0, False),
-        (NAN, 0.1, 4.0, None),
-        (-INF, 1.0, 1.0, True),
-        (INF, 1.0, 1.0, False),
-    ],
-)
-def test_ranges_are_compared(reading: float, least: float, most: float, expected: bool | None) -> None:
-    assert holds(RANGE, SimpleNamespace(range=reading, min_range=least, max_range=most)) is expected
+def range_of(reading: float, least: float = 0.1, most: float = 4.0) -> Any:
+    return SimpleNamespace(range=reading, min_range=least, max_range=most)
 
 
-@pytest.mark.parametrize(("value", "expected"), [(-1.0, True), (0.0, False), (NAN, None), (INF, False), (-INF, True)])
-def test_numbers_are_compared(value: float, expected: bool | None) -> None:
-    assert holds(Topic("/x", "std_msgs/Float32", below=-0.5), SimpleNamespace(data=value)) is expected
-    linear = SimpleNamespace(x=0.0, y=value, z=0.0)
-    odometry = SimpleNamespace(twist=SimpleNamespace(twist=SimpleNamespace(linear=linear)))
-    moves = None if math.isnan(value) else value != 0
-    assert holds(Topic("/x", "nav_msgs/Odometry", above=0.0), odometry) is moves
+def number(value: float) -> Any:
+    return SimpleNamespace(data=value)
+
+
+def buttons(*held: int) -> Any:
+    return SimpleNamespace(buttons=held)
+
+
+def odometry(speed: float) -> Any:
+    linear = SimpleNamespace(x=0.0, y=speed, z=0.0)
+    return SimpleNamespace(twist=SimpleNamespace(twist=SimpleNamespace(linear=linear)))
+
+
+NUMBER = Topic("/x", "std_msgs/Float32", below=-0.5)
+MOVES = Topic("/x", "nav_msgs/Odometry", above=0.0)
+ANY, SECOND = (Topic("/joy", "sensor_msgs/Joy", button=button) for button in (None, 1))
+HIT = Topic("/hit", "std_msgs/Bool")
 
 
 @pytest.mark.parametrize(
-    ("buttons", "button", "expected"),
+    ("topic", "message", "expected"),
     [
-        ([0, 0], None, False),
-        ([0, 1], None, True),
-        ([0, 1], 1, True),
-        ([1, 0], 1, False),
-        ([1], 1, None),
-        ([], None, False),
+        (RANGE, range_of(0.4), True),
+        (RANGE, range_of(0.6), False),
+        (RANGE, range_of(0.05), None),
+        (RANGE, range_of(5.0), False),
+        (RANGE, range_of(NAN), None),
+        (RANGE, range_of(-INF, 1.0, 1.0), True),
+        (RANGE, range_of(INF, 1.0, 1.0), False),
+        (NUMBER, number(-1.0), True),
+        (NUMBER, number(0.0), False),
+        (NUMBER, number(NAN), None),
+        (NUMBER, number(INF), False),
+        (NUMBER, number(-INF), True),
+        (MOVES, odometry(-1.0), True),
+        (MOVES, odometry(0.0), False),
+        (MOVES, odometry(NAN), None),
+        (ANY, buttons(0, 0), False),
+        (ANY, buttons(0, 1), True),
+        (ANY, buttons(), False),
+        (SECOND, buttons(0, 1), True),
+        (SECOND, buttons(1, 0), False),
+        (SECOND, buttons(1), None),
+        (HIT, SimpleNamespace(data=True), True),
+        (HIT, SimpleNamespace(data=False), False),
     ],
 )
-def test_buttons_are_read(buttons: list[int], button: int | None, expected: bool | None) -> None:
-    assert holds(Topic("/joy", "sensor_msgs/Joy", button=button), SimpleNamespace(buttons=buttons)) is expected
-
-
-@pytest.mark.parametrize("value", [True, False])
-def test_truth_values_are_read(value: bool) -> None:
-    assert holds(Topic("/hit", "std_msgs/Bool"), SimpleNamespace(data=value)) is value
+def test_other_messages_are_read(topic: Topic, message: Any, expected: bool | None) -> None:
+    assert holds(topic, message) is expected
 
 
 @pytest.mark.parametrize(

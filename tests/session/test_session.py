@@ -215,19 +215,6 @@ async def test_a_stop_names_no_robots_as_stopped_that_nothing_has_stopped_yet(fa
     assert fakes.playback.stop() == IDLE
 
 
-@performed
-async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stopped(
-    fakes: Fakes,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("improv_core.session.session.HALT_LIMIT", 2 * LIMIT)
-    leader, _ = await fakes.play()
-    leader.die()
-    await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
-    assert await fakes.begin()
-    await asyncio.wait_for(fakes.playback.close(), LIMIT)
-
-
 @pytest.mark.parametrize("ends", [False, True])
 @performed
 async def test_a_play_that_was_stopped_while_stages_started_never_begins(fakes: Fakes, ends: bool) -> None:

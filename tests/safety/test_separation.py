@@ -131,23 +131,40 @@ def test_a_line_names_the_nearest_pairs() -> None:
 
 
 def playing(
+    *,
     frame: OdomFrame = "world",
     keep_apart: float | None = KEEP_APART,
     poses: bool = True,
-    program: str = "beat 60\na b $ repeat 8 forward",
+    elsewhere: bool = False,
+    sight: bool = False,
+    real: bool = True,
+    seconds: float = 1.0,
 ) -> Stage:
-    """Two real robots that have driven for a second, with 3 m between their edges."""
+    """Two real robots that have driven for so long, with 3 m between their edges. Another stage may move `b`. With
+    `sight`, both stand while one of them isn't seen."""
     stage = Stage()
-    stage.sink.real = True
-    read = score(program)
+    stage.sink.real = real
+    read = score("beat 60\na b $ repeat 80 forward")
     parts = {
-        robot: replace(part, odom=f"/{robot}/pose" if poses else None, odom_frame=frame, profile=CREATE3)
+        robot: replace(
+            part,
+            odom=f"/{robot}/pose" if poses else None,
+            odom_frame=frame,
+            profile=CREATE3,
+            host=Host("pad") if elsewhere and robot == "b" else None,
+        )
         for robot, part in read.parts.items()
     }
-    dance = replace(read, parts=parts, world=World(keep_apart=keep_apart))
-    stage.player.load(dance, 1, "restart", stage.now, anyway=True)
-    stage.run(1)
-    see(stage, 3)
+    dance = replace(read, parts=parts, world=World(keep_apart=keep_apart), safety=Safety(sight=sight))
+    if sight:
+        see(stage, 3)
+    stage.player.load(dance.on("") if elsewhere else dance, 1, "restart", stage.now, anyway=True)
+    stage.run(seconds)
+    if elsewhere:
+        see_here(stage)
+        see_there(stage, 3)
+    else:
+        see(stage, 3)
     return stage
 
 
@@ -190,7 +207,7 @@ def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() ->
 
 
 @pytest.mark.parametrize(
-    "stage", [playing("own"), playing(keep_apart=None), playing(poses=False)], ids=["own", "unset", "unseen"]
+    "stage", [playing(frame="own"), playing(keep_apart=None), playing(poses=False)], ids=["own", "unset", "unseen"]
 )
 def test_only_robots_with_poses_in_the_world_are_guarded(stage: Stage) -> None:
     see(stage, 0.1)
@@ -198,7 +215,7 @@ def test_only_robots_with_poses_in_the_world_are_guarded(stage: Stage) -> None:
 
 
 def test_robots_that_are_not_guarded_are_named_once() -> None:
-    stage = playing("own")
+    stage = playing(frame="own")
     stage.run(1)
     assert unguarded(stage) == ['`keep_apart` doesn\'t guard a, b: that needs poses with `odom_frame = "world"`']
     assert unguarded(playing(keep_apart=None)) == []
@@ -250,23 +267,6 @@ def test_one_pose_that_jumps_pauses_nobody_until_the_next_one_agrees() -> None:
 
 # Robots that stages elsewhere move
 
-FAR = Host("pad")
-
-
-def beside(keep_apart: float | None = KEEP_APART, odom: str | None = "/b/pose") -> Stage:
-    """A real robot here that has driven for a second, and b, which another stage moves; 3 m are between their edges."""
-    stage = Stage()
-    stage.sink.real = True
-    read = score("beat 60\na b $ repeat 80 forward")
-    here = replace(read.parts["a"], odom="/a/pose", odom_frame="world", profile=CREATE3)
-    there = replace(read.parts["b"], odom=odom, odom_frame="world", host=FAR, profile=CREATE3)
-    dance = replace(read, parts={"a": here, "b": there}, world=World(keep_apart=keep_apart)).on("")
-    stage.player.load(dance, 1, "restart", stage.now, anyway=True)
-    stage.run(1)
-    see_here(stage)
-    see_there(stage, 3)
-    return stage
-
 
 def see_here(stage: Stage) -> None:
     stage.player.measure(seen(stage.now, a=0), stage.now)
@@ -289,12 +289,12 @@ def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
 
 
 def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_than_now() -> None:
-    stage = beside()
+    stage = playing(elsewhere=True)
     see_there(stage, 0.2, ago=0.52)
     assert stage.states[-1] == "playing"
     see_there(stage, 0.2, ago=-60)
     assert stage.states[-1] == "paused"
-    stage = beside()
+    stage = playing(elsewhere=True)
     see_there(stage, 3, ago=-60)
     stage.run(0.6)
     stage.player.measure(seen(stage.now, a=3), stage.now)
@@ -302,16 +302,16 @@ def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_t
 
 
 def test_a_report_of_another_stage_about_a_robot_here_is_ignored() -> None:
-    stage = beside()
+    stage = playing(elsewhere=True)
     see_there(stage, 0.1)
     assert stage.states[-1] == "paused"
-    stage = beside()
+    stage = playing(elsewhere=True)
     see_there(stage, 3 - 2.9, robot="a")
     assert stage.states[-1] == "playing"
 
 
 def test_robots_elsewhere_of_which_no_poses_come_are_named_and_again_only_after_a_quiet_while() -> None:
-    stage = beside()
+    stage = playing(elsewhere=True)
 
     def poses_come(seconds: float, *, there: bool = True) -> None:
         for _ in range(round(seconds / 0.1)):
@@ -335,13 +335,13 @@ def test_nobody_here_waits_until_a_robot_elsewhere_is_in_its_place() -> None:
     stage = Stage()
     stage.sink.real = True
     read = score("beat 60\na b $ repeat 8 forward")
-    there = replace(read.parts["b"], odom="/b/pose", odom_frame="world", host=FAR, profile=TURTLEBOT4)
+    there = replace(read.parts["b"], odom="/b/pose", odom_frame="world", host=Host("pad"), profile=TURTLEBOT4)
     stage.player.load(replace(read, parts={**read.parts, "b": there}).on(""), 1, "restart", stage.now)
     assert stage.states[-1] == "playing"
 
 
 def test_stages_elsewhere_get_the_poses_of_robots_here_while_they_play_or_pause() -> None:
-    stage = beside()
+    stage = playing(elsewhere=True)
     (said,) = told_elsewhere(stage)
     pose = {"x": 0, "y": 0.0, "z": 0.0, "heading": math.pi}
     assert said["robots"] == {"a": {"at": 1001.0, "pose": pose, "told": (0.2, 0.0, 0.0, 0.0)}}
@@ -353,7 +353,9 @@ def test_stages_elsewhere_get_the_poses_of_robots_here_while_they_play_or_pause(
     assert len(told_elsewhere(stage)) == 2
 
 
-@pytest.mark.parametrize("stage", [playing(), beside(keep_apart=None)], ids=["nobody is elsewhere", "not kept apart"])
+@pytest.mark.parametrize(
+    "stage", [playing(), playing(elsewhere=True, keep_apart=None)], ids=["nobody is elsewhere", "not kept apart"]
+)
 def test_otherwise_no_stage_gets_them(stage: Stage) -> None:
     assert told_elsewhere(stage) == []
 
@@ -361,21 +363,8 @@ def test_otherwise_no_stage_gets_them(stage: Stage) -> None:
 # Robots that must be seen
 
 
-def watched(*, real: bool = True) -> Stage:
-    """Two robots that have been seen 0.1 s after they began, and stand while one of them isn't seen."""
-    stage = Stage()
-    stage.sink.real = real
-    read = score("beat 60\na b $ repeat 8 forward")
-    parts = {robot: replace(part, odom=f"/{robot}/pose", odom_frame="world") for robot, part in read.parts.items()}
-    see(stage, 3)
-    stage.player.load(replace(read, parts=parts, safety=Safety(sight=True)), 1, "restart", stage.now, anyway=True)
-    stage.run(0.1)
-    see(stage, 3)
-    return stage
-
-
 def test_all_stand_while_one_of_them_is_not_seen() -> None:
-    stage = watched()
+    stage = playing(keep_apart=None, sight=True, seconds=0.1)
     for _ in range(4):
         stage.run(0.0499)
         see_here(stage)
@@ -391,7 +380,7 @@ def test_all_stand_while_one_of_them_is_not_seen() -> None:
 
 
 def test_poses_that_are_late_again_and_again_are_reported_once() -> None:
-    stage = watched()
+    stage = playing(keep_apart=None, sight=True, seconds=0.1)
     for _ in range(20):
         stage.run(0.3)
         assert paused(stage)
@@ -405,7 +394,7 @@ def test_poses_that_are_late_again_and_again_are_reported_once() -> None:
 
 
 def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
-    stage = watched()
+    stage = playing(keep_apart=None, sight=True, seconds=0.1)
     for _ in range(40):
         stage.run(0.04)
         late = [raw._replace(stamp=raw.at - 0.17) for raw in seen(stage.now, a=0, b=3)]
@@ -414,6 +403,6 @@ def test_a_pose_that_is_late_is_as_old_as_its_stamp_says() -> None:
 
 
 def test_simulated_robots_need_not_be_seen() -> None:
-    stage = watched(real=False)
+    stage = playing(keep_apart=None, sight=True, real=False, seconds=0.1)
     stage.run(5)
     assert stage.states[-1] == "playing"

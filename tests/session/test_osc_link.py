@@ -5,9 +5,6 @@ from __future__ import annotations
 import asyncio
 import threading
 from dataclasses import replace
-from typing import Any
-
-import pytest
 
 from improv_core.music.osc_link import Hear, OscLink, Reach
 from improv_core.protocol.commands import PageRequest
@@ -121,24 +118,6 @@ async def test_a_stop_is_obeyed_on_the_thread_that_hears_it(fakes: Fakes) -> Non
     assert (fakes.stops.count, fakes.stops.stopped) == (1, 1)
     linked.processes[0].hear({"type": "request", "command": {"type": "pause"}})
     assert leader.kinds == ["load", "stop", "pause"]
-
-
-@pytest.mark.parametrize(
-    ("command", "sent"),
-    [
-        ({"type": "seek", "beat": 8.0}, "seek"),
-        ({"type": "speed", "factor": 2.0}, "speed"),
-        ({"type": "cue"}, "cue"),
-        ({"type": "osc_sense", "name": "kick", "robot": "r", "value": True}, "osc_sense"),
-        ({"type": "resume"}, "resume"),
-    ],
-)
-@performed
-async def test_requests_reach_the_stages_unless_a_stop_came_since(fakes: Fakes, command: Any, sent: str) -> None:
-    linked = Linked(fakes)
-    leader = await linked.play()
-    await linked.ask(command)
-    assert leader.kinds == ["load", sent]
 
 
 @performed

@@ -50,8 +50,10 @@ def said(host: Host, name: str = NAME) -> list[dict[str, object]]:
 
 
 def check(host: Host, line: str, name: str = NAME) -> None:
-    """Check that a link to a host sends this one line."""
-    assert said(host, name) == [{"type": "error", "message": line}]
+    """Check that a link to a host sends one line, which begins like this (test_texts.py has the whole lines)."""
+    (message,) = said(host, name)
+    assert message["type"] == "error"
+    assert str(message["message"]).startswith(line)
 
 
 def nobody_has_allowed_it(host: Host) -> None:
@@ -103,38 +105,17 @@ def it_has_no_ros(host: Host) -> None:
 @pytest.mark.parametrize(
     ("problem", "line"),
     [
-        (
-            nobody_has_allowed_it,
-            "nobody has allowed Improv to use it: if you trust it, run `improv hosts allow robot`",
-        ),
-        (its_key_is_not_known, "its host key is not known here: run `ssh robot` once"),
-        (
-            its_key_has_changed,
-            "its host key has changed. If you know why, run `ssh-keygen -R robot`, then `ssh robot`",
-        ),
-        (
-            it_takes_no_key,
-            "it takes none of your ssh keys: run `ssh-copy-id robot`, and `ssh-add` for a key with a passphrase",
-        ),
-        (it_has_no_python, "it has no `python3`: install Python 3.10 or newer there"),
-        (its_python_is_old, "its Python is 3.8.10, and Improv needs 3.10 or newer there"),
-        (
-            its_shell_greets_without_end,
-            "it prints much that is none of ours, so the link has ended: check what `ssh robot true` prints",
-        ),
-        (
-            it_answers_garbage,
-            "it sends something else than a stage does, so the link has ended: check what `ssh robot true` prints",
-        ),
-        (
-            it_sends_a_line_without_end,
-            "it sends a line of more than 16 MB, so the link has ended: check what `ssh robot true` prints",
-        ),
+        (nobody_has_allowed_it, "nobody has allowed Improv to use it: "),
+        (its_key_is_not_known, "its host key is not known here: "),
+        (its_key_has_changed, "its host key has changed. "),
+        (it_takes_no_key, "it takes none of your ssh keys: "),
+        (it_has_no_python, "it has no `python3`: "),
+        (its_python_is_old, "its Python is 3.8.10, "),
+        (its_shell_greets_without_end, "it prints much that is none of ours, "),
+        (it_answers_garbage, "it sends something else than a stage does, "),
+        (it_sends_a_line_without_end, "it sends a line of more than 16 MB, "),
         (it_closes_in_the_middle, "the connection has ended"),
-        (
-            it_has_no_ros,
-            "no Python there has rclpy: run `improv ros setup --host robot`, or install ROS 2 there",
-        ),
+        (it_has_no_ros, "no Python there has rclpy: "),
     ],
     ids=lambda problem: problem.__name__ if callable(problem) else "",
 )
@@ -146,14 +127,14 @@ def test_a_problem_there_is_a_line_here(host: Host, problem: Callable[[Host], No
 
 def test_a_shell_that_greets_is_no_problem(host: Host) -> None:
     host.run_first("print('Welcome to Ubuntu!\\nToday is ', end='', flush=True)")
-    check(host, "no Python there has rclpy: run `improv ros setup --host robot`, or install ROS 2 there")
+    check(host, "no Python there has rclpy: ")
 
 
 @pytest.mark.parametrize(
     ("name", "line"),
     [
-        ("off", "nothing listens for ssh there: start its ssh server (`sudo apt install openssh-server`)"),
-        ("nowhere", "no machine has that name: check it, and that the machine is on"),
+        ("off", "nothing listens for ssh there: "),
+        ("nowhere", "no machine has that name: "),
     ],
 )
 def test_a_machine_that_is_not_there(host: Host, name: str, line: str) -> None:

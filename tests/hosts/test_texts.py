@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.hosts.texts import of_bootstrap, of_far, of_ssh
+from improv_core.hosts.texts import of_bootstrap, of_far, of_ssh, strange
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,16 @@ from improv_core.hosts.texts import of_bootstrap, of_far, of_ssh
             ["@ WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED! @", "Host key verification failed."],
             "its host key has changed. If you know why, run `ssh-keygen -R '[anna]:2222'`, then `ssh -p 2222 pi@anna`",
         ),
+        (["Host key verification failed."], "its host key is not known here: run `ssh -p 2222 pi@anna` once"),
+        (
+            ["ssh: Could not resolve hostname anna"],
+            "no machine has that name: check it, and that the machine is on",
+        ),
+        (
+            ["connect to host anna: Connection refused"],
+            "nothing listens for ssh there: start its ssh server (`sudo apt install openssh-server`)",
+        ),
+        (["sh: 1: python3: not found"], "it has no `python3`: install Python 3.10 or newer there"),
         (["what \x1b[31mnobody\u202e knows"], "ssh has ended: what \\x1b[31mnobody\\u202e knows"),
         ([], "the connection has ended"),
     ],
@@ -56,4 +66,13 @@ def test_a_message_of_the_far_end_is_one_printable_line(said: str, line: str) ->
 def test_a_disk_that_is_full_is_named() -> None:
     said = {"problem": "disk", "where": "/home/pi/.cache/improv/stages", "why": "No space left on device"}
     assert of_bootstrap(said) == "/home/pi/.cache/improv/stages can't be written there: no space left on device"
+    assert (
+        of_bootstrap({"problem": "old", "python": [3, 8]}) == "its Python is 3.8, and Improv needs 3.10 or newer there"
+    )
     assert of_bootstrap({"problem": "old", "python": "x"}) == "its Python is old, and Improv needs 3.10 or newer there"
+
+
+def test_a_host_that_prints_something_else_is_named_as_ssh_reaches_it() -> None:
+    assert strange("pi@anna:2222", "it prints much") == (
+        "it prints much, so the link has ended: check what `ssh pi@anna true` prints"
+    )

@@ -10,8 +10,7 @@ import pytest
 
 from improv_core.music import osc_wire
 from improv_core.music.osc_in import Situation, UnclearError, request
-from improv_core.protocol.messages import State
-from improv_core.protocol.play_again import Heard
+from improv_core.protocol.play_again import STOPPED, Heard
 from tests.session.story import at
 
 PLAYS = Situation().after({**at("playing", 1), "tempo": 180.0, "speed": 1.5})
@@ -66,26 +65,25 @@ def test_invalid_requests_are_reported() -> None:
 
 
 @pytest.mark.parametrize(
-    ("state", "expected"),
+    ("heard", "expected"),
     [
-        (None, "/improv/play: nothing has been played yet: save or play a program first"),
-        ("playing", None),
-        ("waiting", None),
-        ("paused", {"type": "resume", "by": "osc"}),
-        ("ended", {"type": "restart", "by": "osc"}),
-        ("stopped", {"type": "restart", "by": "osc"}),
+        (Heard(None), "/improv/play: nothing has been played yet: save or play a program first"),
+        (Heard("playing"), None),
+        (Heard("waiting"), None),
+        (Heard("waiting", armed=True), {"type": "resume", "by": "osc"}),
+        (Heard("paused"), {"type": "resume", "by": "osc"}),
+        (Heard("ended"), {"type": "restart", "by": "osc"}),
+        (Heard("stopped"), {"type": "restart", "by": "osc"}),
     ],
 )
-def test_play_resumes_after_a_pause_and_restarts_after_an_end(
-    state: State | None, expected: dict[str, Any] | str | None
-) -> None:
-    check("play", [], expected, Situation(Heard(state)))
+def test_play_asks_for_what_the_state_allows(heard: Heard, expected: dict[str, Any] | str | None) -> None:
+    check("play", [], expected, Situation(heard))
 
 
-def test_play_begins_an_armed_score_or_reports_what_robots_wait_for() -> None:
-    check("play", [], {"type": "resume", "by": "osc"}, Situation(Heard("waiting", armed=True)))
+def test_play_reports_what_robots_wait_for_and_that_only_a_person_may_play() -> None:
     waiting = Situation().after(at("paused", 1, waits_for=["button 4 on /joy", "anna"]))
     check("play", [], "/improv/play: robots wait for button 4 on /joy and anna", waiting)
+    check("play", [], f"/improv/play: {STOPPED}", Situation().after(at("stopped", 1, startable_by=["ros"])))
 
 
 def test_a_pause_while_nothing_plays_asks_for_nothing() -> None:

@@ -145,31 +145,48 @@ def test_joints_continue_from_where_they_are(change: Act, undo: Act, turns: list
     assert stage.turns() == turns
 
 
-def test_after_a_save_changed_parts_begin_from_where_joints_are() -> None:
-    stage = Bodies("a $ head (left left left)\nb $ repeat head (left right)")
-    stage.run(0.5)
-    stage.save(score_of(analyzed("a $ repeat head right\nb $ repeat head (left right)")))
+BESIDE = "\nb $ repeat head (left right)"
+NARROWER = TOML.replace("min = -90\nmax = 90", "min = -40\nmax = 40").replace("left = 60", "left = 30")
+
+
+@pytest.mark.parametrize(
+    ("program", "seconds", "saved", "toml", "turns"),
+    [
+        pytest.param(
+            f"a $ head (left left left){BESIDE}",
+            0.5,
+            f"a $ repeat head right{BESIDE}",
+            TOML,
+            [(0, 0, 30), (1, 30, -30)],
+            id="a changed part begins from there",
+        ),
+        pytest.param(
+            "a $ repeat head left",
+            0.5,
+            "a $ repeat forward",
+            TOML,
+            [(0, 0, 30), (1, 30, 0)],
+            id="a body part that left stands",
+        ),
+        pytest.param(
+            "a $ head (left left left)",
+            1.5,
+            "a $ repeat head right",
+            NARROWER,
+            [(0, 0, 30), (2, 60, 0), (2, 40, -30)],
+            id="another body has other limits",
+        ),
+    ],
+)
+def test_after_a_save_joints_go_on_from_where_they_are(
+    program: str, seconds: float, saved: str, toml: str, turns: list[Turn]
+) -> None:
+    stage = Bodies(program)
+    stage.run(seconds)
+    stage.save(score_of(analyzed(saved, toml)))
     stage.run(1)
-    assert stage.turns() == [(0, 0, 30), (1, 30, -30)]
-    assert stage.turns("b") == [(0, 0, 30), (1, 30, -30)]
-
-
-def test_after_a_save_a_body_part_that_left_stands() -> None:
-    stage = Bodies("a $ repeat head left")
-    stage.run(0.5)
-    stage.save(score_of(analyzed("a $ repeat forward")))
-    stage.run(1)
-    assert stage.turns() == [(0, 0, 30), (1, 30, 0)]
-    assert [round(at, 9) for _, at, joints in stage.sink.joints if not joints["yaw"].velocity] == [1, 1.05, 1.1]
-
-
-def test_after_a_save_with_another_body_joints_go_on_from_where_they_are_within_their_new_limits() -> None:
-    stage = Bodies("a $ head (left left left)")
-    stage.run(1.5)
-    narrower = TOML.replace("min = -90\nmax = 90", "min = -40\nmax = 40").replace("left = 60", "left = 30")
-    stage.save(score_of(analyzed("a $ repeat head right", narrower)))
-    stage.run(1)
-    assert stage.turns() == [(0, 0, 30), (2, 60, 0), (2, 40, -30)]
+    assert stage.turns() == turns
+    assert stage.turns("b") == ([(0, 0, 30), (1, 30, -30)] if BESIDE in program else [])
 
 
 def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are() -> None:

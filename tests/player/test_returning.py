@@ -166,24 +166,17 @@ def test_it_waits_where_a_part_stands_until_the_next_scene() -> None:
     assert floor.off < 0.1
 
 
-@pytest.mark.parametrize("robot", ["r", "s"])
-def test_it_stands_while_any_robot_is_not_seen(robot: str) -> None:
+@pytest.mark.parametrize("why", ["r is not seen", "s is not seen", "s is in its way"])
+def test_it_stands_while_it_cannot_drive_safely(why: str) -> None:
     floor = returning()
     assert not floor.stands()
-    floor.unseen = {robot}
+    if why.endswith("seen"):
+        floor.unseen = {why[0]}
+    else:
+        floor.poses["s"] = floor.poses["r"].after(Twist(0.7), 1)
     floor.move(0.3)
     assert floor.stands()
-    floor.unseen = set()
-    floor.move(0.1)
-    assert not floor.stands()
-
-
-def test_it_stands_while_another_robot_is_in_its_way() -> None:
-    floor = returning()
-    floor.poses["s"] = floor.poses["r"].after(Twist(0.7), 1)
-    floor.move(0.2)
-    assert floor.stands()
-    floor.poses["s"] = APART["s"]
+    floor.unseen, floor.poses["s"] = set(), APART["s"]
     floor.move(0.1)
     assert not floor.stands()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -61,36 +61,26 @@ def test_the_types_describe_messages_that_the_docs_do_not_list(union: Any) -> No
 
 LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}
 READY = {"type": "ready", "protocol": 2, "sink": "simulator", "real": False}
+PLACE = {"x": 1, "y": 2, "heading": 90.0}
 
 
 @pytest.mark.parametrize(
-    "message",
+    ("read", "message"),
     [
-        LOAD,
-        {**LOAD, "zero": 1},
-        {"type": "stop"},
-        {"type": "seek", "beat": 1, "at": 2.5},
-        {"type": "seek", "beat": 1.5, "added_later": None},
-        {"type": "silence", "muted": [], "soloed": ["r"]},
+        (read_to_stage, {**LOAD, "zero": 1}),
+        (read_to_stage, {"type": "stop"}),
+        (read_to_stage, {"type": "seek", "beat": 1, "at": 2.5}),
+        (read_to_stage, {"type": "seek", "beat": 1.5, "added_later": None}),
+        (read_to_stage, {"type": "silence", "muted": [], "soloed": ["r"]}),
+        (read_from_stage, {**READY, "page": "http://127.0.0.1:1/"}),
+        (read_from_stage, {"type": "request", "command": {"type": "watched"}}),
+        (read_from_stage, {"type": "request", "command": {"type": "place", "start_poses": {"r": PLACE}}}),
+        (read_from_stage, {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}}),
+        (read_from_stage, {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1}),
     ],
 )
-def test_a_message_to_a_stage_arrives_as_it_was_sent(message: dict[str, Any]) -> None:
-    assert read_to_stage(json.dumps(message).encode()) == message
-
-
-@pytest.mark.parametrize(
-    "message",
-    [
-        READY,
-        {**READY, "page": "http://127.0.0.1:1/"},
-        {"type": "request", "command": {"type": "watched"}},
-        {"type": "request", "command": {"type": "place", "start_poses": {"r": {"x": 1, "y": 2, "heading": 90.0}}}},
-        {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}},
-        {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1},
-    ],
-)
-def test_a_message_from_a_stage_arrives_as_it_was_sent(message: dict[str, Any]) -> None:
-    assert read_from_stage(json.dumps(message).encode()) == message
+def test_a_message_arrives_as_it_was_sent(read: Callable[[bytes], object], message: dict[str, Any]) -> None:
+    assert read(json.dumps(message).encode()) == message
 
 
 @pytest.mark.parametrize(
@@ -128,31 +118,25 @@ def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("beat", "beats", "expected"),
+    ("beat", "beats", "bar", "expected"),
     [
-        (0.0, 8.0, "beat 1/8"),
-        (2.75, 8.0, "beat 3/8"),
-        (7.5, 7.5, "beat 8/8"),
-        (8.0, 8.0, "beat 8/8"),
-        (0.0, 0.0, "beat 1/1"),
-        (41.0, None, "beat 42/∞"),
+        (0.0, 8.0, None, "beat 1/8"),
+        (2.75, 8.0, None, "beat 3/8"),
+        (7.5, 7.5, None, "beat 8/8"),
+        (8.0, 8.0, None, "beat 8/8"),
+        (0.0, 0.0, None, "beat 1/1"),
+        (41.0, None, None, "beat 42/∞"),
+        (0.0, 8.0, 3, "bar 1, beat 1"),
+        (2.75, 8.0, 3, "bar 1, beat 3"),
+        (3.0, None, 3, "bar 2, beat 1"),
+        (7.5, 7.5, 3, "bar 3, beat 2"),
+        (9.0, 9.0, 3, "bar 3, beat 3"),
     ],
 )
-def test_beats_are_counted_from_one(beat: float, beats: float | None, expected: str) -> None:
-    assert counted(transport(1, "playing", beats), beat) == expected
-
-
-@pytest.mark.parametrize(
-    ("beat", "beats", "expected"),
-    [
-        (0.0, 8.0, "bar 1, beat 1"),
-        (2.75, 8.0, "bar 1, beat 3"),
-        (3.0, None, "bar 2, beat 1"),
-        (7.5, 7.5, "bar 3, beat 2"),
-        (9.0, 9.0, "bar 3, beat 3"),
-    ],
-)
-def test_beats_are_counted_in_the_bars_of_the_program(beat: float, beats: float | None, expected: str) -> None:
+def test_beats_are_counted_from_one_in_the_bars_of_the_program(
+    beat: float, beats: float | None, bar: int | None, expected: str
+) -> None:
     told = transport(1, "playing", beats)
-    told["bar"] = 3
+    if bar:
+        told["bar"] = bar
     assert counted(told, beat) == expected

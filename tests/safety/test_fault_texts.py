@@ -93,31 +93,21 @@ def test_one_line_about_two_robots(fault: Fault, begins: str, ends: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("response", "follows"),
+    ("news", "response", "rejoin", "end"),
     [
-        ("tell", ""),
-        ("stand", "; they stand until you unmute them"),
-        ("stop", "; all robots were stopped: play again once that is fixed"),
+        (FaultBegan("stuck", BAD), "tell", "continue", "what is in their way"),
+        (FaultBegan("stuck", BAD), "stand", "continue", "; they stand until you unmute them"),
+        (FaultBegan("stuck", BAD), "stop", "continue", "; all robots were stopped: play again once that is fixed"),
+        (FaultOver("gone", BAD), "tell", "continue", "after up to 1.2 s, and continue in the middle of the program"),
+        (FaultOver("gone", BAD), "tell", "scene", "after up to 1.2 s, and stand until the next scene"),
+        (FaultOver("gone", BAD), "tell", "next", "after up to 1.2 s, and stand until the next play"),
+        (FaultOver("gone", BAD), "tell", "return", "after up to 1.2 s"),
+        (FaultOver("gone", BAD), "tell", "pause", "after up to 1.2 s"),
     ],
 )
-def test_a_line_about_several_robots_has_the_response(response: Response, follows: str) -> None:
-    line, _ = lines(*same("ab", FaultBegan("stuck", BAD)), response=response)
-    assert line.endswith(f"what is in their way{follows}")
-
-
-@pytest.mark.parametrize(
-    ("rejoin", "back"),
-    [
-        ("continue", ", and continue in the middle of the program"),
-        ("scene", ", and stand until the next scene"),
-        ("next", ", and stand until the next play"),
-        ("return", ""),
-        ("pause", ""),
-    ],
-)
-def test_several_robots_come_back_in_one_line(rejoin: Rejoin, back: str) -> None:
-    line, _ = lines(*same("ab", FaultOver("gone", BAD)), rejoin=rejoin)
-    assert line == f"beat 3: a and b listen again, after up to 1.2 s{back}"
+def test_a_line_ends_with_what_robots_do_now(news: News, response: Response, rejoin: Rejoin, end: str) -> None:
+    line, _ = lines(*same("ab", news), response=response, rejoin=rejoin)
+    assert line.endswith(end)
 
 
 def test_different_news_have_lines_of_their_own() -> None:

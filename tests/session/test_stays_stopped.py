@@ -324,16 +324,6 @@ def test_automations_play_again_after_a_person_has_played() -> None:
     assert it.passes()
 
 
-def test_a_person_plays_from_a_seek_after_a_stop() -> None:
-    it = dancing()
-    it.ask({"type": "stop"})
-    it.ask({"type": "seek", "beat": 5.0})
-    assert (it.state, it.passes()) == ("paused", False)
-    it.play()
-    it.passes(0.5)
-    assert [(twist.x > 0, twist.yaw > 0) for _, _, twist in it.robots.sent[-1:]] == [(False, True)]  # beat 5 turns
-
-
 def test_an_automation_that_is_refused_learns_why() -> None:
     it = dancing()
     it.ask({"type": "stop"})

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import pytest
-
 from improv_core.ipc.arrivals import Arrival, End, First, Ordered, Play
 from improv_core.protocol.limits import SILENCE_LIMIT
 from improv_core.protocol.messages import Load
@@ -125,14 +123,6 @@ def test_a_score_sent_once_the_parent_resumes_waits_for_the_ping_before_it() -> 
 
 
 STOP = First({"type": "stop"}, 2)
-
-
-@pytest.mark.parametrize(("after", "moves"), [(1, False), (2, True)])
-def test_a_score_that_arrives_after_a_stop_plays_only_if_sent_after_it(after: int, moves: bool) -> None:
-    sink = Memory()
-    arrivals: list[tuple[float, Arrival]] = [(0, First(PING, 1)), (0.1, STOP), (0.2, play("r $ forward\n", after))]
-    perform(sink, *arrivals, (0.3, End()))
-    assert any(twist != STILL for _, _, twist in sink.sent) == moves
 
 
 def test_robots_stop_if_the_parent_hangs_even_if_a_score_is_still_being_read() -> None:

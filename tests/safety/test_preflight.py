@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from improv_core.protocol.output import RawPose
 from improv_core.safety.odometry import AFTER_MOVING, CONTINUOUS, FRESH
 from improv_core.safety.preflight import NAMED, Standing, advice, misplaced, refusal
-from improv_core.score.motion import Pose
-from improv_core.score.score import OdomFrame, Preflight
-from tests.player.test_player import Stage, score
+from improv_core.score.motion import STILL, Pose
+from improv_core.score.score import Preflight
+from tests.safety.test_odometry import Robot
 
 LIMITS = Preflight(0.1, math.radians(10))
-PROGRAM = "beat 60\nada $ forward left forward\n"
 TRACKED = "geometry_msgs/PoseStamped"
 
 
@@ -60,40 +57,26 @@ def test_a_line_names_a_few_robots() -> None:
     assert ", and 997 more; then play again (`--force` or *Begin anyway* ignores this)" in line
 
 
-class Lab:
-    """A stage with real robots; `ada` is measured in the world."""
+class Lab(Robot):
+    """A stage with a real robot that is measured in the world."""
 
-    def __init__(self, odom_frame: OdomFrame = "world", source: str = TRACKED) -> None:
-        self.stage = Stage()
-        self.stage.sink.real = True
-        self.odom_frame, self.source = odom_frame, source
+    def __init__(self, source: str = TRACKED) -> None:
+        super().__init__(source, Pose(), "world")
 
-    def play(self, program: str = PROGRAM, when: Any = "restart", **rest: Any) -> None:
-        read = score(program)
-        parts = {name: replace(part, odom="/pose", odom_frame=self.odom_frame) for name, part in read.parts.items()}
-        self.stage.player.load(replace(read, parts=parts), 1, when, self.stage.now, **rest)
-
-    def stands(self, pose: Pose, ago: float = 0.0) -> None:
-        raw = RawPose("ada", self.source, pose, self.stage.now - ago)
-        self.stage.player.measure([raw], self.stage.now)
-
-    def begins(self, pose: Pose | None, **rest: Any) -> None:
-        """Put ada there when beat 0 is due."""
+    def begins(self, pose: Pose | None, *, waits: float = 0.0, anyway: bool = False) -> None:
+        """Put the robot there, so many seconds before beat 0 is due."""
         self.stage.sink.resets = True
-        self.play(**rest)
-        self.stage.run(0.1)
+        self.play(anyway=anyway)
+        self.run(0.1)
         if pose:
-            self.stands(pose)
+            self.pose(pose)
+        self.run(waits)
         self.stage.sink.resets = False
-        self.stage.run(0.1)
+        self.run(0.1)
 
     def resume(self, **rest: Any) -> None:
-        self.stage.player.resume(self.stage.now, **rest)
-        self.stage.run(0.1)
-
-    @property
-    def state(self) -> str:
-        return self.stage.player.state
+        self.player.resume(self.stage.now, **rest)
+        self.run(0.1)
 
     @property
     def shown(self) -> list[str]:
@@ -107,80 +90,71 @@ class Lab:
         return next(each["waits"] for each in reversed(self.stage.told) if each["type"] == "misplaced")
 
     @property
-    def lines(self) -> list[str]:
-        return [message["message"] for message in self.stage.told if message["type"] in ("error", "warning")]
-
-    @property
-    def moved(self) -> bool:
-        return any((twist.x, twist.y, twist.z, twist.yaw) != (0, 0, 0, 0) for _, _, twist in self.stage.sink.sent)
+    def moves(self) -> tuple[str, bool]:
+        """Return the state, and whether the robot has been told to move."""
+        return self.player.state, any(twist != STILL for _, _, twist in self.stage.sink.sent)
 
 
 def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is() -> None:
     lab = Lab()
     lab.begins(Pose(0.36))
-    assert (lab.state, lab.moved) == ("paused", False)
-    assert lab.lines == [
-        "✗ doesn't begin: move ada 0.36 m toward 180°; then play again (`--force` or *Begin anyway* ignores this)"
+    assert lab.moves == ("paused", False)
+    assert lab.stage.lines == [
+        "✗ doesn't begin: move r 0.36 m toward 180°; then play again (`--force` or *Begin anyway* ignores this)"
     ]
-    assert lab.shown == ["move ada 0.36 m toward 180°"]
+    assert lab.shown == ["move r 0.36 m toward 180°"]
     lab.resume()
-    assert (lab.state, lab.moved) == ("paused", False)
-    lab.stands(Pose(0.2))
-    assert lab.shown == ["move ada 0.20 m toward 180°"]
-    lab.stands(Pose(0.02))
+    assert lab.moves == ("paused", False)
+    lab.pose(Pose(0.2))
+    assert lab.shown == ["move r 0.20 m toward 180°"]
+    lab.pose(Pose(0.02))
     assert lab.shown == []
-    assert lab.lines[-1] == "all robots are in their places: play again"
-    lab.stage.run(1)
-    assert (lab.state, lab.moved) == ("paused", False), "it begins only when a person says so"
-    lab.stands(Pose(0.5))
-    assert lab.shown == ["move ada 0.50 m toward 180°"]
+    assert lab.stage.lines[-1] == "all robots are in their places: play again"
+    lab.run(1)
+    assert lab.moves == ("paused", False), "it begins only when a person says so"
+    lab.pose(Pose(0.5))
+    assert lab.shown == ["move r 0.50 m toward 180°"]
     assert lab.waits
-    lab.stands(Pose(0.02))
+    lab.pose(Pose(0.02))
     lab.resume()
-    assert (lab.state, lab.moved, lab.waits) == ("playing", True, False)
+    assert (lab.moves, lab.waits) == (("playing", True), False)
 
 
 def test_it_may_begin_anyway() -> None:
     lab = Lab()
     lab.begins(Pose(0.36))
     lab.resume(anyway=True)
-    assert (lab.state, lab.moved, lab.shown) == ("playing", True, [])
+    assert (lab.moves, lab.shown) == (("playing", True), [])
     forced = Lab()
     forced.begins(Pose(0.36), anyway=True)
-    assert (forced.state, forced.moved) == ("playing", True)
+    assert forced.moves == ("playing", True)
 
 
 @pytest.mark.parametrize(("source", "state"), [(TRACKED, "paused"), (CONTINUOUS, "paused"), (AFTER_MOVING, "playing")])
 def test_an_old_pose_counts_only_if_its_source_is_silent_while_robots_stand(source: str, state: str) -> None:
-    lab = Lab(source=source)
-    lab.stage.sink.resets = True
-    lab.play()
-    lab.stage.run(0.1)
-    lab.stands(Pose())
-    lab.stage.run(FRESH + 0.1)
-    lab.stage.sink.resets = False
-    lab.stage.run(0.1)
-    assert lab.state == state
+    lab = Lab(source)
+    lab.begins(Pose(), waits=FRESH + 0.1)
+    assert lab.moves[0] == state
 
 
 def test_robots_that_were_carried_during_a_pause_do_not_continue() -> None:
     lab = Lab()
     lab.begins(Pose())
-    lab.stage.run(0.9)
-    lab.stage.player.pause(lab.stage.now)
-    lab.stands(Pose(1, 1))
+    lab.run(0.9)
+    lab.player.pause(lab.stage.now)
+    lab.pose(Pose(1, 1))
     lab.resume()
-    assert lab.state == "paused"
-    assert lab.shown[0].startswith("move ada 1.")
+    assert lab.moves[0] == "paused"
+    assert lab.shown[0].startswith("move r 1.")
 
 
 def test_a_seek_of_real_robots_needs_them_at_their_places_there() -> None:
     lab = Lab()
     lab.begins(Pose())
-    lab.stands(Pose(0.2))
-    lab.stage.player.seek(2, lab.stage.now)
-    assert lab.state == "paused"
-    assert lab.shown == ["move ada 1.80 m toward 0° and turn it 90° left"]
-    lab.stands(degrees(2, 0, 90))
+    lab.pose(Pose(0.2))
+    lab.player.seek(2, lab.stage.now)
+    assert lab.moves[0] == "paused"
+    assert lab.shown == ["move r 1.80 m toward 0° and turn it 90° left"]
+    lab.pose(degrees(2, 0, 90))
     lab.resume()
-    assert lab.state == "playing"
+    assert lab.moves[0] == "playing"

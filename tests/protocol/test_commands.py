@@ -25,7 +25,7 @@ def listed() -> list[str]:
             "obeyed at once by the stage whose node it reaches": row.at_once and "ros" in row.by,
             "done by the parent": not row.to_stages,
             "kept for later stages": row.kept,
-            "the simulator beside real robots is told what they sensed instead": row.as_sensed,
+            "the simulator beside real robots gets what they sensed instead": row.as_sensed,
         }
         voids = " ".join(f"`{each}`" for each in sorted(row.voids))
         what = "; ".join(text for text, holds in properties.items() if holds)

@@ -11,22 +11,25 @@ import json
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from typing import cast
 
 import pytest
 
 from improv_core.ipc.arrivals import Arrival, End
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.page.__main__ import TOKEN, open_simulated, options_in
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage, ToStage, read_from_stage
+from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
 from improv_core.session.session import RunningStage
 from improv_core.session.start import Options, SinkName, start_stage
-from improv_core.stage.__main__ import SystemClock, open_sink, options_in, report_sent
 from improv_core.stage.loop import Opened, run
+from improv_core.stage.process import SystemClock, report_sent
 from improv_core.stage.stdio import arrival
 
 USED = "improv_core.session.start.Stage"
@@ -60,7 +63,7 @@ class StageOnThread:
         self._read = RowsRead()
         self._closing = False
         options = options_in(arguments)
-        opened, self.ready = open_sink(options, self._tell, self._inbox.put, token)
+        opened, self.ready, self._viewer = open_simulated(options, self._tell, token)
         if options.report_sent:
             report_sent(opened.sink, self._tell)
         self._thread = threading.Thread(target=self._play, args=(opened,), name=NAME, daemon=True)
@@ -74,7 +77,7 @@ class StageOnThread:
         if "ros" in arguments:
             return await Stage.start(command, env, hear, stops)  # type: ignore[arg-type]
         try:
-            return cls(arguments, env["IMPROV_PAGE_TOKEN"], hear, stops)
+            return cls(arguments, env[TOKEN], hear, stops)
         except OSError as error:
             raise StageError(one_line(error)) from None
 
@@ -87,7 +90,11 @@ class StageOnThread:
         return []
 
     def send(self, message: ToStage) -> None:
-        self._inbox.put(arrival(dumps(message), self._read))
+        said = arrival(dumps(message), self._read)
+        if isinstance(said, dict) and said["type"] == "page":
+            self._viewer.publish(cast(ForPages, said["message"]))
+        else:
+            self._inbox.put(said)
 
     async def close(self) -> None:
         self._closing = True
@@ -96,7 +103,7 @@ class StageOnThread:
 
     def _play(self, opened: Opened) -> None:
         run(opened, self._inbox, SystemClock(), Parent())
-        opened.leave()
+        self._viewer.close()
         self._soon({"type": "gone", "message": "the stage exited unexpectedly"}, 0)
 
     def _tell(self, message: FromStage) -> None:

@@ -17,7 +17,7 @@ from improv_core.classroom.stop_reader import StopReader
 from improv_core.ipc.rate_limit import Flood
 from improv_core.page.connection_limit import SILENT_LIMIT, Connections
 from improv_core.page.routes import CONTENT_TYPES, HOST, OWN_HOST
-from improv_core.page.tickets import Tickets, issue
+from improv_core.protocol.tickets import Tickets, issue
 
 if TYPE_CHECKING:
     import socket

@@ -36,3 +36,13 @@ class OwnThread:
     def _run(self) -> None:
         while (work := self._work.get()) is not None:
             work()
+
+
+class AtOnce:
+    """Does it at once, on a system without threads."""
+
+    def do(self, work: Work) -> None:
+        work()
+
+    def close(self) -> None:
+        """Do nothing, because nothing waits."""

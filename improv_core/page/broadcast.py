@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from typing import Protocol
 
 from improv_core.page.answers import Answers
 from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
+from improv_core.preview.begun_scores import BegunScores
 from improv_core.preview.window import about
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
-from improv_core.protocol.page_messages import MeetingsMessage, ShownScore
+from improv_core.protocol.messages import TransportMessage
+from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.score.music import Music
 from improv_core.score.score import Score
 
@@ -19,11 +21,21 @@ Soon = Callable[..., None]
 """Has the thread of the pages call a function with these values."""
 
 
+class PlayedScores(Protocol):
+    """The scores that a stage plays, such as `preview.begun_scores.BegunScores`."""
+
+    def meet(self, score: Score, generation: int) -> None: ...
+
+    def knows(self, generation: int) -> bool: ...
+
+    def take(self, message: TransportMessage) -> Score: ...
+
+
 class Broadcast:
     """Passes news of the performance on to the pages. Its methods may be called from any thread.
 
     `confirm` gets the mark of each stop that the stages have obeyed, or also the stages that have yet to obey it. With
-    `takes_start_poses`, pages may ask for other start poses.
+    `takes_start_poses`, pages may ask for other start poses. `scores` finds out when parts of a score begin.
     """
 
     def __init__(
@@ -35,22 +47,22 @@ class Broadcast:
         *,
         takes_start_poses: bool,
         meetings: Meetings | None = None,
+        scores: PlayedScores | None = None,
     ) -> None:
         self._pages = pages
         self._answers = answers
         self._soon = soon
         self._confirm = confirm
+        self._scores = scores or BegunScores()
         self._takes_start_poses = takes_start_poses
+        self._shown = 0, 0  # the generation and scene that pages show with the beats at which their parts begin
         self._restarted = 0
         self.meetings = meetings
         """Finds out which robots meet; None if nothing does."""
         self.music: Music | None = None
         """The song of the latest score."""
 
-    def publish(
-        self,
-        message: TransportMessage | Stopped | ToPages | Stop | ShownScore | MeetingsMessage | Sensed | Decided,
-    ) -> None:
+    def publish(self, message: ForPages | Stop | ShownScore | MeetingsMessage) -> None:
         """Send a message to every page, and to later pages until another of its type, about the same subject, replaces
         it.
 
@@ -69,9 +81,8 @@ class Broadcast:
         if message["type"] == "measured":
             self._soon(self._pages.measure, message)
             return
-        if message["type"] == "transport" and message["restarted"] != self._restarted:
-            self._restarted = message["restarted"]
-            self._soon(self._pages.forget_measured)
+        if message["type"] == "transport":
+            self._follow(message)
         if message["type"] == "transport" or message["type"] == "sensed":
             self._answers.take(message)
         kind = [str(message["type"])]
@@ -85,6 +96,22 @@ class Broadcast:
 
     def show(self, score: Score, generation: int) -> None:
         """Show the score that will play, once the player's messages have this generation."""
+        self._scores.meet(score, generation)
+        self._present(score, generation)
+
+    def _follow(self, message: TransportMessage) -> None:
+        """Show the score again once the beats at which its parts begin are known, or are others."""
+        if message["restarted"] != self._restarted:
+            self._restarted = message["restarted"]
+            self._soon(self._pages.forget_measured)
+        generation, scene = message["generation"], message.get("scene", {"index": 0})["index"]
+        if self._scores.knows(generation):
+            score = self._scores.take(message)
+            if (generation, scene) != self._shown and ("begins" in message or generation == self._shown[0]):
+                self._shown = generation, scene
+                self._present(score, generation)
+
+    def _present(self, score: Score, generation: int) -> None:
         self.music = score.music
         self._answers.show(score, generation)
         self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))

@@ -18,9 +18,9 @@ from improv_core.page.connection_limit import SILENT_LIMIT, Connections
 from improv_core.page.peer_user import user_of
 from improv_core.page.song_file import serve
 from improv_core.page.stop_confirmations import Order, PageStops
-from improv_core.page.tickets import Tickets
 from improv_core.protocol.commands import COMMANDS, Editing, PageRequest, Watched
 from improv_core.protocol.page_requests import read, read_count, read_page
+from improv_core.protocol.tickets import Tickets
 
 if TYPE_CHECKING:
     import socket

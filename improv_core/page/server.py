@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from improv_core.page.answers import Answers
 from improv_core.page.background import OwnThread
-from improv_core.page.broadcast import Broadcast
+from improv_core.page.broadcast import Broadcast, PlayedScores
 from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
 from improv_core.page.routes import HOST, Application
@@ -29,8 +29,8 @@ class Viewer:
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
     `watched` when one is opened, or closed in a frame), both from the server's thread: they must return at once. With
     `takes_start_poses`, one of them may be `place`. `tell` gets a line if robots will meet because of a score that has
-    taken over. A page survives a new server if that has the same `port` and `token`. Raises OSError if the port is
-    taken; port 0 is any free one.
+    taken over. `scores` finds out when their parts begin. A page survives a new server if that has the same `port` and
+    `token`. Raises OSError if the port is taken; port 0 is any free one.
     """
 
     def __init__(
@@ -42,6 +42,7 @@ class Viewer:
         takes_start_poses: bool = False,
         token: str | None = None,
         tell: Callable[[str], None] = lambda line: None,
+        scores: PlayedScores | None = None,
     ) -> None:
         self._token = token or secrets.token_urlsafe()
         self._socket = socket.create_server((HOST, port))
@@ -52,7 +53,12 @@ class Viewer:
         self._loop = asyncio.new_event_loop()
         self._application = Application(self._token, self._pages, self._answers, command, lambda: self._broadcast.music)
         self._broadcast = Broadcast(
-            self._pages, self._answers, self._soon, self._application.confirm, takes_start_poses=takes_start_poses
+            self._pages,
+            self._answers,
+            self._soon,
+            self._application.confirm,
+            takes_start_poses=takes_start_poses,
+            scores=scores,
         )
         self.publish, self.show = self._broadcast.publish, self._broadcast.show
         self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, OwnThread("improv-meetings"))

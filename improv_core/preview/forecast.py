@@ -10,16 +10,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from improv_core.preview.begun_scores import BegunScores
 from improv_core.preview.replaying import followed, note
 from improv_core.preview.window import window
 from improv_core.protocol.messages import Measured, Sensed, TransportMessage, beat_at, is_silent
 from improv_core.protocol.page_messages import RobotWindow
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import near
-from improv_core.score.path import pose_at
+from improv_core.score.movement import Exact, near
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
-from improv_core.score.takeover import Before, SceneJson, Swap, Takeover, edited, joined
 
 AHEAD = 30.0
 """Seconds that a path reaches ahead."""
@@ -62,8 +61,7 @@ class Outlook:
     """Follows a stage: `meet` gets each score before it plays, and `take` the stage's messages."""
 
     def __init__(self) -> None:
-        self._scores: dict[int, Score] = {}
-        self._begun: Score | None = None  # as it took over, before scenes began at beats unknown in advance
+        self._scores = BegunScores(self._ideal)
         self._replay: Replay | None = None
         self._stretches: Mapping[str, RobotWindow] = {}
         self._frames: dict[str, Frame] = {}
@@ -74,7 +72,7 @@ class Outlook:
 
     def meet(self, score: Score, generation: int) -> None:
         """Add a score that may play from now on."""
-        self._scores[generation] = score
+        self._scores.meet(score, generation)
 
     def take(self, message: TransportMessage | Sensed | Measured) -> None:
         """Take a message about the playback position, senses, or measured poses."""
@@ -85,11 +83,10 @@ class Outlook:
             for robot, each in message["robots"].items():
                 if each["frame"]:
                     self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
-        elif message["generation"] in self._scores:
-            self.score = self._score_of(message)
+        elif self._scores.knows(message["generation"]):
+            self.score = self._scores.take(message)
             self._replay = followed(self._replay, self.score, self.transport, message)
             self.transport = message
-            self._scores = {number: each for number, each in self._scores.items() if number >= message["generation"]}
 
     def frame(self, robot: str) -> Frame:
         """The frame of a robot's odometry, if known, or else the world of the score."""
@@ -152,6 +149,9 @@ class Outlook:
                 yield passed, pose.after(moving, seconds * chord / chords).above_ground()
             pose = pose.after(moving, seconds).above_ground()
 
+    def _ideal(self, robot: str, beat: Exact) -> Pose | None:
+        return self._replay.pose(robot, beat) if self._replay and robot in self._replay.score.parts else None
+
     def _sight(self, robot: str, now: float) -> Sight:
         """A robot's pose and words now, in the world of the score."""
         stretch, beat = self._stretches.get(robot), near(self.beat(now))  # rounded as in the lookup of words
@@ -166,46 +166,6 @@ class Outlook:
             pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start))).above_ground()
         return Sight(pose, words)
 
-    def _score_of(self, message: TransportMessage) -> Score:
-        """The score of a message, with the beats and the poses at which its parts began."""
-        generation, before, old = message["generation"], self.transport, self.score
-        entry: Takeover = {"beat": message["beat"], "monotonic": message["monotonic"]}
-        if "begins" in message:
-            entry["begins"] = message["begins"]
-        if "scene" in message:
-            entry["scene"] = message["scene"]
-        if before and old and self._begun and before["generation"] == generation:
-            scene = message.get("scene", _FIRST_SCENE)
-            if scene["index"] == old.scene:
-                return old
-            return self._next_scene(old, scene["index"], scene["begins"]) if scene["index"] > old.scene else self._begun
-        score = self._scores[generation]
-        if before and old and message["restarted"] == before["restarted"]:
-            beat = near(message["beat"])
-            index, _ = old.scene_at(beat)
-            swap = Swap(score, generation, "now", 1, 0.0, entry)
-            self._begun = edited(swap, beat, Before(old, index, before["state"] == "ended", {}))
-        else:
-            self._begun = joined(score, entry)
-        return self._begun
-
-    def _next_scene(self, old: Score, index: int, begins: float) -> Score:
-        """The score from its next scene on, which begins at the robots' ideal poses of that time."""
-        beat = near(begins)
-        at = self._clock(begins)
-        self.look(at)
-        poses = {robot: self._sight(robot, at).pose for robot in old.parts}
-        parts = {
-            robot: replace(part, begins=beat, scene=index, scene_begins=(), entered=poses[robot] or pose_at(part, beat))
-            for robot, part in old.parts.items()
-        }
-        return replace(old, parts=parts, scene=index, since=beat)
-
-    def _clock(self, beat: float) -> float:
-        """The monotonic time of a beat, by the latest transport."""
-        assert self.transport
-        return self.transport["monotonic"] + (beat - self.transport["beat"]) * 60 / self.transport["tempo"]
-
     def _word(self, statement: int, start: int, end: int) -> str:
         """A word of the program; empty if the text was too long to send."""
         assert self.score
@@ -214,6 +174,5 @@ class Outlook:
 
 
 _IN_WORLD = Frame(WORLD, Pose())
-_FIRST_SCENE: SceneJson = {"index": 0, "begins": 0.0}
 _UNFINISHED = ("waiting", "playing", "paused")
 """States in which more of the score may be performed."""

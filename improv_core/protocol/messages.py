@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, TypedDict, cast
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Automation, Conduct, PageRequest, Pause, Stop, Watched, _Asked, _Timed
 from improv_core.protocol.decoding import ProtocolError, read_as
-from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.fields import Moment, Patience, PoseJson
 from improv_core.protocol.host_messages import Deserted, Link
 from improv_core.protocol.robot_messages import (
@@ -24,7 +23,6 @@ from improv_core.protocol.robot_messages import (
     SentJoints,
     Unreached,
     Vitals,
-    WhyStill,
 )
 from improv_core.score.fits import Between, Long
 from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
@@ -216,22 +214,26 @@ class Obeyed(TypedDict):
     waits_for: Sequence[str]
 
 
-ToPages = (
-    ProgramMessage
-    | ProgramSource
-    | Answer
-    | Measured
-    | Misplaced
-    | Armed
+class PageMessage(TypedDict):
+    """An envelope: the process of the pages hands them this `message`, and no stage opens it."""
+
+    type: Literal["page"]
+    message: Mapping[str, Any]
+
+
+ToStage = (
+    Load
+    | Conduct
+    | Sensed
+    | Decided
     | FaultMessage
-    | Vitals
-    | Link
-    | WhyStill
-    | Obeyed
-    | JointPositions
+    | RobotsSeen
+    | PageMessage
+    | Pressed
+    | AnchorMessage
+    | BendMessage
+    | Ping
 )
-"""From the parent to the pages, through their stage."""
-ToStage = Load | Conduct | Sensed | Decided | RobotsSeen | ToPages | Pressed | AnchorMessage | BendMessage | Ping
 
 
 class _Ready(TypedDict):

@@ -9,9 +9,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
 from improv_core.protocol.commands import Form, PageConduct, PlaceRobots, Restart, Tune
-from improv_core.protocol.editing import AskEditor, EditorAnswer, ProgramSource
+from improv_core.protocol.editing import Answer, AskEditor, EditorAnswer, ProgramSource
 from improv_core.protocol.fields import Beat, Count
-from improv_core.protocol.messages import Armed, Decided, Misplaced, ProgramMessage, Sensed, Stopped, TransportMessage
+from improv_core.protocol.host_messages import Link
+from improv_core.protocol.messages import (
+    Armed,
+    Decided,
+    Measured,
+    Misplaced,
+    Obeyed,
+    PageMessage,
+    ProgramMessage,
+    Sensed,
+    Stopped,
+    TransportMessage,
+)
 from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Vitals, WhyStill
 
 
@@ -284,3 +296,28 @@ ToPage = (
     | EditorAnswer
 )
 FromPage = Press | PageConduct | Restart | PlaceRobots | Form | Tune | AskWindow | AskEditor
+ForPages = (
+    ProgramMessage
+    | ProgramSource
+    | Answer
+    | TransportMessage
+    | Stopped
+    | Sensed
+    | Decided
+    | Measured
+    | JointPositions
+    | Misplaced
+    | Armed
+    | FaultMessage
+    | Vitals
+    | Link
+    | WhyStill
+    | Obeyed
+)
+"""The messages of the session and of stages to the server of the pages: in an envelope, if they come from another
+process."""
+
+
+def for_pages(message: ForPages) -> PageMessage:
+    """Return a message in its envelope."""
+    return {"type": "page", "message": message}

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import COMMANDS, Anyway, PageRequest, Resume, Watched
 from improv_core.protocol.editing import Answer, ProgramSource
-from improv_core.protocol.messages import Obeyed, Pressed, ProgramMessage, refused_by
+from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
+from improv_core.protocol.page_messages import for_pages
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session.acts import Act, Announce, PassOn, Send, SendScore
 from improv_core.session.state import Change, PlayScore, SessionState
@@ -79,7 +80,7 @@ def _await_obeyed(state: SessionState, mark: str) -> Decided:
 
 def obeyed(state: SessionState, mark: str, waits_for: Sequence[str] = ()) -> list[Act]:
     """Inform pages that all stages have obeyed a stop, except those that it waits for."""
-    message: Obeyed = {"type": "obeyed", "mark": mark, "waits_for": waits_for}
+    message = for_pages({"type": "obeyed", "mark": mark, "waits_for": waits_for})
     return [Send(name, message) for name, ready in state.stages.items() if "page" in ready]
 
 
@@ -141,4 +142,4 @@ def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Answe
     if message["type"] != "answer":
         state = state.keeping(message)
     for_all = message["type"] == "program"
-    return state, [Send(name, message) for name, ready in state.stages.items() if for_all or "page" in ready]
+    return state, [Send(name, for_pages(message)) for name, ready in state.stages.items() if for_all or "page" in ready]

@@ -9,14 +9,15 @@ from dataclasses import replace
 from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.messages import Armed, Obeyed, Ready, ToStage, TransportMessage
+from improv_core.protocol.messages import Obeyed, Ready, ToStage, TransportMessage
+from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.play_again import stop_of
 from improv_core.score.score import Part, Score
 from improv_core.score.takeover import Takeover
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, Send, SendScore, StartAgain
 from improv_core.session.on_request import Decided, Now, asked, obeyed
 from improv_core.session.start import SinkName
-from improv_core.session.state import PlayScore, SessionState
+from improv_core.session.state import Kept, PlayScore, SessionState
 
 BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: their decisions have to arrive first."""
@@ -54,24 +55,25 @@ def _heard(state: SessionState, name: SinkName, message: Heard | Loaded | Failed
         if not leads:
             return state, []
         acts = _to(state.twin, message)
+    elif message["type"] == "fault" and leads:
+        acts = _to(state.twin, message)
+        if message["response"] == "stand" and not message["over"]:
+            state = state.with_muted(message["robot"])
     elif leads and (
         message["type"] == "measured"
         or message["type"] == "joints"
-        or message["type"] == "fault"
         or message["type"] == "vitals"
         or message["type"] == "link"
     ):
-        acts = _to(state.twin, message)
-        if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
-            state = state.with_muted(message["robot"])
+        acts = _show(state, message)
     elif message["type"] == "misplaced":
         # The twin waits, too: it may still play the previous score.
         pause: list[Act] = _to(state.twin, {"type": "pause"}) if leads and message["robots"] else []
-        acts = [*pause, *_to(state.twin, message)] if leads else []
+        acts = [*pause, *_show(state, message)] if leads else []
     elif message["type"] == "unreached" and leads:
         state, acts = _explained(state, message["message"])
     elif message["type"] == "armed" and leads:
-        state, acts = replace(state, armed=message["armed"]), _to(state.twin, message)
+        state, acts = replace(state, armed=message["armed"]), _show(state, message)
     return state, [*acts, Announce(message, leads)]
 
 
@@ -85,6 +87,11 @@ def _obeyed(state: SessionState, message: Obeyed) -> Decided:
 
 def _to(name: SinkName | None, message: ToStage) -> list[Act]:
     return [Send(name, message)] if name else []
+
+
+def _show(state: SessionState, message: ForPages) -> list[Act]:
+    """Show a report of the leading stage on the pages of its twin."""
+    return _to(state.twin, for_pages(message))
 
 
 def _followed(state: SessionState, name: SinkName, transport: TransportMessage) -> Decided:
@@ -139,7 +146,7 @@ def _explained(state: SessionState, line: str) -> Decided:
     """Show pages the reason why real robots stand, if it is new."""
     if line == state.why_still:
         return state, []
-    return replace(state, why_still=line), _to(state.twin, {"type": "why_still", "line": line})
+    return replace(state, why_still=line), _show(state, {"type": "why_still", "line": line})
 
 
 def _enter(
@@ -208,8 +215,8 @@ def _gone(state: SessionState, name: SinkName, gone: Gone) -> Decided:
         state = replace(state, is_on=False, waits_for=())
         acts += _to(state.twin, {"type": "stop"})
         if state.armed:
-            disarmed: Armed = {"type": "armed", "generation": state.generation, "armed": False, "begins": None}
-            state, acts = replace(state, armed=False), [*acts, *_to(state.twin, disarmed)]
+            acts += _show(state, {"type": "armed", "generation": state.generation, "armed": False, "begins": None})
+            state = replace(state, armed=False)
     again = "" if idles else "; save to play again"
     if name == state.halting:  # another one would fail too
         what = again if state.still else f": robots may still be moving{again}"
@@ -225,7 +232,7 @@ def _started(state: SessionState, name: SinkName, ready: Ready, now: Now) -> Dec
     """Send a new stage all that it has to know. In place of a dead one, it stops the robots."""
     replaces = name in state.gone
     state = replace(state, stages={**state.stages, name: ready}, gone=state.gone - {name})
-    acts: list[Act] = [Send(name, message) for message in state.kept.values()]
+    acts: list[Act] = [Send(name, _kept(message)) for message in state.kept.values()]
     if ready["real"] and now.pressed["count"]:
         acts.append(Send(name, now.pressed))
     idle_score = state.idle_score if name == state.idle else None
@@ -234,6 +241,10 @@ def _started(state: SessionState, name: SinkName, ready: Ready, now: Now) -> Dec
         state = replace(state, halting=name, still=False)
         acts.append(SendScore(name, PlayScore(_standing(scores), "", 0, generation=state.generation)))
     return state, acts
+
+
+def _kept(message: Kept) -> ToStage:
+    return for_pages(message) if message["type"] == "program" or message["type"] == "source" else message
 
 
 def _not_started(state: SessionState, name: SinkName, why: str) -> Decided:

@@ -16,9 +16,9 @@ from urllib.parse import urlsplit
 from improv_core.ipc.stage_process import Heard, StageError
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
-from improv_core.page.tickets import issue
 from improv_core.protocol.commands import Editing, PageRequest
 from improv_core.protocol.messages import Load, Problem, Ready, ToStage
+from improv_core.protocol.tickets import issue
 from improv_core.safety.stop_socket import IDLE
 from improv_core.safety.stops import KNOWN, Stops
 from improv_core.score.score import Host, OutsideClock

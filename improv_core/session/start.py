@@ -20,6 +20,8 @@ from improv_core.session.group.state import HERE
 
 REMOTE = FOLDER.parent / "hosts"
 """The path that Python gets to run a link to another machine."""
+PAGE = FOLDER.parent / "page"
+"""The path that Python gets to run the page's server."""
 SinkName = Literal["simulator", "ros"]
 HearAny = Callable[[Stage | Ensemble, Heard, int], None]
 
@@ -57,9 +59,9 @@ async def start_stage(
     """
     if sink == "simulator":
         taking = ["--takes-start-poses"] if options.takes_start_poses else []
-        arguments = ["--sink", sink, "--port", str(options.port), *taking, *_reporting(options)]
+        arguments = ["--simulate", "--port", str(options.port), *taking, *_reporting(options)]
         env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
-        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear, stops)
+        return await Stage.start([sys.executable, str(PAGE), *arguments], env, hear, stops)
     if not options.hosts:
         return await _start_here(options, hear, stops, needed=options.backend != "auto")
 

@@ -18,8 +18,9 @@ from improv_core.player.separation_monitor import from_elsewhere
 from improv_core.player.start_gate import made_of
 from improv_core.protocol.commands import VOID, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
-from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToPages, ToStage
+from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
+from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.safety.interlocks import GAMEPAD
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.suspend import NOTICED
@@ -71,16 +72,15 @@ class ZeroRetries(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, and functions that send a message to the parent, show a score on pages, pass messages on to them, listen
-    for the release of emergency stops that are on, and end the connections to pages, last of all."""
+    """A sink, and functions that send a message to the parent, announce a score that is about to play, confirm a stop
+    to its page, and listen for the release of emergency stops that are on."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
-    show: Callable[[Score, int], None] = lambda score, generation: None
-    present: Callable[[ToPages | Stop], None] = lambda message: None
+    announce: Callable[[Score, int], None] = lambda score, generation: None
+    present: Callable[[Stop], None] = lambda stop: None
     guard: Callable[[Collection[str]], None] = lambda topics: None
     pending_zeros: ZeroRetries | None = None
-    leave: Callable[[], None] = lambda: None
 
 
 def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
@@ -138,7 +138,6 @@ class Loop:
         self._deserted = False  # true if its parent was silent, and has sent nothing to play since
         self._held_until = math.inf  # the time at which a deadman button at the page, if it is held, counts as released
         self._keys: dict[str, float] = {}  # keys of senses that are held, and the times at which they count as released
-        self._shown = 0, 0  # the generation and scene that pages show with the beats at which their parts begin
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
@@ -261,10 +260,6 @@ class Loop:
                 message["deserted"] = True
             waits = message["state"] == "paused" and "waits_for" in message
             self._may_move = self._opened.sink.real and (message["state"] in ("playing", "waiting") or waits)
-            shown = message["generation"], message.get("scene", {"index": 0})["index"]
-            if shown != self._shown and ("begins" in message or shown[0] == self._shown[0]):
-                self._shown = shown
-                self._opened.show(self.player.score, message["generation"])  # the beginnings of its parts are known now
         self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
@@ -288,7 +283,7 @@ class Loop:
         if "here" in load:
             score = score.on(load["here"])
         self.player.backend = load["backend"]
-        self._opened.show(score, load["generation"])
+        self._opened.announce(score, load["generation"])
         at = self._as_of(load.get("at"), now)
         not_before = load.get("at", now) if load["when"] != "restart" else now
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
@@ -310,25 +305,7 @@ class Loop:
         if message["type"] == "ping":
             self._tell({"type": "pong", "number": message["number"]})
             return
-        if (
-            message["type"] == "program"
-            or message["type"] == "source"
-            or message["type"] == "answer"
-            or message["type"] == "measured"
-            or message["type"] == "fault"
-            or message["type"] == "vitals"
-            or message["type"] == "link"
-            or message["type"] == "joints"
-            or message["type"] == "misplaced"
-            or message["type"] == "armed"
-            or message["type"] == "why_still"
-            or message["type"] == "obeyed"
-        ):
-            if message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
-                self.player.stand(message["robot"], now)
-            self._opened.present(message)
-            return
-        if message["type"] == "sensed" or message["type"] == "decided":
+        if message["type"] == "sensed" or message["type"] == "decided" or message["type"] == "fault":
             self._follow(message, now)
             return
         if message["type"] == "seen":
@@ -345,6 +322,7 @@ class Loop:
             self.player.stops = self.player.stops.told(message)
             self._opened.guard(self.player.stops.on)
             return
+        assert message["type"] != "page"  # the thread that reads hands it to the pages
         OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
 
     def obey_stop(self, message: Stop, now: float) -> None:
@@ -370,10 +348,12 @@ class Loop:
         if changes:  # pages repeat a key that is held
             self.player.hold_key(key, held, now)
 
-    def _follow(self, message: Sensed | Decided, now: float) -> None:
-        """Do what real robots sense or decide, by the report of the leading stage, and show it."""
+    def _follow(self, message: Sensed | Decided | FaultMessage, now: float) -> None:
+        """Do what real robots do, by the report of the leading stage, and report it, too."""
         if message["type"] == "sensed" and message["generation"] == self.player.generation:
             self.player.foresee(foreseen(message), now)
+        elif message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
+            self.player.stand(message["robot"], now)
         self._tell(message)
 
     def _as_of(self, at: float | None, now: float) -> float:

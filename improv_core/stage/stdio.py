@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable
+from typing import cast
 
 from improv_core.ipc.arrivals import Arrival, End, First, Lost, Play, Unreadable
 from improv_core.ipc.priority_queue import UrgentQueue
@@ -13,6 +14,7 @@ from improv_core.player.setpoints import setpoints
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.limits import LONGEST_LINE
 from improv_core.protocol.messages import FromStage, after, read_first, read_to_stage
+from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import LONG
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.score_json import LackingError, RowsRead, from_json
@@ -20,10 +22,12 @@ from improv_core.score.score_json import LackingError, RowsRead, from_json
 TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST_LINE // 1_000_000} MB", is_score=True)
 
 
-def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
+def read_arrivals(
+    inbox: UrgentQueue[Arrival], parent: Parent | None, hand_to_pages: Callable[[ForPages], None]
+) -> None:
     """Put the arrivals from standard input into the inbox, and note that the `parent` lives, unless it proves that on a
-    channel of its own. The end of the input, even in the middle of a line, ends the stage, and so does any exception
-    here: a stage that no longer reads could not be stopped."""
+    channel of its own. Messages for pages go to these instead. The end of the input, even in the middle of a line, ends
+    the stage, and so does any exception here: a stage that no longer reads could not be stopped."""
     problem, read = "", RowsRead()
     try:
         # Not sys.stdin: when Python ends, it waits for the lock of that file, which a reading thread never releases.
@@ -39,7 +43,10 @@ def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
                 said = arrival(line, read)
                 if parent:
                     parent.speaks(time.monotonic(), pings=isinstance(said, dict) and said["type"] == "ping")
-                inbox.put(said)
+                if isinstance(said, dict) and said["type"] == "page":
+                    hand_to_pages(cast(ForPages, said["message"]))
+                else:
+                    inbox.put(said)
     except BaseException as error:
         problem = f"the stage can't read its input: {one_line(error)}"
     finally:

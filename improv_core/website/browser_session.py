@@ -13,7 +13,7 @@ from pathlib import Path
 from improv_core.ipc.rate_limit import Throttle
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.answers import Answers
-from improv_core.page.background import Work
+from improv_core.page.background import AtOnce
 from improv_core.page.broadcast import Broadcast
 from improv_core.page.open_pages import Pages
 from improv_core.page.program_editor import PageEditor, moved
@@ -52,9 +52,13 @@ class Home:
         self._stops = Stops(asleep=lambda: 0.0)
         self._simulator = Simulator(collide=Passing)
         self._pages = Pages(self._simulator.snapshot)
-        self._answers = Answers(_AtOnce())
+        self._answers = Answers(AtOnce())
         self._broadcast = Broadcast(
-            self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
+            self._pages,
+            self._answers,
+            lambda do, *values: do(*values),
+            self._confirm,
+            takes_start_poses=False,
         )
         options = Options(backend="sim", osc="nowhere")  # browsers have no UDP
         self._playback = Playback(options, self._listen, self._stops, self._start, self._edit)
@@ -129,7 +133,7 @@ class Home:
         self._stage.tell({"type": "request", "command": command})
 
     async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> StageHere:
-        self._stage = StageHere(self._open, hear, stops)
+        self._stage = StageHere(self._open, self._broadcast.publish, hear, stops)
         return self._stage
 
     def _open(self, put: Callable[[FromStage], None]) -> Opened:
@@ -227,13 +231,3 @@ class Home:
 
 def _robots(toml: str) -> Robots:
     return read_robots(toml, Path(FILE_NAME))
-
-
-class _AtOnce:
-    """Does work at once, because there are no threads."""
-
-    def do(self, work: Work) -> None:
-        work()
-
-    def close(self) -> None:
-        """Do nothing, because nothing waits."""

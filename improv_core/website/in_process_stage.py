@@ -6,11 +6,13 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Iterable
+from typing import cast
 
 from improv_core.ipc.arrivals import End
 from improv_core.ipc.stage_process import Heard
 from improv_core.plain import one_line
 from improv_core.protocol.messages import VERSION, FromStage, Ready, ToStage
+from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stops import Stops
@@ -24,11 +26,17 @@ Hear = Callable[["StageHere", Heard, int], None]
 class StageHere:
     """A stage as `Playback` uses it. The event loop handles all messages to it and from it in turn.
 
-    `open_sink` gets the function by which the stage sends its parent messages.
+    `open_sink` gets the function by which the stage sends its parent messages, and `hand_to_pages` messages for pages.
     """
 
-    def __init__(self, open_sink: Callable[[Callable[[FromStage], None]], Opened], hear: Hear, stops: Stops) -> None:
-        self._hear, self._stops = hear, stops
+    def __init__(
+        self,
+        open_sink: Callable[[Callable[[FromStage], None]], Opened],
+        hand_to_pages: Callable[[ForPages], None],
+        hear: Hear,
+        stops: Stops,
+    ) -> None:
+        self._hand_to_pages, self._hear, self._stops = hand_to_pages, hear, stops
         self._events = asyncio.get_running_loop()
         self._read = RowsRead()
         self._closed = False
@@ -47,6 +55,9 @@ class StageHere:
         return []
 
     def send(self, message: ToStage) -> None:
+        if message["type"] == "page":
+            self._hand_to_pages(cast(ForPages, message["message"]))
+            return
         said = arrival(dumps(message), self._read)
         assert not isinstance(said, End)
         self._do(lambda: self._play.take(said, time.monotonic()))

@@ -20,8 +20,8 @@ STARTED = tuple(
     f"improv_core.outputs.ros.{helper}"
     for helper in ("standby.process", "sensors.process", "publisher.process", "graph", "output")
 )
-SIMULATOR = ("improv_core.outputs.simulator.simulator", "improv_core.page.server")
-"""The modules that only a stage with the simulator imports."""
+SIMULATOR = ("improv_core.outputs.simulator.simulator",)
+"""The module that only a stage with the simulator imports."""
 
 
 def test_it_has_every_module_that_a_stage_there_imports() -> None:

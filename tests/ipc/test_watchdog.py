@@ -21,7 +21,7 @@ from tests.session.story import at
 from tests.stage_on_thread import USED
 
 LIMIT = 30.0
-SIMULATOR = "stage\0--sink\0simulator"
+SIMULATOR = "page\0--simulate"
 """A part of the command of its process."""
 HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""

@@ -20,11 +20,11 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, e
 from improv_core.ipc.stage_process import Stage
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import Viewer
-from improv_core.page.tickets import issue
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.messages import State, ToStage, TransportMessage, When
+from improv_core.protocol.tickets import issue
 from improv_core.robots.config import Robots, read_robots
 from improv_core.safety.stops import Stops
 from improv_core.score.motion import Pose

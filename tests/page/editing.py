@@ -6,7 +6,7 @@ from pathlib import Path
 
 from playwright.sync_api import BrowserContext, Page
 
-from improv_core.page.tickets import issue
+from improv_core.protocol.tickets import issue
 from tests.commands.command_line import Running
 from tests.open_page import token_behind
 from tests.page.conftest import leave, new_page, wait

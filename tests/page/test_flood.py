@@ -14,14 +14,15 @@ import pytest
 
 from improv_core.ipc.arrivals import Arrival, End
 from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.page.__main__ import open_simulated, options_in
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.score_json import RowsRead, to_json
-from improv_core.stage.__main__ import SystemClock, open_sink, options_in
 from improv_core.stage.loop import run
+from improv_core.stage.process import SystemClock
 from improv_core.stage.stdio import arrival
 from tests.page.conftest import LIMIT
 
@@ -39,8 +40,8 @@ class Stage:
         self._inbox: UrgentQueue[Arrival] = UrgentQueue()
         self._said = threading.Condition()
         self._log: list[FromStage | ToStage] = []
-        opened, ready = open_sink(options_in(["--sink", "simulator"]), self._hear, self._inbox.put, TOKEN)
-        self.page, self._leave = ready["page"], opened.leave
+        opened, ready, viewer = open_simulated(options_in(["--simulate", "--port", "0"]), self._hear, TOKEN)
+        self.page, self._leave = ready["page"], viewer.close
         self._thread = threading.Thread(target=run, args=(opened, self._inbox, SystemClock(), Parent()))
         self._thread.start()
 

@@ -26,13 +26,13 @@ from improv_core.page import connection_limit, peer_user, routes
 from improv_core.page.answers import MOST_BEATS
 from improv_core.page.routes import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
 from improv_core.page.server import Viewer
-from improv_core.page.tickets import Tickets, issue
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.drawn import Bump, Snapshot
 from improv_core.protocol.page_messages import AskWindow
 from improv_core.protocol.robot_messages import RobotInstant
+from improv_core.protocol.tickets import Tickets, issue
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot

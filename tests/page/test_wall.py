@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from improv_core.protocol.page_messages import for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Vitals
 from improv_core.score.faults import Fault
 from tests.axe import violations
@@ -56,7 +57,7 @@ def faults(count: int) -> Iterator[FaultMessage]:
 
 def tell(show: Show, message: Any) -> None:
     """Send the page's stage this message, as from a stage of real robots that leads."""
-    show.tell(json.loads(json.dumps(message)))
+    show.tell(for_pages(json.loads(json.dumps(message))))
 
 
 @pytest.fixture(scope="module")

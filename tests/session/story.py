@@ -9,7 +9,7 @@ from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest, Watched
-from improv_core.protocol.messages import Pressed, Ready, State, TransportMessage
+from improv_core.protocol.messages import Pressed, Ready, State, ToStage, TransportMessage
 from improv_core.score.score import Score
 from improv_core.session.acts import Act, Announce, Failed, HearClock, PassOn, Send, SendScore, StartAgain
 from improv_core.session.on_request import Now, Wish, asked
@@ -83,7 +83,7 @@ class Story:
 
     def sent(self, name: SinkName) -> list[Any]:
         """The messages that the latest event sent to a stage."""
-        return [act.message for act in self.acts if isinstance(act, Send) and act.name == name]
+        return [unpacked(act.message) for act in self.acts if isinstance(act, Send) and act.name == name]
 
     @property
     def score(self) -> SendScore:
@@ -106,10 +106,15 @@ class Story:
         return story
 
 
+def unpacked(message: ToStage) -> Mapping[str, Any]:
+    """Return a message without its envelope."""
+    return message["message"] if message["type"] == "page" else message
+
+
 def in_words(act: Act) -> str:
     match act:
         case Send(name, message, after):
-            return f"{name}: {message['type']}" + (f" {after} s later" if after else "")
+            return f"{name}: {unpacked(message)['type']}" + (f" {after} s later" if after else "")
         case SendScore(name, sent, entry, _, whole):
             stands = not any(part.scenes for part in sent.score.parts.values())
             how = " stop" if stands else " whole" if whole else ""

@@ -24,7 +24,7 @@ from improv_core.session.session import LOST, Playback
 from improv_core.session.start import Options, SinkName
 from improv_core.session.state import PlayScore
 from tests.session.fakes import LIMIT, Fake, Fakes, performed
-from tests.session.story import DANCE
+from tests.session.story import DANCE, unpacked
 
 OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
 
@@ -295,9 +295,9 @@ async def test_pages_show_the_errors_that_keep_a_program_from_playing(fakes: Fak
     fakes.playback.present("dance.improv", "/dances", [("dance.improv", 1, 5, "forwrd", "it is not defined")])
     problem = {"file": "dance.improv", "line": 1, "column": 5, "word": "forwrd", "message": "it is not defined"}
     message = {"type": "program", "name": "dance.improv", "folder": "/dances", "problems": [problem], "count": 1}
-    assert fakes.latest("simulator").sent[-1] == message
+    assert unpacked(fakes.latest("simulator").sent[-1]) == message
     fakes.playback.present("dance.improv", "/dances")
-    assert fakes.latest("simulator").sent[-1] == {**message, "problems": [], "count": 0}
+    assert unpacked(fakes.latest("simulator").sent[-1]) == {**message, "problems": [], "count": 0}
 
 
 @performed

@@ -12,13 +12,19 @@ from fractions import Fraction
 import pytest
 
 from improv_core.ipc.arrivals import Arrival, End, First, Play
+from improv_core.page.answers import Answers
+from improv_core.page.background import AtOnce
+from improv_core.page.broadcast import Broadcast
+from improv_core.page.open_pages import Pages
 from improv_core.player.start_rules import WAITS
 from improv_core.player.subscribers import PATIENCE
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import Force, Held, KeySense, Released, Seek, Speed, Stop
+from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
-from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, ToPages, When
+from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
 from improv_core.protocol.output import Alarm, Edge, RawPose, RawPoses
+from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.protocol.robot_messages import FaultMessage, Instant
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.faults import Response
@@ -325,7 +331,7 @@ def test_the_stop_of_a_page_is_confirmed_once_robots_were_sent_zeros(real: bool,
     sink.real = real
     told: list[tuple[str, Twist]] = []  # by then, the robots and their latest velocities
 
-    def tell(to: str, kind: str, message: FromStage | ToPages | Stop) -> None:
+    def tell(to: str, kind: str, message: FromStage | Stop) -> None:
         if message["type"] == kind:
             told.append((to, sink.sent[-1][2]))
 
@@ -454,13 +460,31 @@ def test_a_score_that_builds_on_a_lost_one_is_requested_again_while_the_dance_co
     assert zeros(sink, "r") == [2.0, 2.05, 2.1]
 
 
+class Shown(Broadcast):
+    """The scenes that pages show."""
+
+    def __init__(self) -> None:
+        pages, answers = Pages(Snapshot), Answers(AtOnce())
+        super().__init__(pages, answers, lambda do, *values: do(*values), print, takes_start_poses=False)
+        self.scenes: list[int] = []
+
+    def publish(self, message: ForPages | Stop | ShownScore | MeetingsMessage) -> None:
+        if message["type"] == "score":
+            self.scenes.append(message["scene"])
+        super().publish(message)
+
+    def tell(self, message: FromStage) -> None:
+        if message["type"] == "transport":
+            self.publish(message)
+
+
 def test_pages_are_shown_the_scene_to_which_playback_goes_back() -> None:
     program = "a $ until near (repeat forward)\n---\na $ repeat left\n"
     force: Force = {"type": "force", "robot": "a", "sense": "near", "value": True}
     seek: Seek = {"type": "seek", "beat": 0.0}
-    sink, scenes = Memory(), list[int]()
+    sink, pages = Memory(), Shown()
     sink.real = False
     turned = Turned([(0, load(program)), (0.5, force), (2.5, seek), (3, End())])
-    opened = Opened(sink, lambda told: None, lambda score, generation: scenes.append(score.scene))
+    opened = Opened(sink, pages.tell, pages.show)
     run(opened, turned, turned, turned.parent)
-    assert scenes == [0, 1, 0]
+    assert pages.scenes == [0, 1, 0]

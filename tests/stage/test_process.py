@@ -16,14 +16,14 @@ from typing import Any
 
 import pytest
 
-from improv_core import stage
+from improv_core import page
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.limits import LONGEST_LINE
 from improv_core.score.score_json import to_json
 
 LIMIT = 30
-COMMAND = [sys.executable, str(Path(stage.__file__).parent), "--sink", "simulator"]
+COMMAND = [sys.executable, str(Path(page.__file__).parent), "--simulate"]
 DEEP = 100_000
 SITE = Path(__file__).parents[1] / "ros" / "site"
 
@@ -35,7 +35,7 @@ def load(program: str) -> bytes:
 
 
 class Process:
-    """A stage with the simulator, whose parent is the test."""
+    """The page with the simulator's stage, whose parent is the test."""
 
     def __init__(self, env: Mapping[str, str] = MappingProxyType({})) -> None:
         pipe = subprocess.PIPE

@@ -48,7 +48,7 @@ def read(monkeypatch: pytest.MonkeyPatch, text: bytes) -> list[Arrival]:
     monkeypatch.setattr(stdio, "LONGEST_LINE", 40)
     monkeypatch.setattr(stdio, "open", lambda *_, **__: io.BytesIO(text), raising=False)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
-    read_arrivals(inbox, Parent())
+    read_arrivals(inbox, Parent(), lambda message: None)
     return everything(inbox)
 
 

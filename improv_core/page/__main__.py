@@ -1,0 +1,98 @@
+"""The process of the page: its server and, with `--simulate`, the simulator's stage, which plays on the main thread.
+
+Started as `python …/improv_core/page`. The session that starts it sends it JSON lines, as it does any stage, and the
+messages for pages in envelopes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+if __name__ == "__main__":
+    # As in stage/__main__.py: none of our modules hides another of the same name, and no other version hides ours.
+    here = Path(__file__).resolve().parent
+    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
+    sys.path.insert(0, str(here.parent.parent))
+    import_module("improv_core")
+    sys.path.append(sys.path.pop(0))
+
+from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import Viewer
+from improv_core.protocol.messages import VERSION, FromStage, Ready
+from improv_core.stage.loop import Opened, run
+from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
+
+TOKEN = "IMPROV_PAGE_TOKEN"
+"""The environment variable with the token that opens the page. The token is no option: all users of the machine can
+read the arguments of a process."""
+
+
+def main() -> int:
+    """Serve the page, and play what standard input requests, until it ends. Returns exit code 1 after a failure, 2 if
+    the port is taken."""
+    options = options_in(sys.argv[1:])
+
+    def begin(put: Tell, hear: Hear) -> Job:
+        opened, ready, viewer = open_simulated(options, put, os.environ.get(TOKEN))
+        if options.report_sent:
+            report_sent(opened.sink, put)
+        return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready, viewer.publish)
+
+    return perform(begin)
+
+
+def options_in(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the options from the arguments of the command line."""
+    parser = argparse.ArgumentParser(prog="improv page")
+    parser.add_argument("--simulate", action="store_true", help="play in the simulator")
+    parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
+    parser.add_argument(
+        "--takes-start-poses", action="store_true", help="start poses dragged on the page can be written"
+    )
+    parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
+    return parser.parse_args(arguments)
+
+
+def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) -> tuple[Opened, Ready, Viewer]:
+    """Return the simulator's stage, its first message, and the server of the pages that show it. Raises OSError if the
+    port is taken."""
+    simulator = Simulator()
+    try:
+        viewer = Viewer(
+            options.port,
+            simulator.snapshot,
+            lambda command: put({"type": "request", "command": command}),
+            takes_start_poses=options.takes_start_poses,
+            token=token,
+            tell=lambda line: put({"type": "warning", "message": line}),
+        )
+    except OSError as error:
+        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+            raise
+        raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
+
+    def tell(message: FromStage) -> None:
+        if (
+            message["type"] == "transport"
+            or message["type"] == "stopped"
+            or message["type"] == "sensed"
+            or message["type"] == "decided"
+            or message["type"] == "measured"
+            or message["type"] == "armed"
+            or message["type"] == "fault"
+        ):
+            viewer.publish(message)
+        put(message)
+
+    ready: Ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.address}
+    return Opened(simulator, tell, viewer.show, viewer.publish), ready, viewer
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.page.server import Viewer
+from improv_core.protocol.page_messages import for_pages
 from tests.page.conftest import (
     Chromium,
     Commands,
@@ -78,7 +79,7 @@ def test_the_play_button_begins_an_armed_dance(shared: tuple[Show, Page], keep: 
     page.get_by_role("button", name="Stop").click()
     generation = page.evaluate("improv.transport.generation")
     for armed, says in ((True, "armed"), (False, "stopped")):  # real robots, beside which the simulator plays
-        show.tell({"type": "armed", "generation": generation, "armed": armed, "begins": None})
+        show.tell(for_pages({"type": "armed", "generation": generation, "armed": armed, "begins": None}))
         expect(state).to_have_text(says)
 
 

@@ -16,71 +16,12 @@ from typing import Any
 import pytest
 
 from improv_core.commands import keys
-from improv_core.commands.screen import Screen
 from improv_core.commands.terminal import HINT, HINT_ARMED
-from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running
+from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, written
 from tests.open_page import connected, heard, live_behind, token_behind
 
 ADDRESS = r"watch it at (\S+)\r?\n"
 PROGRAM = "beat 600\nr $ until cue (repeat forward) left\n"
-
-
-class Shown:
-    """Output of a terminal, and its keyboard."""
-
-    def __init__(self) -> None:
-        self.ours, self.theirs = pty.openpty()
-        self._unread = ""
-
-    def type(self, keys: str) -> None:
-        os.write(self.ours, keys.encode())
-
-    def wait(self, pattern: str) -> re.Match[str]:
-        """Wait for a match in the output after the previous match."""
-        while not (found := re.search(pattern, self._unread)):
-            self._unread += self.more()
-        self._unread = self._unread[found.end() :]
-        return found
-
-    def more(self) -> str:
-        return os.read(self.ours, 1024).decode(errors="replace")
-
-    def close(self) -> None:
-        for each in (self.ours, self.theirs):
-            os.close(each)
-
-
-class Terminal(Shown):
-    """A terminal in which a program plays, in a process."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__()
-        (folder / "dance.improv").write_text(PROGRAM)
-        self.command = [*IMPROV, "play", str(folder / "dance.improv"), *SIMULATED]
-        self._process: subprocess.Popen[bytes] | None = None
-
-    def play(self) -> None:
-        """Play in a separate session, whose terminal this is."""
-        command = ["setsid", "--ctty", "--wait", *self.command]
-        self._process = subprocess.Popen(command, stdin=self.theirs, stdout=self.theirs, stderr=self.theirs)
-
-    def end(self) -> int:
-        """Return the exit code."""
-        assert self._process
-        return self._process.wait(LIMIT)
-
-    def close(self) -> None:
-        if self._process:
-            self._process.kill()
-            self._process.wait()
-        super().close()
-
-
-@pytest.fixture
-def terminal(tmp_path: Path) -> Iterator[Terminal]:
-    terminal = Terminal(tmp_path)
-    yield terminal
-    terminal.close()
 
 
 class Printing(Running):
@@ -90,19 +31,28 @@ class Printing(Running):
         self._lines.put(text + "\n" * nl)
 
 
-class Keyboard(Shown):
+class Keyboard:
     """A terminal in which a program plays, on a thread. The terminal sends it no Ctrl-C."""
 
     def __init__(self, folder: Path, *options: str) -> None:
-        super().__init__()
-        (folder / "dance.improv").write_text(PROGRAM)
+        self._ours, self._theirs = pty.openpty()
+        self._unread = ""
         self._patch = pytest.MonkeyPatch()
-        self._patch.setattr(sys, "stdin", os.fdopen(self.theirs, closefd=False))
+        self._patch.setattr(sys, "stdin", os.fdopen(self._theirs, closefd=False))
         self._patch.setattr(keys, "_in_front", lambda terminal: True)
-        self._patch.setattr(Screen, "is_live", True)
-        self._command = Printing("play", folder / "dance.improv", *SIMULATED, "--once", *options)
-        self.more = self._command.next  # type: ignore[method-assign]
+        self._patch.setattr(sys.stdout, "isatty", lambda: True)
+        self._command = Printing("play", written(folder, PROGRAM), *SIMULATED, *options)
         self.interrupt = self._command.interrupt
+
+    def type(self, keys: str) -> None:
+        os.write(self._ours, keys.encode())
+
+    def wait(self, pattern: str) -> re.Match[str]:
+        """Wait for a match in the output after the previous match."""
+        while not (found := re.search(pattern, self._unread)):
+            self._unread += self._command.next()
+        self._unread = self._unread[found.end() :]
+        return found
 
     def end(self) -> object:
         """Return the exit code."""
@@ -115,7 +65,8 @@ class Keyboard(Shown):
             self._command.close()
         sys.stdin.close()
         self._patch.undo()
-        super().close()
+        for each in (self._ours, self._theirs):
+            os.close(each)
 
 
 Play = Callable[..., Keyboard]
@@ -137,7 +88,7 @@ def play(tmp_path: Path) -> Iterator[Play]:
 
 @pytest.mark.parametrize("key", [" ", "\n"])
 def test_a_key_in_the_terminal_begins_an_armed_dance(key: str, play: Play) -> None:
-    keyboard = play("--armed")
+    keyboard = play("--once", "--armed")
     keyboard.wait("armed: all is ready, and begins with Space or Enter, or Play on the page")
     keyboard.wait(re.escape(HINT_ARMED) + " $")
     keyboard.type(key)
@@ -147,7 +98,7 @@ def test_a_key_in_the_terminal_begins_an_armed_dance(key: str, play: Play) -> No
 
 
 def test_the_terminal_says_when_it_begins_by_itself_and_counts_down(play: Play) -> None:
-    keyboard = play("--at", (datetime.now().astimezone() + timedelta(hours=2)).isoformat())
+    keyboard = play("--once", "--at", (datetime.now().astimezone() + timedelta(hours=2)).isoformat())
     keyboard.wait(r"begins at \d\d:\d\d:\d\d (today|tomorrow), or with Space or Enter, or Play on the page")
     keyboard.wait(r"begins in (1:59:\d\d|2:00:00) · ")
     keyboard.wait("begins in 1:59:")
@@ -158,27 +109,27 @@ def test_the_terminal_says_when_it_begins_by_itself_and_counts_down(play: Play) 
 
 
 def test_a_stop_disarms(play: Play) -> None:
-    keyboard = play("--armed")
+    keyboard = play("--once", "--armed")
     keyboard.wait("armed: ")
     keyboard.interrupt()
     assert keyboard.end() == 130
     assert "beat 1" not in keyboard.rest
 
 
-def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:
-    terminal.play()
-    address = terminal.wait(ADDRESS)[1]
-    terminal.wait("▶")
-    terminal.type("c")
-    terminal.wait("press Ctrl-C to end")
+def test_the_page_plays_a_dance_again_after_its_end(play: Play) -> None:
+    keyboard = play()
+    address = keyboard.wait(ADDRESS)[1]
+    keyboard.wait("▶")
+    keyboard.type("c")
+    keyboard.wait("press Ctrl-C to end")
     assert asyncio.run(asyncio.wait_for(play_again(live_behind(address)), LIMIT)) == "playing"
     assert token_behind(address) == ""  # it works only once
     for key in ("o", "\n"):
-        terminal.wait(re.escape(HINT) + " $")  # the last line shows what to do
-        terminal.type(key)
-        assert token_behind(terminal.wait(ADDRESS)[1])
-    terminal.type("\x03")
-    assert terminal.end() == 0
+        keyboard.wait(re.escape(HINT) + " $")  # the last line shows what to do
+        keyboard.type(key)
+        assert token_behind(keyboard.wait(ADDRESS)[1])
+    keyboard.interrupt()
+    assert keyboard.end() == 0
 
 
 async def play_again(address: str) -> str:
@@ -189,16 +140,16 @@ async def play_again(address: str) -> str:
         return str(again["state"])
 
 
-def test_a_dance_plays_in_a_session_that_has_no_terminal_of_its_own(terminal: Terminal, tmp_path: Path) -> None:
-    """As after `setsid`: its input is a terminal, but that terminal's keys are not for us."""
-    (tmp_path / "dance.improv").write_text("beat 600\nr $ left\n")
-    done = subprocess.run(
-        terminal.command,
-        stdin=terminal.theirs,
-        capture_output=True,
-        text=True,
-        start_new_session=True,
-        timeout=LIMIT,
-    )
+@pytest.mark.parametrize("owns", [False, True])
+def test_keys_count_only_in_the_terminal_of_the_session(owns: bool, tmp_path: Path) -> None:
+    """Else, as after `setsid`, they are not for us."""
+    ours, theirs = pty.openpty()
+    session = ["setsid", "--wait", *(["--ctty"] if owns else [])]
+    program = written(tmp_path, "beat 600\nr $ until cue (repeat forward)\n" if owns else "beat 600\nr $ left\n")
+    command = [*session, *IMPROV, "play", str(program), *SIMULATED, "--once"]
+    os.write(ours, b"c" * owns)
+    done = subprocess.run(command, stdin=theirs, capture_output=True, text=True, timeout=LIMIT)
+    for each in (ours, theirs):
+        os.close(each)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "▶ r 1 beat" in done.stdout
+    assert "▶ r" in done.stdout

@@ -23,7 +23,6 @@ class Cell:
     letter: str
     color: str = ""
     background: str = ""
-    bold: bool = False
 
 
 T = TypeVar("T")
@@ -79,11 +78,6 @@ class Terminal:
         """Return the text of the screen, with or without the terminal's color sequences."""
         return self._run("capture-pane", "-p", *(["-e", "-N"] if colors else []))
 
-    def cursor(self) -> tuple[int, int]:
-        """Return the cursor's column and line, from 0."""
-        column, line = self._run("display-message", "-p", "#{cursor_x} #{cursor_y}").split()
-        return int(column), int(line)
-
     def background(self, word: str) -> str:
         """Return the background color of the first such word."""
         for line in cells(self.screen(colors=True)):
@@ -117,8 +111,6 @@ def _set(pen: Cell, sequence: str) -> Cell:
         kind = code.split(";")[0]
         if code == "0":
             pen = Cell("")
-        elif code == "1":
-            pen = replace(pen, bold=True)
         elif code == "7":
             pen = replace(pen, color=pen.background, background=pen.color)
         elif kind in ("38", "39"):

@@ -105,7 +105,7 @@ def test_session(neovim: Neovim) -> None:
     report = neovim.folder / "report"
     parts = ["session.lua", "health.lua"]
     if neovim.name != "nvim-0.11":  # its differences show in the other versions
-        parts += ["words.lua", "helps.lua", "robots.lua"]
+        parts += ["words.lua", "robots.lua"]
     neovim.check(*parts, IMPROV_REPORT=str(report), IMPROV_DOC=str(neovim.folder / "doc"))
     said = report.read_text(encoding="utf-8")
     assert "ERROR" not in said, said
@@ -138,7 +138,7 @@ def test_screen(neovim: Neovim) -> None:
         env["IMPROV_SLOW"] = str(server)
         with Terminal(neovim.folder / "tmux", neovim.command(), env, size=(80, 12)) as terminal:
             _a_late_server_plays_what_was_saved(neovim, terminal, gate)
-            _a_person_sees_errors_beats_and_the_words_that_play(neovim, terminal)
+            _a_person_sees_errors_beats_and_the_words_that_play(terminal)
             _a_killed_server_is_started_again(terminal, env)
             if neovim.name == "nvim-0.12":  # the plugin counts alike in all
                 _a_server_that_keeps_ending_stays_off_until_a_save(terminal, env)
@@ -161,7 +161,7 @@ def _a_late_server_plays_what_was_saved(neovim: Neovim, terminal: Terminal, gate
     asyncio.run(robot.moves(written(neovim.page)))
 
 
-def _a_person_sees_errors_beats_and_the_words_that_play(neovim: Neovim, terminal: Terminal) -> None:
+def _a_person_sees_errors_beats_and_the_words_that_play(terminal: Terminal) -> None:
     terminal.write("/left\ncwlft\x1b")
     terminal.see("E turtle1")  # the error, beside its line
     terminal.write(":w\n")
@@ -178,7 +178,6 @@ def _a_person_sees_errors_beats_and_the_words_that_play(neovim: Neovim, terminal
     assert terminal.background("turtle1") == dark
     for word in ("forward", "left", "forward"):
         _await_light(terminal, word, dark)
-    _keep(f"{neovim.name}.ansi", terminal.screen(colors=True))
 
     terminal.write(":ImprovHush\n")
     terminal.see("■ stopped")
@@ -218,10 +217,3 @@ def _a_server_that_keeps_ending_stays_off_until_a_save(terminal: Terminal, env: 
 
 def _await_light(terminal: Terminal, word: str, dark: str) -> None:
     until(lambda: terminal.background(word) != dark, lambda: f"{word} is never lit:\n{terminal.screen()}")
-
-
-def _keep(name: str, screen: str) -> None:
-    """Save the screen for people, in the folder that the environment names."""
-    if folder := os.environ.get("IMPROV_ARTIFACTS"):
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        (Path(folder) / name).write_text(screen, encoding="utf-8")

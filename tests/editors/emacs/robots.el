@@ -15,7 +15,6 @@
   (check (eq server (eglot-current-server))))
 (await "diagnostic"
   (pcase (problems) (`((,_ . ,text)) (string-search "did you mean `turtlebot3_burger`?" text))))
-(await "hover" (string-search "the kind of robot" (documentation-at "profile")))
 (find-file (expand-file-name "other.toml" default-directory))
 (check (not (derived-mode-p 'improv-robots-mode)))
 

@@ -51,34 +51,12 @@
   (setq init-messages nil)
   (save-buffer))
 
-(defun color (word)
-  "The face of the first WORD."
-  (font-lock-ensure)
-  (at word)
-  (get-text-property (point) 'face))
-
 (defun problems ()
   "What Flymake has to say, and on what."
   (flymake-start)
   (mapcar (lambda (each) (cons (buffer-substring (flymake-diagnostic-beg each) (flymake-diagnostic-end each))
                                (flymake-diagnostic-text each)))
           (flymake-diagnostics)))
-
-(defun documentation-at (word)
-  "What Eldoc shows at WORD."
-  (at word)
-  (eldoc-print-current-symbol-info t)
-  (mapconcat (lambda (buffer) (if (string-search "*eldoc" (buffer-name buffer))
-                                  (with-current-buffer buffer (buffer-string))
-                                ""))
-             (buffer-list)))
-
-(defun completions-behind (text)
-  "What may be written behind TEXT."
-  (goto-char (point-min))
-  (search-forward text)
-  (pcase-let ((`(,start ,end ,table . ,_) (run-hook-with-args-until-success 'completion-at-point-functions)))
-    (all-completions (buffer-substring start end) table)))
 
 (defun lit ()
   "The words that are lit, with their lines."

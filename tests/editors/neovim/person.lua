@@ -49,17 +49,6 @@ function M.await_lit(words)
   M.await(words .. " in light", function() return M.lit() == words end)
 end
 
---- What stands above a line.
-function M.above(line)
-  local found = ""
-  for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(0, -1, { line - 1, 0 }, { line - 1, -1 }, { details = true })) do
-    for _, piece in ipairs((mark[4].virt_lines or {})[1] or {}) do
-      found = found .. piece[1]
-    end
-  end
-  return vim.trim(found)
-end
-
 --- How many marks of ours are in the buffer.
 function M.marks()
   local space = vim.api.nvim_create_namespace("improv.playing")
@@ -90,17 +79,6 @@ end
 --- Undo goes back to here, as if keys had been typed since.
 function M.break_undo()
   vim.o.undolevels = vim.o.undolevels
-end
-
---- Change settings of the server.
-function M.set(settings)
-  local client = vim.lsp.get_clients({ bufnr = 0 })[1]
-  local params = { settings = { improv = settings } }
-  if vim.fn.has("nvim-0.11") == 1 then
-    client:notify("workspace/didChangeConfiguration", params)
-  else
-    client.notify("workspace/didChangeConfiguration", params)
-  end
 end
 
 function M.write(...)

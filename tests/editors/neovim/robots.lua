@@ -15,16 +15,6 @@ person.session(function()
     return found and found.message:find("did you mean `turtlebot3_burger`?", 1, true)
   end)
 
-  local function ask(method, line, column)
-    local params = { textDocument = vim.lsp.util.make_text_document_params(), position = { line = line, character = column } }
-    return vim.lsp.buf_request_sync(0, method, params, person.LIMIT)
-  end
-  local _, hover = next(ask("textDocument/hover", 1, 2))
-  assert(vim.inspect(hover.result.contents):find("the kind of robot", 1, true), vim.inspect(hover))
-  local _, offered = next(ask("textDocument/completion", 2, 0))
-  local labels = vim.tbl_map(function(item) return item.label end, offered.result.items)
-  assert(vim.tbl_contains(labels, "topic") and not vim.tbl_contains(labels, "profile"), vim.inspect(labels))
-
   vim.cmd.edit(folder .. "/other.toml")
   assert(vim.bo.filetype == "toml" and #vim.lsp.get_clients { bufnr = 0, name = "improv" } == 0)
 end)

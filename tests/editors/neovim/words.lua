@@ -103,22 +103,9 @@ person.session(function()
   vim.cmd.write()
   await_lit("1:13 forward")
 
-  -- A program that takes over later: until then, the words of the one that plays are lit.
-  person.write("a $ slow 6 (forward left)")
-  await_status("^▶ beat %d+/12")
-  person.set { onSave = "continue", switchAt = "end" }
-  vim.api.nvim_buf_set_lines(0, 1, 1, false, { "bob $ repeat left" })
-  vim.cmd.write()
-  assert(person.lit() == "1:13 forward" or person.lit() == "1:21 left", person.lit())
-  person.await("bob's light", function() return person.lit():find("2:14 left", 1, true) end)
-  person.set { onSave = "restart" }
-
   person.write("a $ forward")
   await_status("^■ ended$")
   assert(person.marks() == 0)
-
-  -- Another server than ours is none of our business.
-  vim.api.nvim_exec_autocmds("LspDetach", { group = "improv", data = { client_id = 99 } })
 
   -- The server's end leaves nothing.
   person.write("a $ repeat forward")

@@ -1,5 +1,6 @@
 """Film a session in VS Code: `python -m tests.editors.vscode.film docs/images/vscode.webp`.
 
+For a name that ends in .png, it only takes a picture of two robots that dance.
 Needs code-server (`tests/editors/fetch.sh code-server`), Chromium, and `pip install pillow`.
 """
 
@@ -31,6 +32,8 @@ FRAME = 0.25
 QUALITY = 30
 ASIDE = (300, 500)
 """A point at which the mouse is over nothing, in pixels."""
+DRAWN = 6
+"""A beat at which much of the square is drawn, and the robots don't meet."""
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
 SETTINGS = {"improv.server.path": SERVER, "improv.backend": "sim", "improv.codeLens": False}
 PROGRAM = "# Two robots, one square\nbeat 90\n\nsquare = repeat 4 (forward left)\nturtle1 $ repeat square\n"
@@ -45,6 +48,10 @@ class Look:
 
 
 def main() -> None:
+    path = Path(sys.argv[1])
+    if path.suffix == ".png":
+        take_picture(path)
+        return
     with (
         TemporaryDirectory() as folder,
         nothing_left() as env,
@@ -52,7 +59,21 @@ def main() -> None:
     ):
         _prepare(page)
         looks = list(_session(page))
-    save(looks, Path(sys.argv[1]))
+    save(looks, path)
+
+
+def take_picture(path: Path) -> None:
+    settings = {**SETTINGS, "security.workspace.trust.enabled": False, "editor.minimap.enabled": False}
+    program = f"{PROGRAM}turtle2 $ repeat retrograde square\n"
+    with TemporaryDirectory() as folder, nothing_left() as env, workbench(Path(folder), program, settings, env) as page:
+        page.set_viewport_size({"width": 1080, "height": 640})
+        run_command(page, "View: Toggle Primary Side Bar Visibility")
+        word(page, "beat").click()
+        page.keyboard.press("Control+S")
+        page.mouse.move(*ASIDE)
+        expect(framed_page(page).locator("#beat-now")).to_have_text(str(DRAWN))
+        page.screenshot(path=path)
+        run_command(page, "Improv: Stop Robots")
 
 
 def _prepare(page: Page) -> None:

@@ -1,7 +1,7 @@
 """Film a session in VS Code: `python -m tests.editors.vscode.film docs/images/vscode.webp`.
 
 For a name that ends in .png, it only takes a picture of two robots that dance.
-Needs code-server (`tests/editors/fetch.sh code-server`), Chromium, and `pip install pillow`.
+Needs code-server (`tests/editors/fetch.sh code-server`) and Chromium; a film also needs `pip install pillow`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from PIL import Image
 from playwright.sync_api import Page, expect
 
 from tests.editors.editors import nothing_left
@@ -134,6 +133,8 @@ def look(page: Page, seconds: float) -> Iterator[Look]:
 
 
 def save(looks: list[Look], path: Path) -> None:
+    from PIL import Image
+
     times = [look.time for look in looks] + [looks[-1].time + 2.0]
     durations = [round((end - start) * 1000) for start, end in pairwise(times)]
     frames = [Image.open(BytesIO(look.picture)).convert("RGB") for look in looks]

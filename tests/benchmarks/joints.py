@@ -71,7 +71,7 @@ def _rest_after(fault: str) -> dict[str, float]:
         there, here = stack.enter_context(on_one_link()) if fault == NO_NETWORK else (None, None)
         stack.enter_context(_ros(CONTROLLER, "ada", *arguments_of("velocity"), host=there))
         watching = stack.enter_context(_ros(HERE / "ros_joints.py", "states", "/ada/joint_states", host=there))
-        playing = stack.enter_context(_improv(folder, TOML.format(robot="ada", home="", hand="velocity"), TURNS, here))
+        playing = stack.enter_context(_improv(folder, TOML.format(home="", hand="velocity"), TURNS, here))
         cause = FAULTS[fault] if there is None else lambda _: set_link(there, up=False)
         lines = _velocities(watching)
         begin = next(at for at, velocities in lines if all(map(_moves, velocities, JOINTS)))

@@ -27,7 +27,7 @@ class Conductor(Protocol):
 
     def save(self, program: str) -> None: ...
 
-    def wait_for_line(self, part: str) -> None: ...
+    def wait_for_line(self, part: str) -> str: ...
 
     def complaints(self) -> list[str]:
         """Return the warnings and errors since the last call, except those that the test has waited for."""
@@ -68,8 +68,8 @@ class Server:
         self.client.save(self.uri)
         self.client.wait_for_line("▶")
 
-    def wait_for_line(self, part: str) -> None:
-        self.client.wait_for_line(part)
+    def wait_for_line(self, part: str) -> str:
+        return self.client.wait_for_line(part)
 
     def complaints(self) -> list[str]:
         shown = [each["params"] for each in self.client.notifications if each["method"] == "window/showMessage"]
@@ -110,9 +110,11 @@ class Terminal:
     def save(self, program: str) -> None:
         self._path.write_text(program)
 
-    def wait_for_line(self, part: str) -> None:
-        """Wait for a line. All lines before it are complaints."""
-        self._said += lines_until(part, self.process.stderr)[:-1]
+    def wait_for_line(self, part: str) -> str:
+        """Wait for a line, and return it. All lines before it are complaints."""
+        *before, line = lines_until(part, self.process.stderr)
+        self._said += before
+        return line
 
     def complaints(self) -> list[str]:
         said, self._said = self._said, []

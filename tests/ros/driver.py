@@ -30,8 +30,9 @@ from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Join
 from improv_core.score.by_part import by_part
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Velocity
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import PUPPET, TURTLESIM
-from improv_core.score.score import Deadman, Part, Safety, Score
+from improv_core.score.score import Deadman, OutsideClock, Part, Safety, Score
 
 LIMIT = 60.0
 """Seconds to wait for an event, as in conftest.py."""
@@ -49,6 +50,7 @@ def prepare(
     deadman: tuple[str, int] | None = None,
     puppets: Sequence[str] = (),
     stops: bool = False,
+    follows_time: bool = False,
     **part: Any,
 ) -> None:
     """Prepare robots on these topics. All have the same part and profile, but some may be puppets. They perform a part,
@@ -60,7 +62,8 @@ def prepare(
         for robot, topic in topics.items()
     }
     safety = Safety(stop=stop, deadman=deadman and Deadman(*deadman))
-    sink.prepare(Score(Fraction(60), parts, safety=safety), restart)
+    clock = OutsideClock("ros") if follows_time else None
+    sink.prepare(Score(Fraction(60), parts, safety=safety, clock=clock), restart)
 
 
 def prepare_body(controllers: list[dict[str, Any]], home: Home, **joint: Any) -> None:
@@ -220,6 +223,11 @@ def pose() -> Any:
     found = _next(RawPoses)
     robot, source, where, at, *_ = found.poses[0]
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
+
+
+def rate() -> float:
+    """Wait for the rate of a simulation's time, and return it."""
+    return float(_next(Anchor).rate)
 
 
 def end(*_: object) -> None:

@@ -25,8 +25,6 @@ from std_srvs.srv import Empty
 
 LOOK = 0.02
 """Seconds between two looks at the publishers on a listener's topics."""
-MOST = 0.05
-"""Most seconds of our time that one message of a simulation adds, however long this process was halted."""
 TWISTS = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
 POSES = "nav_msgs/Odometry", "geometry_msgs/PoseStamped"
 
@@ -220,35 +218,6 @@ class Publisher:
         self._node.destroy_publisher(self._publisher)
 
 
-class Simulation:
-    """A publisher of /clock, a hundred times a second: its time advances `rate` seconds a second, and never jumps."""
-
-    def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
-        self._node = node
-        self._kind = kind("rosgraph_msgs/Clock")
-        self._publisher = node.create_publisher(self._kind, "/clock", quality(1, {"best_effort": True}))
-        self._rate = self._time = 0.0
-        self._at = time.monotonic()
-        self._timer = node.create_timer(0.01, self._go_on)
-
-    def run(self, rate: float) -> None:
-        self._rate = rate
-
-    def _go_on(self) -> None:
-        now = time.monotonic()
-        self._time, self._at = self._time + min(now - self._at, MOST) * self._rate, now
-        message = self._kind()
-        message.clock.sec, message.clock.nanosec = int(self._time), int(self._time % 1 * 1e9)
-        self._publisher.publish(message)
-
-    def leave(self) -> None:
-        self._rate = 0.0
-
-    def close(self) -> None:
-        self._node.destroy_timer(self._timer)
-        self._node.destroy_publisher(self._publisher)
-
-
 def main() -> None:
     nodes, made = Nodes(), dict[int, tuple[Any, str, int | None]]()
     try:
@@ -260,20 +229,15 @@ def main() -> None:
 
 
 def obey(nodes: Nodes, made: dict[int, tuple[Any, str, int | None]]) -> None:
-    kinds: dict[str, Any] = {"listener": Listener, "publisher": Publisher, "simulation": Simulation}
+    kinds: dict[str, Any] = {"listener": Listener, "publisher": Publisher}
     for line in sys.stdin:
         number, what, options = json.loads(line)
         if what in kinds:
             name, domain = options["name"], options["domain"]
-            made[number] = (
-                nodes.do(name, domain, lambda node: kinds[what](number, node, options)),  # noqa: B023
-                name,
-                domain,
-            )
+            member = nodes.do(name, domain, lambda node: kinds[what](number, node, options))  # noqa: B023
+            made[number] = member, name, domain
         elif what == "publish":
             made[number][0].publish(**options)
-        elif what == "rate":
-            made[number][0].run(**options)
         elif what == "close":
             member, name, domain = made.pop(number)
             member.leave()

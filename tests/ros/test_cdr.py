@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import subprocess
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -24,20 +26,33 @@ pytestmark = pytest.mark.slow("starts ROS's interpreter")
 
 READ = """
 import json, sys
-from geometry_msgs.msg import Twist, TwistStamped
+from importlib import import_module
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import JointState
 
-def values(velocity):
-    return [getattr(vector, axis) for vector in (velocity.linear, velocity.angular) for axis in "xyz"]
+def plain(value):
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    return value if isinstance(value, str | float | int) else [plain(each) for each in value]
 
-for line in sys.stdin:
-    plain, stamped = map(bytes.fromhex, json.loads(line))
-    one, other = deserialize_message(plain, Twist), deserialize_message(stamped, TwistStamped)
-    stamp = other.header.stamp
-    again = serialize_message(one).hex(), len(serialize_message(other))
-    print(json.dumps([values(one), values(other.twist), stamp.sec, stamp.nanosec, other.header.frame_id, *again]))
+messages, states = json.load(sys.stdin)
+read = []
+for name, data in messages:
+    package, _, kind = name.partition("/")
+    message = deserialize_message(bytes.fromhex(data), getattr(import_module(f"{package}.msg"), kind))
+    read.append([plain(message), serialize_message(message).hex()])
+made = []
+for names, positions, frame in states:
+    message = JointState(name=names, position=positions, velocity=[9.0] * len(names))
+    message.header.frame_id, message.header.stamp.sec = frame, 7
+    made.append(serialize_message(message).hex())
+print(json.dumps([read, made]))
 """
-"""A script that prints the fields that rclpy reads from pairs of messages, and the messages that it makes of them."""
+"""A script that prints the fields that rclpy reads from messages, what it makes of them again, and its joint states."""
+
+State = tuple[list[str], list[float], str]
+"""Names, positions, and a frame."""
+Rclpy = Callable[..., tuple[list[Any], list[bytes]]]
 TIME = 1_700_000_000 * SECOND + 123_456_789
 TWISTS = [
     (STILL, ""),
@@ -47,85 +62,61 @@ TWISTS = [
 ]
 
 
-def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str]) -> None:
-    pairs = [
-        (plain := twist_message(twist), stamped(plain, TIME, frame_field(frame)))  # a Twist, and the same with a stamp
-        for twist, frame in TWISTS
-    ]
-    read = subprocess.run(
-        [ros_python, "-c", READ],
-        input="".join(json.dumps([plain.hex(), made.hex()]) + "\n" for plain, made in pairs),
-        env=ros_env,
-        cwd=Path("/"),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    for (twist, frame), (plain, made), line in zip(TWISTS, pairs, read.stdout.splitlines(), strict=True):
-        one, other, sec, nanosec, read_frame, again, length = json.loads(line)
-        assert one == other == [twist.x, twist.y, twist.z, 0, 0, twist.yaw]
-        assert (sec, nanosec, read_frame) == (1_700_000_000, 123_456_789, frame)
-        assert frame_in(made) == frame
-        assert again == plain.hex()
-        assert length == len(made)  # the bytes between the frame and the velocity are arbitrary
+@pytest.fixture
+def rclpy(ros_python: str, ros_env: dict[str, str]) -> Rclpy:
+    """Return a function that returns what rclpy reads from messages and makes of them, and its own joint states."""
+
+    def run(messages: Sequence[tuple[str, bytes]], states: Sequence[State] = ()) -> tuple[list[Any], list[bytes]]:
+        sent = json.dumps([[(name, data.hex()) for name, data in messages], states])
+        command = [ros_python, "-c", READ]
+        done = subprocess.run(
+            command, input=sent, env=ros_env, cwd=Path("/"), stdout=subprocess.PIPE, text=True, check=True
+        )
+        read, made = json.loads(done.stdout)
+        return read, [bytes.fromhex(each) for each in made]
+
+    return run
 
 
-READ_JOINTS = """
-import json, sys
-from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
-from trajectory_msgs.msg import JointTrajectory
-
-trajectory, numbers, states = json.loads(sys.stdin.read())
-read = deserialize_message(bytes.fromhex(trajectory), JointTrajectory)
-points = [
-    [each.time_from_start.sec + each.time_from_start.nanosec / 1e9, [*each.positions], [*each.velocities]]
-    + [[*each.accelerations], [*each.effort]]
-    for each in read.points
-]
-stamp = [read.header.stamp.sec, read.header.stamp.nanosec]
-found = deserialize_message(bytes.fromhex(numbers), Float64MultiArray)
-messages = []
-for names, positions, frame in states:
-    message = JointState(name=names, position=positions, velocity=[9.0] * len(names))
-    message.header.frame_id, message.header.stamp.sec = frame, 7
-    messages.append(serialize_message(message).hex())
-print(json.dumps([[stamp, read.joint_names, points], [*found.data], [*found.layout.dim], messages]))
-"""
-"""A script that prints the fields of a trajectory and of numbers, and rclpy's messages with joint states."""
+def test_rclpy_reads_and_writes_the_same(rclpy: Rclpy) -> None:
+    plain = [twist_message(twist) for twist, _ in TWISTS]
+    made = [stamped(each, TIME, frame_field(frame)) for each, (_, frame) in zip(plain, TWISTS, strict=True)]
+    sent = [("geometry_msgs/Twist", each) for each in plain] + [("geometry_msgs/TwistStamped", each) for each in made]
+    read = rclpy(sent)[0]
+    for number, (twist, frame) in enumerate(TWISTS):
+        [one, again], [other, like] = read[number], read[number + len(TWISTS)]
+        assert one == other["twist"]
+        assert one["linear"] == {"x": twist.x, "y": twist.y, "z": twist.z}
+        assert one["angular"] == {"x": 0, "y": 0, "z": twist.yaw}
+        assert other["header"] == {"stamp": {"sec": 1_700_000_000, "nanosec": 123_456_789}, "frame_id": frame}
+        assert frame_in(made[number]) == frame
+        assert again == plain[number].hex()
+        assert len(like) == len(made[number].hex())  # the bytes between the frame and the velocity are arbitrary
 
 
-def test_rclpy_reads_joint_commands_and_we_read_joint_states(ros_python: str, ros_env: dict[str, str]) -> None:
-    names = ("a", "bcd", "head_yaw")
+def test_rclpy_reads_joint_commands_and_we_read_joint_states(rclpy: Rclpy) -> None:
+    names = ["a", "bcd", "head_yaw"]
     points = [(0.0, [1.0, -2.0, 3.5], [0.5, 0.0, -1e-9]), (0.3, [1.125, -2.0, 3.5], [0.0, 0.0, 0.0])]
     numbers = [1.5, -2.0, 1e-300]
-    states = [
-        (["a"], [1.5], "base"),
-        (["a", "bcd", "head_yaw"], [1.0, -2.0, 3.25], ""),
-        (["a", "b"], [1.0], "a name too many"),
-        ([], [], ""),
-        (["a", "b"], [float("nan"), 2.0], "odd"),
+    states: list[tuple[State, dict[str, float]]] = [
+        ((["a"], [1.5], "base"), {"a": 1.5}),
+        ((names, [1.0, -2.0, 3.25], ""), {"a": 1.0, "bcd": -2.0, "head_yaw": 3.25}),
+        ((["a", "b"], [1.0], "a name too many"), {}),
+        (([], [], ""), {}),
+        ((["a", "b"], [float("nan"), 2.0], "odd"), {"b": 2.0}),
     ]
-    sent = [trajectory_message(names, points).hex(), numbers_message(numbers).hex(), states]
-    read = subprocess.run(
-        [ros_python, "-c", READ_JOINTS],
-        input=json.dumps(sent),
-        env=ros_env,
-        cwd=Path("/"),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    [stamp, joints, found], read_numbers, layout, messages = json.loads(read.stdout)
-    assert (stamp, tuple(joints), read_numbers, layout) == ([0, 0], names, numbers, [])
-    assert found == [[*each, [], []] for each in points]
-    made = [bytes.fromhex(each) for each in messages]
-    assert [joints_in(each) for each in made] == [
-        {"a": 1.5},
-        {"a": 1.0, "bcd": -2.0, "head_yaw": 3.25},
-        {},
-        {},
-        {"b": 2.0},
+    commands = [
+        ("trajectory_msgs/JointTrajectory", trajectory_message(tuple(names), points)),
+        ("std_msgs/Float64MultiArray", numbers_message(numbers)),
     ]
+    ([trajectory, _], [array, _]), made = rclpy(commands, [state for state, _ in states])
+    assert trajectory["header"]["stamp"] == {"sec": 0, "nanosec": 0}
+    assert trajectory["joint_names"] == names
+    empty: dict[str, list[float]] = {"accelerations": [], "effort": []}
+    assert trajectory["points"] == [
+        {"positions": positions, "velocities": velocities, "time_from_start": {"sec": 0, "nanosec": at * 1e9}, **empty}
+        for at, positions, velocities in points
+    ]
+    assert (array["data"], array["layout"]["dim"]) == (numbers, [])
+    assert [joints_in(each) for each in made] == [read for _, read in states]
     assert all(joints_in(each[:length]) == {} for each in made for length in range(4, len(each) // 2))

@@ -1,12 +1,13 @@
-"""The clock of the time in a stamp."""
+"""The clock of the time in a stamp, and the time of a simulation that a dance follows."""
 
 from __future__ import annotations
 
 import time
+from threading import Event, Thread
 
 import pytest
 
-from tests.ros.conftest import STAMPED, Listen, Publish, Sink
+from tests.ros.conftest import LIMIT, STAMPED, Listen, Publish, Sink
 from tests.ros.dance import moving
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
@@ -50,3 +51,24 @@ def test_a_robot_that_takes_no_stamps_needs_no_clock(sink: Sink, listen: Listen)
     listen(TOPIC)
     sink("prepare", TURTLE, use_sim_time=True)
     sink("wait")
+
+
+def test_the_time_of_a_simulation_that_a_dance_follows_is_known(sink: Sink, publish: Publish) -> None:
+    """tests/player/test_following_clock.py tests the effects."""
+    sink("prepare", TURTLE, follows_time=True)
+    clock, known = publish("/clock", "rosgraph_msgs/Clock"), Event()
+    begun = time.monotonic()
+
+    def simulate() -> None:
+        while not known.is_set():
+            passed = (time.monotonic() - begun) / 2
+            clock({"clock.sec": int(passed), "clock.nanosec": int(passed % 1 * 1e9)}, once=True)
+
+    running = Thread(target=simulate)
+    running.start()
+    try:
+        while sink("rate") != pytest.approx(0.5, abs=0.1):  # on a busy machine, it takes a while
+            assert time.monotonic() < begun + LIMIT
+    finally:
+        known.set()
+        running.join()

@@ -10,9 +10,7 @@ from improv_core.protocol.commands import AUTOMATIONS
 from improv_core.protocol.fields import PoseJson, to_pose_json
 from improv_core.protocol.messages import (
     Armed,
-    Bar,
     Decided,
-    Deserting,
     ErrorLine,
     Measured,
     MeasuredRobot,
@@ -22,9 +20,7 @@ from improv_core.protocol.messages import (
     RobotsSeen,
     Sensed,
     StageWarning,
-    Startable,
     TransportMessage,
-    Waiting,
 )
 from improv_core.protocol.output import RawJoints
 from improv_core.protocol.robot_messages import (
@@ -45,7 +41,6 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
-from improv_core.score.takeover import Begins, Paced, Trailing
 
 Told = (
     TransportMessage
@@ -69,18 +64,6 @@ Told = (
 def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float) -> Told:
     """Report the playback position at a time on the clock, which is `wall` in Unix time."""
     beats = run.beats(over)
-    deserting: Deserting = {}  # only the stage's loop knows of its parent
-    waiting: Waiting = {"waits_for": waits} if waits else {}
-    if run.mode == "paused" and run.too_near:
-        waiting["too_near"] = run.too_near
-    startable: Startable = {} if run.startable_by == AUTOMATIONS else {"startable_by": sorted(run.startable_by)}
-    begins = {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}
-    began: Begins = {"begins": begins} if begins else {}
-    if run.score.scene or run.score.since:
-        began["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
-    bar: Bar = {"bar": run.score.bar} if run.score.bar else {}
-    pace: Paced = {"pace": float(run.pace)} if run.clock or run.pace != 1 else {}
-    trailing: Trailing = {"behind": run.behind} if run.behind else {}
     message: TransportMessage = {
         "type": "transport",
         "generation": run.generation,
@@ -96,15 +79,25 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         "soloed": sorted(run.silenced.soloed),
         "monotonic": at,
         "wall": wall,
-        **poses,
-        **waiting,
-        **startable,
-        **began,
-        **bar,
-        **pace,
-        **trailing,
-        **deserting,
     }
+    if "start" in poses and "poses" in poses:
+        message["start"], message["poses"] = poses["start"], poses["poses"]
+    if waits:
+        message["waits_for"] = waits
+    if run.mode == "paused" and run.too_near:
+        message["too_near"] = run.too_near
+    if run.startable_by != AUTOMATIONS:
+        message["startable_by"] = sorted(run.startable_by)
+    if begins := {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}:
+        message["begins"] = begins
+    if run.score.scene or run.score.since:
+        message["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
+    if run.score.bar:
+        message["bar"] = run.score.bar
+    if run.clock or run.pace != 1:
+        message["pace"] = float(run.pace)
+    if run.behind:
+        message["behind"] = run.behind
     return message
 
 

@@ -254,14 +254,6 @@ class Poses(TypedDict, total=False):
     poses: Mapping[str, PoseJson]
 
 
-class Waiting(TypedDict, total=False):
-    """The conditions that must change before robots move: an emergency stop, a deadman button, robots that are gone. Or
-    else somebody must resume, because robots were `too_near` to each other."""
-
-    waits_for: Sequence[str]
-    too_near: Sequence[str]
-
-
 class _TransportMessage(TypedDict):
     type: Literal["transport"]
     generation: int
@@ -279,26 +271,21 @@ class _TransportMessage(TypedDict):
     wall: float
 
 
-class Startable(TypedDict, total=False):
-    """The automations that may have robots begin or continue without a person; if missing, all of them."""
+class TransportMessage(_TransportMessage, Poses, Begins, Paced, Trailing, total=False):
+    """The playback position at the times `monotonic` and `wall`.
 
+    Before robots move, the conditions in `waits_for` must change: an emergency stop, a deadman button, robots that are
+    gone. Or else somebody must resume, because robots were `too_near` to each other. Only the automations in
+    `startable_by` may have robots begin or continue without a person; if it is missing, all may. `bar` is the number of
+    beats in a bar, if the program sets it. `deserted` is true if a stage stopped its robots because its parent was
+    silent, and has been sent nothing to play since.
+    """
+
+    waits_for: Sequence[str]
+    too_near: Sequence[str]
     startable_by: Sequence[Automation]
-
-
-class Bar(TypedDict, total=False):
-    """The beats of a bar, if the program sets it."""
-
     bar: int
-
-
-class Deserting(TypedDict, total=False):
-    """True if a stage stopped its robots because its parent was silent, and has been sent nothing to play since."""
-
     deserted: bool
-
-
-class TransportMessage(_TransportMessage, Poses, Waiting, Startable, Begins, Bar, Paced, Trailing, Deserting):
-    """The playback position at the times `monotonic` and `wall`."""
 
 
 class Request(TypedDict):

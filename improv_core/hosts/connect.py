@@ -8,12 +8,12 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 from improv_core.hosts import texts
 from improv_core.hosts.allowed import HostError
 from improv_core.hosts.bundle import boot_line, bundle
+from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame
 from improv_core.hosts.ssh import ssh_command
 from improv_core.ipc.child import Child, Policy
 
@@ -29,13 +29,28 @@ class ConnectError(Exception):
     """There is no far end. The message is one line with the advice."""
 
 
-@dataclass(frozen=True, slots=True)
 class Connection:
-    """ssh, connected to a far end; the output of that so far; and the version of Python there."""
+    """ssh, connected to the far end on a host, and what that has sent so far."""
 
-    ssh: Child
-    said: bytes
-    python: str
+    def __init__(self, host: str, ssh: Child, said: bytes) -> None:
+        self.host, self.ssh, self.said = host, ssh, said
+        self._incoming = Incoming(UP, LONGEST_UP)
+
+    def hear(self, limit: float | None = None) -> list[LinkFrame]:
+        """Return the next frames; perhaps none, at the latest after `limit` seconds. Raises ConnectError if the far end
+        ends."""
+        try:
+            said, self.said = self.said or self.ssh.read_some(limit), b""
+            frames = self._incoming.take(said)
+        except EOFError:
+            self.ssh.wait()
+            raise ConnectError(texts.of_ssh(self.host, [*self.ssh.errors])) from None
+        except FrameError as error:
+            raise ConnectError(texts.strange(self.host, str(error))) from None
+        for frame in frames:
+            if frame.letter == "e":
+                raise ConnectError(texts.of_far(self.host, frame.rest.decode(errors="replace")))
+        return frames
 
 
 def connect(host: str, arguments: Sequence[str], config: str | None = None) -> Connection:
@@ -58,7 +73,7 @@ def connect(host: str, arguments: Sequence[str], config: str | None = None) -> C
 
 def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:
     carried = bundle()
-    python, unread, length = "", b"", 0
+    unread, length = b"", 0
     end = time.monotonic() + BEGIN_LIMIT
     with suppress(OSError):  # ssh has ended; then its output has, too
         ssh.write(boot_line(carried, arguments))
@@ -75,13 +90,11 @@ def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:
             said = _fields_in(line)
             if "problem" in said:
                 raise ConnectError(texts.of_bootstrap(said))
-            if isinstance(version := said.get("python"), list):
-                python = ".".join(map(str, version))[:20]
             if said.get("wants") is True:
                 with suppress(OSError):
                     ssh.write(carried.data)
             if said.get("begins") is True:
-                return Connection(ssh, b"\n".join([*lines[at + 1 :], unread]), python)
+                return Connection(host, ssh, b"\n".join([*lines[at + 1 :], unread]))
         length += len(data)
         if length > MOST_SAID:
             raise ConnectError(texts.strange(host, "it prints much that is none of ours"))

@@ -6,15 +6,14 @@ import json
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from improv_core.hosts import texts
 from improv_core.hosts.clock_offset import Estimated
 from improv_core.hosts.clock_queries import OFTEN, Asking, asked, estimated, lag, told
-from improv_core.hosts.connect import ConnectError, connect
-from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, time_in
-from improv_core.ipc.child import Child
+from improv_core.hosts.connect import ConnectError, Connection, connect
+from improv_core.hosts.frames import FrameError, time_in
 
 LIMIT = 60.0
 """Seconds that the search for ROS 2 there may take."""
@@ -29,19 +28,13 @@ class SeenHost:
     lag: float
 
 
-@dataclass
-class _Look:
-    asking: Asking
-    holds: dict[str, Any] = field(default_factory=dict)
-
-
 def look(host: str, *, domain: int | None = None, rmw: str | None = None, config: str | None = None) -> SeenHost:
     """Look at a host with this domain and this middleware. Raises ConnectError."""
     domains = [] if domain is None else ["--domain", str(domain)]
     middleware = ["--rmw", rmw] if rmw else []
     connection = connect(host, [*domains, *middleware, "--look"], config)
     try:
-        return _looked(host, connection.ssh, connection.said)
+        return _looked(connection)
     except FrameError as error:
         raise ConnectError(texts.strange(host, str(error))) from None
     finally:
@@ -50,38 +43,25 @@ def look(host: str, *, domain: int | None = None, rmw: str | None = None, config
         connection.ssh.wait()
 
 
-def _looked(host: str, ssh: Child, said: bytes) -> SeenHost:
+def _looked(connection: Connection) -> SeenHost:
     """Ask for the time until the clock and everything else is known."""
-    incoming = Incoming(UP, LONGEST_UP)
     begun = due = time.monotonic()
-    look = _Look(Asking(begun))
+    asking, holds = Asking(begun), dict[str, Any]()
     while (now := time.monotonic()) < begun + LIMIT:
-        _hear(host, look, incoming, said, now)
-        look.asking = estimated(look.asking, now)
-        if look.holds and look.asking.found:
-            return SeenHost(look.holds, look.asking.found, lag(look.asking))
+        asking = estimated(asking, now)
+        if holds and asking.found:
+            return SeenHost(holds, asking.found, lag(asking))
         if now >= due:
             due = now + OFTEN
-            number = look.asking.number + 1
-            look.asking = asked(look.asking, number, time.monotonic())
+            asking = asked(asking, asking.number + 1, time.monotonic())
             with suppress(OSError):  # ssh has ended; then its output has, too
-                ssh.write(b"c%d\n" % number)
-        try:
-            said = ssh.read_some(max(due - time.monotonic(), 0.0))
-        except EOFError:
-            ssh.wait()
-            raise ConnectError(texts.of_ssh(host, [*ssh.errors])) from None
+                connection.ssh.write(b"c%d\n" % asking.number)
+        for frame in connection.hear(max(due - time.monotonic(), 0.0)):
+            if frame.letter == "c":
+                asking = told(asking, time_in(frame.rest), time.monotonic())
+            elif frame.letter == "i":
+                holds = _holds(frame.rest)
     raise ConnectError(texts.late(LIMIT))
-
-
-def _hear(host: str, look: _Look, incoming: Incoming, said: bytes, now: float) -> None:
-    for frame in incoming.take(said):
-        if frame.letter == "c":
-            look.asking = told(look.asking, time_in(frame.rest), now)
-        elif frame.letter == "i":
-            look.holds = _holds(frame.rest)
-        elif frame.letter == "e":
-            raise ConnectError(texts.of_far(host, frame.rest.decode(errors="replace")))
 
 
 def _holds(rest: bytes) -> dict[str, Any]:

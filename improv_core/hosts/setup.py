@@ -5,10 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 
-from improv_core.hosts import texts
-from improv_core.hosts.connect import ConnectError, connect
-from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming
-from improv_core.ipc.child import Child
+from improv_core.hosts.connect import connect
 from improv_core.outputs.ros.setup.proof import Proof
 from improv_core.plain import message as in_plain_text
 
@@ -23,25 +20,11 @@ def set_up_there(host: str, proof: Proof, say: Callable[[str], object], config: 
     """
     connection = connect(host, ["--set-up", json.dumps([proof.topic, proof.score])], config)
     try:
-        _listen(host, connection.ssh, connection.said, say)
-    except FrameError as error:
-        raise ConnectError(texts.strange(host, str(error))) from None
+        while True:
+            for frame in connection.hear():
+                if frame.letter == "t":
+                    say(in_plain_text(frame.rest.decode(errors="replace")))
+                elif frame.letter == "i" and frame.rest == DONE:
+                    return
     finally:
         connection.ssh.end()
-
-
-def _listen(host: str, ssh: Child, said: bytes, say: Callable[[str], object]) -> None:
-    incoming = Incoming(UP, LONGEST_UP)
-    while True:
-        for frame in incoming.take(said):
-            if frame.letter == "t":
-                say(in_plain_text(frame.rest.decode(errors="replace")))
-            elif frame.letter == "e":
-                raise ConnectError(texts.of_far(host, frame.rest.decode(errors="replace")))
-            elif frame.letter == "i" and frame.rest == DONE:
-                return
-        try:
-            said = ssh.read_some()
-        except EOFError:
-            ssh.wait()
-            raise ConnectError(texts.of_ssh(host, [*ssh.errors])) from None

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from improv_core.ipc.rate_limit import Throttle
+from improv_core.outputs.simulator.collisions import NoCollisions
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.answers import Answers
 from improv_core.page.background import AtOnce
@@ -32,7 +33,6 @@ from improv_core.session.state import PlayScore
 from improv_core.slices import on_checkpoint
 from improv_core.stage.loop import Opened
 from improv_core.website.in_process_stage import Hear, StageHere
-from improv_core.website.no_collisions import Passing
 
 PROGRAM = Path("dance.improv")
 """Name of the program: there are no files."""
@@ -50,7 +50,7 @@ class Home:
         self._post = post
         self._obeyed = obeyed
         self._stops = Stops(asleep=lambda: 0.0)
-        self._simulator = Simulator(collide=Passing)
+        self._simulator = Simulator(collide=NoCollisions)
         self._pages = Pages(self._simulator.snapshot)
         self._answers = Answers(AtOnce())
         self._broadcast = Broadcast(

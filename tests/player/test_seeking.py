@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from improv_core.outputs.simulator.collisions import NoCollisions
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
@@ -18,7 +19,6 @@ from improv_core.score.movement import ENDLESS
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
-from improv_core.website.no_collisions import Passing
 from tests.player.test_continuing import Continuing
 from tests.random_programs import programs, score_of_text
 
@@ -35,7 +35,7 @@ class Simulated(Continuing):
 
     def __init__(self, score: Score) -> None:
         super().__init__()
-        self.simulator = Simulator(None, Passing)
+        self.simulator = Simulator(None, NoCollisions)
         self.player = Player(self.simulator, self._hear, lambda: 0.0)
         self.save(score, "restart")
         for robot, part in self.player.score.parts.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from improv_core.protocol.drawn import Bump
 from improv_core.score.dynamics import STEPS_PER_SECOND
@@ -44,11 +44,15 @@ class Pushed:
     yaw: float
 
 
-class Colliding(Protocol):
-    """The obstacles of a world and the robots that are near something."""
+class NoCollisions:
+    """The robots in a world that are near something, if nothing computes collisions: they pass through everything."""
+
+    def __init__(self, world: World) -> None:
+        """Ignore the world."""
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
         """Return whether a wall or an obstacle is within `reach` meters of a point."""
+        return False
 
     def keep(self, discs: Mapping[str, Disc]) -> None:
         """Add these robots and remove all others."""
@@ -58,16 +62,19 @@ class Colliding(Protocol):
 
         Returns those that were pushed.
         """
+        return {}
 
     def take_bumps(self) -> list[Bump]:
         """The bumps since the last call."""
+        return []
 
     def take_contacts(self) -> tuple[set[str], set[str]]:
         """The robots that bumped into something or were bumped into, and those that touched anything, since the last
         call."""
+        return set(), set()
 
 
-class Collisions:
+class Collisions(NoCollisions):
     """Collisions computed by pymunk."""
 
     def __init__(self, world: World) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import pairwise
 from threading import Lock
 
-from improv_core.outputs.simulator.collisions import Colliding, Collisions, Disc, Pushed
+from improv_core.outputs.simulator.collisions import Collisions, Disc, NoCollisions, Pushed
 from improv_core.outputs.simulator.joints import SimulatedJoints
 from improv_core.outputs.simulator.robot import SimulatedRobot
 from improv_core.outputs.simulator.senses import SimulatedSenses
@@ -45,7 +45,7 @@ class Simulator(Sink):
     name = "simulator"
     real = False
 
-    def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], Colliding] = Collisions) -> None:
+    def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], NoCollisions] = Collisions) -> None:
         self.period = period
         self._collide = collide
         self._lock = Lock()  # any thread may read poses

@@ -7,6 +7,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from typing import NamedTuple
 
 from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.sensors.process import PROMPT as URGENT
@@ -39,6 +40,17 @@ USUAL, PROMPT = 0.05, 0.02
 """Seconds between two looks for poses: usually, and while robots have to keep apart."""
 
 
+class _Wanted(NamedTuple):
+    """The senses to read, the topics of robots' poses, batteries, and joint states, and the seconds between two looks
+    for poses."""
+
+    sources: Mapping[RobotSense, Topic]
+    odometry: Mapping[str, str]
+    batteries: Mapping[str, str]
+    joint_states: Mapping[str, str]
+    period: float
+
+
 class RosReader:
     """Has another process read senses and poses, starts it when the first is needed, and passes on edges and poses on a
     thread of its own.
@@ -56,15 +68,11 @@ class RosReader:
         """The problem with the process, in one line."""
         self.unread: dict[str, str] = {}
         """Topics that can't be read, with the reasons."""
-        self._sources: Mapping[RobotSense, Topic] = {}
+        self._wanted = _Wanted({}, {}, {}, {}, USUAL)
         self._asked = -math.inf  # when the latest sense was added
         self._reported: dict[RobotSense, bool | None] = {}  # the latest values from the process
         self._values: dict[RobotSense, bool | None] = {}  # the values that count
         self._missing_signs = 0  # the signs of life still missing until its messages count again
-        self._odometry: Mapping[str, str] = {}
-        self._batteries: Mapping[str, str] = {}
-        self._joint_states: Mapping[str, str] = {}
-        self._period = USUAL
         self.alive = -math.inf
         """The time of the latest sign of life: everything that arrived before it has been read."""
         self.batteries: dict[str, float] = {}
@@ -88,16 +96,13 @@ class RosReader:
 
         `period` is the seconds between two looks for poses.
         """
-        if sources.items() - self._sources.items() or odometry.items() - self._odometry.items():
+        before = self._wanted
+        self._wanted = _Wanted(dict(sources), dict(odometry), dict(batteries), dict(joint_states), period)
+        if sources.items() - before.sources.items() or odometry.items() - before.odometry.items():
             self._asked = self._clock()
-        self._posed = {robot for robot in self._posed if self._odometry.get(robot) == odometry.get(robot)}
-        self._sources, self._odometry, self._batteries = dict(sources), dict(odometry), dict(batteries)
-        joints = {robot: self.joints.get(robot, {}) for robot in joint_states}
-        self.joints = {
-            robot: known for robot, known in joints.items() if self._joint_states.get(robot) == joint_states[robot]
-        }
-        self._joint_states = dict(joint_states)
-        self._period = period
+        self._posed = {robot for robot in self._posed if before.odometry.get(robot) == odometry.get(robot)}
+        kept = before.joint_states.items() & joint_states.items()
+        self.joints = {robot: self.joints.get(robot, {}) for robot, _ in kept}
         self.batteries = {robot: share for robot, share in self.batteries.items() if robot in batteries}
         if (sources or odometry or batteries or joint_states) and not self._thread.ident:
             self._thread.start()
@@ -106,12 +111,12 @@ class RosReader:
         """Return whether a recently added sense or pose is still missing."""
         if self._clock() >= self._asked + FIND_LIMIT:
             return False
-        return any(map(self.is_silent, self._sources)) or not self._odometry.keys() <= self._posed
+        return any(map(self.is_silent, self._wanted.sources)) or not self._wanted.odometry.keys() <= self._posed
 
     def lacks_poses(self, robot: str, since: float) -> bool:
         """Return whether a robot that has moved since a time has never sent a pose. Poses that stop later are a fault
         of the robot (safety/fault_rules.py)."""
-        return robot in self._odometry and robot not in self._posed and self.alive > since + POSE_LIMIT
+        return robot in self._wanted.odometry and robot not in self._posed and self.alive > since + POSE_LIMIT
 
     def is_silent(self, sense: RobotSense) -> bool:
         """Return whether a sense has no known value."""
@@ -126,8 +131,9 @@ class RosReader:
     def _run(self) -> None:
         """Keep one process running until the reader is closed."""
         while not self._closing.is_set():
+            urgent = [URGENT] if self._wanted.period == PROMPT else []
             try:
-                child = Child(helper("reader", self._node, *([URGENT] if self._period == PROMPT else [])), POLICY)
+                child = Child(helper("reader", self._node, *urgent), POLICY)
             except OSError as error:
                 what = f"can't start: {error}"
             else:
@@ -147,7 +153,7 @@ class RosReader:
         while not self._closing.is_set():
             if asked != (wanted := self._wanted):
                 asked, self.unread = wanted, {}
-                child.write(_request(*wanted))
+                child.write(_request(wanted))
             try:
                 lines = child.read(WAIT)
             except EOFError:
@@ -168,10 +174,6 @@ class RosReader:
                 return f"sent an unreadable line ({type(error).__name__})"
         return "is not needed"
 
-    @property
-    def _wanted(self) -> _Wanted:
-        return self._sources, self._odometry, self._batteries, self._joint_states, self._period
-
     def _take(self, message: FromReader) -> None:
         if message["type"] == "edge":
             sense = RobotSense(message["robot"], message["sense"])
@@ -190,7 +192,7 @@ class RosReader:
         elif message["type"] == "batteries":
             self.batteries = {**self.batteries, **message["batteries"]}
         elif message["type"] == "joints":
-            if message["robot"] in self._joint_states:
+            if message["robot"] in self._wanted.joint_states:
                 new = {joint: (position, message["at"]) for joint, position in message["positions"].items()}
                 self.joints = {**self.joints, message["robot"]: {**self.joints.get(message["robot"], {}), **new}}
                 self._hear(RawJoints(message["robot"], message["positions"], message["at"]))
@@ -198,7 +200,7 @@ class RosReader:
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
     def _measure(self, message: MeasuredPoses) -> None:
-        asked = [each for each in message["poses"] if self._odometry.get(each["robot"]) == each["topic"]]
+        asked = [each for each in message["poses"] if self._wanted.odometry.get(each["robot"]) == each["topic"]]
         if asked:  # others are from topics that counted until just now
             self._posed |= {each["robot"] for each in asked}
             self._hear(RawPoses([_pose(each) for each in asked]))
@@ -219,25 +221,16 @@ def _pose(each: MeasuredPose) -> RawPose:
     return RawPose(*where, each["frame"], each["stamp"], each["topic"])
 
 
-_Wanted = tuple[Mapping[RobotSense, Topic], Mapping[str, str], Mapping[str, str], Mapping[str, str], float]
-
-
-def _request(
-    sources: Mapping[RobotSense, Topic],
-    odometry: Mapping[str, str],
-    batteries: Mapping[str, str],
-    joint_states: Mapping[str, str],
-    period: float,
-) -> bytes:
+def _request(wanted: _Wanted) -> bytes:
     senses: list[SenseToRead] = [
-        {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in sources.items()
+        {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in wanted.sources.items()
     ]
     request: ToReader = {
         "type": "read",
-        "period": period,
+        "period": wanted.period,
         "senses": senses,
-        "odometry": odometry,
-        "batteries": batteries,
-        "joint_states": joint_states,
+        "odometry": wanted.odometry,
+        "batteries": wanted.batteries,
+        "joint_states": wanted.joint_states,
     }
     return json.dumps(request).encode() + b"\n"

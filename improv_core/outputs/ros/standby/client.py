@@ -7,11 +7,10 @@ import queue
 import threading
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
-from typing import NamedTuple
 
 from improv_core.ipc.child import Child, Policy
 from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper
-from improv_core.protocol.standby_messages import FromStandby, ToStandby
+from improv_core.protocol.standby_messages import FromStandby, Publish, ToStandby
 from improv_core.safety.failover import READY_LIMIT, START_LIMIT, Relief
 
 PULSE_PERIOD = 0.1
@@ -47,7 +46,7 @@ class Standby:
         self._alarm = alarm
         self.problem: str | None = None
         """The latest problem with the standby, in one line."""
-        self._publishers: dict[tuple[str, str], _Publisher] = {}  # by topic and kind
+        self._publishers: dict[tuple[str, str], tuple[Publish, Callable[[], int]]] = {}  # by topic and kind
         self._moving: dict[str, str] = {}  # topics, and the frames of velocities on them
         self._pending: dict[str, str] = {}  # the same for robots that may not have received their zeros
         self._pulse = 0.0  # when the next sign of life is due
@@ -77,7 +76,7 @@ class Standby:
         if not self._child or not self._has_spoken:
             return False
         unfound = self._publishers.keys() - self._found
-        return not any(key[0] in topics and self._publishers[key].listeners() > 0 for key in unfound)
+        return not any(key[0] in topics and self._publishers[key][1]() > 0 for key in unfound)
 
     def renew(self) -> None:
         """Check that the standby is alive, because a score is about to begin."""
@@ -105,9 +104,10 @@ class Standby:
         """Note that the stage has created a publisher of a message type on a topic, on its second node or not.
         `listeners` counts those that it has found, and `joints` is the number of joints of a velocity controller
         there."""
-        self._publishers[topic, kind] = publisher = _Publisher(second, listeners, joints)
+        message: Publish = {"type": "publish", "topic": topic, "kind": kind, "second": second, "joints": joints}
+        self._publishers[topic, kind] = message, listeners
         self._found.discard((topic, kind))
-        self._tell(_publish(topic, kind, publisher))
+        self._tell(message)
 
     def withdraw(self, topic: str, kind: str) -> None:
         """Note that the stage has destroyed this publisher."""
@@ -196,8 +196,8 @@ class Standby:
             return
         self._child = new
         self._relief.starts(now)
-        for (topic, kind), publisher in self._publishers.items():
-            self._tell(_publish(topic, kind, publisher))
+        for message, _ in self._publishers.values():
+            self._tell(message)
         for topic, frame in self._moving.items():
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
         for topic, frame in self._pending.items():
@@ -225,13 +225,3 @@ class Standby:
             self._new.put(Child(self._command, POLICY))
         except OSError as error:
             self._new.put(error)
-
-
-class _Publisher(NamedTuple):
-    second: bool
-    listeners: Callable[[], int]
-    joints: int
-
-
-def _publish(topic: str, kind: str, publisher: _Publisher) -> ToStandby:
-    return {"type": "publish", "topic": topic, "kind": kind, "second": publisher.second, "joints": publisher.joints}

@@ -17,7 +17,7 @@ from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import TransportMessage, When
 from improv_core.protocol.output import Edge, Noticed, Sink
 from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Pose, Twist
+from improv_core.score.motion import Twist
 from improv_core.score.score import Deadman, Rejoin, Safety, Score
 from improv_core.score.senses import RobotSense
 
@@ -37,9 +37,7 @@ class Memory(Sink):
         self.paces: list[float] = []  # of commands to joints
         self.deaf: dict[str, str] = {}
         self.asked: list[set[str]] = []
-        self.prepared: list[bool] = []
         self.met: set[str] = set()
-        self.placed: Mapping[str, Pose] = {}
         self.refuses: set[str] = set()
         self.breaks_at: tuple[float, str] = (math.inf, "")  # when a robot becomes unreachable
 
@@ -51,7 +49,6 @@ class Memory(Sink):
     def prepare(self, score: Score, restart: bool) -> None:
         for robot in self.refuses & score.parts.keys():
             raise OSError(f"{robot} can't be prepared")
-        self.prepared.append(restart)
 
     def ask(self, robots: Collection[str]) -> None:
         self.asked.append(set(robots))
@@ -74,9 +71,6 @@ class Memory(Sink):
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
         self.joints.append((robot, at, dict(joints)))
         self.paces.append(pace)
-
-    def place(self, poses: Mapping[str, Pose]) -> None:
-        self.placed = poses
 
     def noticed(self) -> Noticed:
         return self.noted

@@ -121,16 +121,10 @@ def test_output_of_a_library_is_not_among_a_stages_messages() -> None:
 HOSTILE = [
     b"[" * DEEP + b"]" * DEEP,
     b'{"type": "load", "score": ' + b'{"a":' * DEEP + b"1" + b"}" * DEEP + b"}",
-    b'{"type": "seek", "beat": NaN}',
     b'{"type": "seek", "beat": 1e999}',
-    b'{"type": "seek", "beat": 1' + b"0" * 4000 + b"}",
     b'{"type": "seek", "beat": 1' + b"0" * 5000 + b"}",
-    b'{"type": "speed", "factor": Infinity}',
-    b'{"type": "speed", "type": 1}',
-    b'{"type": "silence", "muted": "r", "soloed": []}',
     b'{"type": "stop"\xff}',
     b"\x00\x00\x00\x00",
-    b"\xff\xfe",
     b'{"type": "' + b"x" * 100_000 + b'"}',
 ]
 

@@ -103,14 +103,6 @@ def test_beats_are_on_time_after_a_change_of_speed_a_seek_and_a_pause() -> None:
     assert stage.take() == [(2.1, "state paused"), (3.1, "state playing"), (3.1, "word r forward"), (3.5, "beat 9")]
 
 
-def test_a_speed_set_exactly_at_a_beat_sends_it_once() -> None:
-    stage = OscStage("beat 60\nr $ repeat forward")
-    stage.pass_time(1.0)
-    stage.player.set_speed(2, stage.now)
-    stage.pass_time(0.6)
-    assert [line for _, line in stage.take() if line.startswith("beat")] == ["beat 0", "beat 1", "beat 2"]
-
-
 def test_a_muted_robot_sends_no_words_and_a_save_sends_those_that_change() -> None:
     stage = OscStage("beat 60\na b $ repeat (forward left)")
     stage.pass_time(1.5)

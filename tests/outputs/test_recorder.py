@@ -144,31 +144,6 @@ def test_the_schemas_are_those_of_ros(name: str) -> None:
     assert own.hash_rihs01(name) == ROS.hash_rihs01(name)
 
 
-def test_a_recording_may_end_before_its_program(tmp_path: Path) -> None:
-    messages = read(record(tmp_path, analyzed("a $ repeat forward\nb $ left"), seconds=1.23))
-    end = START + 1_230_000_000
-    assert changes(messages, "/a/cmd_vel") == [(START, (2, 0, 0, 0)), (end, STILL)]
-    assert [message.time for message in messages[-6:]] == [end + SECOND * n // 20 for n in (0, 0, 1, 1, 2, 2)]
-    assert read(record(tmp_path, analyzed("r $ left"), seconds=9)) == read(record(tmp_path, analyzed("r $ left")))
-
-
-def test_a_recording_is_written_in_pieces() -> None:
-    class Pieces(io.BytesIO):
-        largest = all = 0
-
-        def write(self, piece: bytes) -> int:  # type: ignore[override]
-            Pieces.largest = max(Pieces.largest, len(piece))
-            Pieces.all += len(piece)
-            return super().write(piece[:0]) or len(piece)
-
-    recorder = Recorder(Pieces(), START)
-    recorder.prepare(score_of(analyzed("r $ forward")), True)
-    for step in range(25_000):
-        recorder.send("r", Twist(step % 7), step / 100)
-    recorder.finish()
-    assert 0 < Pieces.largest < Pieces.all / 2
-
-
 def test_numbers_that_are_not_finite_are_not_recorded() -> None:
     recorder = Recorder(io.BytesIO(), START)
     recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")), True)
@@ -289,18 +264,6 @@ def test_joints_are_recorded_whenever_they_move_differently(tmp_path: Path) -> N
     assert [time for time, *_ in changed] == [0, 3 * SECOND]  # there it reaches its limit
     assert [round(math.degrees(each)) for _, *motion in [*changed, yaw[-1]] for each in motion] == [0, 30, 90, 0, 90, 0]
     assert {name for each in read_joints(path) for name in each.joints} == {"head_yaw", "head_pitch"}
-
-
-def test_between_two_messages_joints_move_evenly(tmp_path: Path) -> None:
-    program = "beat 90\nada is puppet\nada $ arms (to high [left right] to wide to start) || head repeat (up down)\n"
-    messages = read_joints(record(tmp_path, analyzed(program), 10.0))
-    latest: dict[str, tuple[int, float, float]] = {}
-    for time, _, joints in messages:
-        for name, (position, velocity) in joints.items():
-            since, began, speed = latest.get(name, (time, position, 0.0))
-            assert position == pytest.approx(began + speed * (time - since) / SECOND, abs=1e-8)
-            latest[name] = time, position, velocity
-    assert len(latest) == 8
 
 
 def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:

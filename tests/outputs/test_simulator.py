@@ -55,16 +55,6 @@ def gap(simulator: Simulator, one: str, other: str) -> float:
     return math.hypot(poses[one].x - poses[other].x, poses[one].y - poses[other].y) - 2 * RADIUS
 
 
-def test_a_twist_changes_in_the_middle_of_a_step() -> None:
-    simulator = stage(part("r"))
-    simulator.send("r", Twist(x=1.0, y=-0.5, yaw=3.0), 0.0011)
-    simulator.send("r", Twist(x=-2.0, yaw=1.0), 0.0017)
-    simulator.send("r", Twist(y=1.0), 0.0026)
-    simulator.advance(0.1)
-    expected = Pose().after(Twist(x=1.0, y=-0.5, yaw=3.0), 0.0006).after(Twist(x=-2.0, yaw=1.0), 0.0009)
-    assert near(simulator.poses()["r"], expected.after(Twist(y=1.0), 0.0974), within=1e-12)
-
-
 def test_the_ground_holds_a_robot_that_goes_down() -> None:
     twists = [(0.0, Twist(z=1)), (1.0, Twist(x=1, z=-1)), (3.0, Twist(z=1))]
     for end, expected in ((1.75, Pose(0.75, 0, 0.25)), (2.5, Pose(1.5)), (4.0, Pose(2, 0, 1))):

@@ -201,17 +201,6 @@ def test_a_tempo_at_which_robots_cannot_keep_up_is_reported(
     assert lines(stage) == [f"the MIDI clock runs at {tempo}: {line}" for tempo, line in said.items()]
 
 
-def test_the_speed_still_counts() -> None:
-    stage = stage_following("midi")
-    phase = steady(120)
-    told = anchors(phase, 20, 1 / 48, jitter=0.0)
-    play(stage, [each for each in told if each.at < START + 10], 10)
-    stage.player.set_speed(0.5, stage.now)
-    play(stage, [each for each in told if each.at >= START + 10], 20)
-    apart = gaps(stage)
-    assert apart[-1] == pytest.approx(1.0, abs=0.01)
-
-
 # The time of a simulation
 
 
@@ -288,16 +277,6 @@ def test_the_stage_that_plays_behind_another_reports_its_delay_for_the_song_on_i
     stage.player.load(score(DANCE), 2, "restart", stage.now)
     stage.run(1)
     assert "behind" not in stage.transports[-1]
-
-
-def test_a_stage_that_follows_no_clock_ignores_one() -> None:
-    stage = Stage()
-    stage.load(DANCE)
-    stage.run(1)
-    before = stage.player.run
-    stage.player.hear_clock(Anchor(stage.now, 7.0, 3.0, 0.02), stage.now)
-    assert stage.player.run == before
-    assert stage.transports[-1].get("pace") is None
 
 
 def test_joints_move_by_our_time_and_at_the_pace_of_a_simulation() -> None:

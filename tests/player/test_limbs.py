@@ -103,15 +103,6 @@ def test_a_joint_gets_its_position_again_and_again() -> None:
     assert [position for _, position in told] == pytest.approx([0.5235987755982988 * at for at, _ in told])
 
 
-def test_changes_at_the_same_time_go_to_all_joints_of_a_robot_at_once() -> None:
-    """Also if the positions of joints decide how they move."""
-    toml = TOML.replace("[robots.a]", '[profiles.nod.body.tail]\nup = { joint = "tail", degrees = 9 }\n[robots.a]')
-    stage = Bodies("a b $ head (left right) || tail (up to start)", toml)
-    stage.run(1.5)
-    told = [(robot, at, [*joints]) for robot, at, joints in stage.sink.joints if at in (0, 1)]
-    assert told == [(robot, at, ["yaw", "pitch", "tail"]) for at in (0, 1) for robot in "ab"]
-
-
 @pytest.mark.parametrize(
     ("change", "undo", "turns"),
     [

@@ -110,25 +110,6 @@ def test_an_edge_counts_from_its_own_time_though_it_arrives_later() -> None:
     assert stage.moves() == [(0, GOES), (1.998, STANDS), (2, TURNS)]
 
 
-def test_the_other_robots_are_sent_the_same_as_without_the_edge() -> None:
-    alone, beside = Reacting(), Reacting()
-    alone.begin(open_score(bert=repeat(series([FORWARD, LEFT]))))
-    beside.begin(open_score(bert=repeat(series([FORWARD, LEFT])), anna=ROAMER))
-    for turn in range(50):
-        alone.run(0.13)
-        beside.run(0.13)
-        beside.feel("anna", "near", turn % 2 == 0)
-    assert beside.moves("bert") == alone.moves("bert")
-
-
-@pytest.mark.parametrize("near", [True, False])
-def test_a_first_scene_that_may_be_empty_is_decided_too(near: bool) -> None:
-    stage = playing(anna=(if_else(LEFT, series([]), NEAR, HERE), FORWARD), near=near)
-    stage.run(5)
-    assert stage.moves() == ([(0, TURNS), (1, GOES), (2, STANDS)] if near else [(0, GOES), (1, STANDS)])
-    assert stage.decisions == [("anna", 0, near)]
-
-
 def test_a_cue_holds_for_an_instant_and_for_everybody() -> None:
     stage = Reacting()
     anna, bert = until(repeat(FORWARD), CUE), until(repeat(LEFT), CUE)

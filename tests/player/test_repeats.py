@@ -145,11 +145,3 @@ def test_each_rate_has_its_own_turns() -> None:
     repeats.hold(Mover("slow"), 1.0, 0.0)
     sent = play(repeats, 2.0005)
     assert [len(sent[robot]) for robot in ("r0", "fast", "slow")] == [40, 2000, 2]
-
-
-def test_nobody_is_due_if_nobody_moves() -> None:
-    repeats = crowd(3)
-    for number in range(3):
-        repeats.release(Mover(f"r{number}"))
-    assert repeats.due == float("inf")
-    repeats.release(Mover("unknown"))

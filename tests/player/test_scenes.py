@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+
 from tests.player.test_continuing import Continuing, changes, played
-from tests.player.test_player import QUARTER
+from tests.player.test_player import QUARTER, Stage, score
 
 LEFT, RIGHT = (0, QUARTER), (0, -QUARTER)
 FORWARD, STANDS = (2, 0), (0, 0)
@@ -69,3 +71,17 @@ def test_a_scene_that_is_deleted_while_it_plays_gives_way_to_the_one_above() -> 
     stage.save("anna $ repeat 4 forward\nbert $ repeat 4 left\n")
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (6, FORWARD), (10, STANDS)])
+
+
+def test_a_simulator_that_is_late_catches_up_with_hundreds_of_scenes_on_the_small_stack_of_a_stage() -> None:
+    stage, dance = Stage(), score("---\n".join(["r $ forward\n", "r $ left\n"] * 245))
+    limit = sys.getrecursionlimit()  # higher than Python's own, because programs are parsed here
+    sys.setrecursionlimit(1000)
+    try:
+        stage.player.load(dance, 1, "restart", stage.now)
+        stage.now += 500
+        stage.player.advance(stage.now)
+    finally:
+        sys.setrecursionlimit(limit)
+    turns = [(float(beat), *(LEFT if beat % 2 else FORWARD)) for beat in range(490)]
+    assert stage.sink.changes("r") == [*turns, (490, 0, 0)]

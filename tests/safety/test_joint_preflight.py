@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from improv_core.safety.joint_preflight import JointOff, joints_off, line_of, line_of_moving
+from improv_core.safety.joint_preflight import joints_off, line_of, line_of_moving
 from improv_core.score.body import Joint
 
 YAW, LIFT = Joint("yaw", start=math.radians(10)), Joint("lift", slides=True)
@@ -48,13 +48,6 @@ def test_the_positions_of_joints_must_be_known() -> None:
         "nothing moves: it isn't known where the joints of ada are: set `joint_states` in improv.toml to the topic "
         "that says it"
     )
-
-
-def test_a_joint_off_its_start_has_the_distance_left() -> None:
-    assert [*joints_off("ada", [YAW, LIFT], TOPIC, {"yaw": 0.0})] == [
-        JointOff("ada", YAW, YAW.start, TOPIC),
-        JointOff("ada", LIFT, None, TOPIC),
-    ]
 
 
 def test_joints_that_are_brought_to_their_starts() -> None:

@@ -307,17 +307,6 @@ def test_the_age_of_a_pose_is_judged_by_its_stamp_if_the_clocks_agree(latencies:
     assert robot.measured[-1]["robots"]["r"]["follows"] == follows
 
 
-def test_a_seek_forgets_how_far_off_it_was() -> None:
-    robot = Follower()
-    robot.play("beat 60\nr $ repeat forward\n")
-    robot.pose(Pose())
-    robot.run(0.5)
-    robot.pose(Pose())
-    robot.player.seek(4, robot.stage.now)
-    robot.run(0.02)
-    assert robot.sent[-1][1] == 0.2
-
-
 numbers = st.floats(-10, 10)
 
 

@@ -120,16 +120,6 @@ def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is()
     assert (lab.moves, lab.waits) == (("playing", True), False)
 
 
-def test_it_may_begin_anyway() -> None:
-    lab = Lab()
-    lab.begins(Pose(0.36))
-    lab.resume(anyway=True)
-    assert (lab.moves, lab.shown) == (("playing", True), [])
-    forced = Lab()
-    forced.begins(Pose(0.36), anyway=True)
-    assert forced.moves == ("playing", True)
-
-
 @pytest.mark.parametrize(("source", "state"), [(TRACKED, "paused"), (CONTINUOUS, "paused"), (AFTER_MOVING, "playing")])
 def test_an_old_pose_counts_only_if_its_source_is_silent_while_robots_stand(source: str, state: str) -> None:
     lab = Lab(source)

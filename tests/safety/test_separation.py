@@ -221,20 +221,6 @@ def test_robots_that_are_not_guarded_are_named_once() -> None:
     assert unguarded(playing(keep_apart=None)) == []
 
 
-def test_robots_of_which_no_poses_come_are_named_once_until_poses_come_again() -> None:
-    stage = playing()
-    lost = "`keep_apart` doesn't guard a and b now: no pose came for 0.2 s"
-    stage.run(1)
-    before = unguarded(stage).count(lost)
-    stage.run(1)
-    assert unguarded(stage).count(lost) == before
-    for _ in range(20):
-        see(stage, 3)
-        stage.run(0.1)
-    stage.run(1)
-    assert unguarded(stage).count(lost) == before + 1
-
-
 def meet(stage: Stage, gap: float, *, late: float = 0.0) -> None:
     """Send poses of both robots, which look at each other, with so many meters between their edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())

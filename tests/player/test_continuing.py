@@ -82,16 +82,6 @@ def changes(stage: Continuing, robot: str, since: float = 0.0) -> list[tuple[flo
     return [change for change in stage.sink.changes(robot) if change[0] >= since]
 
 
-def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting() -> None:
-    stage = played(ANNA + BERT, 5.5)
-    stage.save(ANNA + "bert $ right forward left\n")
-    stage.run(10)
-    assert changes(stage, "bert", 5.5) == [(6, 0, -QUARTER), (7, 2, 0), (8, 0, QUARTER), (9, 0, 0)]
-    told = stage.transports[1]
-    assert (told["beat"], told["performed"], told["begins"], told["restarted"]) == (6, 6, {"bert": 6}, 1)
-    assert (told["generation"], told["beats"]) == (2, None)
-
-
 @pytest.mark.parametrize(("bar", "asked"), [("", 3), ("bar 3\n", 4)], ids=["asked", "written"])
 def test_a_bar_has_as_many_beats_as_the_playing_program_sets_or_else_the_request(bar: str, asked: int) -> None:
     stage = Continuing()

@@ -187,26 +187,6 @@ def test_a_slow_machine_keeps_playing_and_reports_its_rate_once() -> None:
     assert stage.lines[1:] == ["this machine is too slow for 100 robots, so all were stopped: play fewer robots"]
 
 
-def test_the_first_beat_waits_for_listeners_but_not_forever() -> None:
-    stage = Stage()
-    stage.sink.deaf = {"r": "nothing is listening on /r/cmd_vel"}
-    stage.load("r $ forward")
-    stage.run(1)
-    assert stage.sink.sent == []
-    assert stage.states == ["waiting"]
-    stage.sink.deaf = {}
-    stage.run(5)
-    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
-
-    stage.sink.deaf = {"r2": "nothing is listening on /r2/cmd_vel"}
-    stage.load("r2 $ forward")
-    stage.run(PATIENCE + 0.1)
-    assert {"type": "warning", "message": "nothing is listening on /r2/cmd_vel"} in stage.told
-    assert stage.player.state == "playing"
-    stage.load("r2 $ forward")
-    assert stage.player.state == "playing"  # it has waited for this robot before
-
-
 def test_many_tiny_items_cannot_overload_a_robot() -> None:
     stage = played("r $ fast 1000000 repeat 1000000 (forward left)", 5)
     assert len(stage.sink.sent) <= 2004

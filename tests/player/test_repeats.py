@@ -66,15 +66,6 @@ def test_others_do_not_shift_the_repeats_of_a_robot() -> None:
     assert sent + play(repeats, 2.0, begin=1.0)["r4"] == alone
 
 
-def test_robots_that_change_faster_than_the_rate_are_hardly_repeated() -> None:
-    repeats = crowd(1)
-    count = 0
-    for step in range(1000):
-        repeats.hold(Mover("r0"), RATE, step / 1000)
-        count += sum(map(len, play(repeats, step / 1000, begin=step / 1000).values()))
-    assert count == 0
-
-
 def test_a_hiccup_leaves_one_repeat_of_each_robot_and_the_rate_as_it_was() -> None:
     repeats = crowd(100)
     play(repeats, 1.0)
@@ -137,11 +128,3 @@ def test_few_robots_keep_their_rate_on_a_machine_that_is_busy_with_something_els
     play(repeats, 11.0, begin=11.0)
     sent = play(repeats, 12.0, begin=11.0)
     assert {round(gap, 6) for times in sent.values() for gap in gaps(times)} == {PERIOD}
-
-
-def test_each_rate_has_its_own_turns() -> None:
-    repeats = crowd(1)
-    repeats.hold(Mover("fast"), 1000.0, 0.0)
-    repeats.hold(Mover("slow"), 1.0, 0.0)
-    sent = play(repeats, 2.0005)
-    assert [len(sent[robot]) for robot in ("r0", "fast", "slow")] == [40, 2000, 2]

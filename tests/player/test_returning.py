@@ -241,11 +241,3 @@ def test_it_continues_only_where_its_part_is_although_the_speed_changes(factor: 
         floor.move(STEP)
         assert floor.now < 1100
     assert floor.off < 0.15
-
-
-def test_a_save_meanwhile_does_not_make_it_dance_elsewhere() -> None:
-    floor = returning()
-    floor.player.load(replace(floor.dance, tempo=floor.dance.tempo * 2), 2, "now", floor.now)
-    floor.heard()
-    floor.move(1)
-    assert all(abs(twist.x) <= SLOW for twist in floor.heard())

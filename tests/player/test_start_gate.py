@@ -6,10 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from improv_core.player.engine import LOOK_WHILE_ARMED
 from improv_core.player.player import Player
 from improv_core.player.start_gate import Gate
-from improv_core.player.subscribers import PATIENCE
 from improv_core.protocol.messages import CountJson
 from improv_core.score.score import Score
 from tests.player.test_player import Stage, score
@@ -74,17 +72,6 @@ def test_a_bar_is_counted_before_beat_0_which_is_known_from_its_beginning(
     assert armed.stage.lines == []
 
 
-def test_a_count_begins_once_all_robots_listen() -> None:
-    armed = Armed()
-    armed.stage.sink.deaf = {"r": "nothing is listening on /r/cmd_vel"}
-    armed.load(None, COUNTED)
-    armed.stage.run(PATIENCE + 10)
-    (zero, _), *rest = armed.counts
-    assert rest == []
-    assert zero > PATIENCE + 4 - 0.1
-    assert armed.zero == pytest.approx(zero, abs=1e-6)
-
-
 def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
     armed = Armed()
     armed.load(Gate(), COUNTED)
@@ -124,13 +111,3 @@ def test_it_begins_at_its_time_on_the_wall_clock(at: float, set_by: float, begin
     assert armed.zero == pytest.approx(begins, abs=1e-3)
     assert armed.stage.sink.changes("r")[0] == (0, 2, 0)
     assert armed.says == ([True, False] if at else [])
-
-
-def test_if_the_clock_is_set_past_its_time_it_begins_within_one_look() -> None:
-    armed = Armed()
-    armed.load(Gate(1000.0 + AHEAD + 60))
-    armed.stage.run(3)
-    armed.ahead += 100
-    armed.stage.run(10)
-    assert armed.zero == pytest.approx(3, abs=LOOK_WHILE_ARMED)
-    assert "late" in armed.stage.lines[0]

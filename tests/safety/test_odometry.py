@@ -99,7 +99,7 @@ class Robot:
         return [message["message"] for message in self.stage.told if message["type"] in ("warning", "fault")]
 
 
-def test_a_robot_is_compared_with_where_it_ideally_is() -> None:
+def test_a_robot_is_compared_with_where_it_ideally_is_until_it_has_come_to_rest() -> None:
     robot = Robot()
     robot.play()
     assert robot.off(Pose()) == (0, 0)
@@ -109,6 +109,9 @@ def test_a_robot_is_compared_with_where_it_ideally_is() -> None:
     assert robot.off(Pose(2, 0, 0, math.radians(40))) == (0, 5)
     robot.run(1.5)
     assert robot.off(Pose(2, 2, 0, math.radians(90 - 360))) == (0, 0)
+    assert robot.stage.states[-1] == "ended"
+    robot.run(MEASURED_AT_REST)
+    assert robot.pose(Pose(9)) is None
 
 
 def test_a_robot_begins_where_it_stood_shortly_before_beat_0() -> None:
@@ -134,17 +137,6 @@ def test_a_pose_counts_from_when_it_came() -> None:
     assert robot.off(Pose(1.8), ago=0.2) == (0, 0)
     assert robot.off(Pose(2, 0, 0, math.radians(4.5)), ago=0.05) == (0, 0)
     assert robot.pose(Pose(1.8), ago=0.1) is None  # older than the latest report
-
-
-def test_it_is_measured_until_it_has_come_to_rest() -> None:
-    robot = Robot()
-    robot.play()
-    robot.pose(Pose())
-    robot.run(3)
-    assert robot.stage.states[-1] == "ended"
-    assert robot.off(Pose(2, 2.1, 0, math.pi / 2)) == (0.1, 0)
-    robot.run(MEASURED_AT_REST)
-    assert robot.pose(Pose(9)) is None
 
 
 def test_after_a_seek_a_robot_counts_as_being_where_the_score_puts_it() -> None:
@@ -449,23 +441,18 @@ def test_a_robot_that_is_carried_away_or_lost_during_a_pause_is_named() -> None:
     assert (faults, robot.stage.states[-1]) == (["off_path", "gone", "silent"], "paused")
 
 
-@pytest.mark.parametrize("end", ["stop", "pause"])
-def test_a_robot_that_is_stopped_out_of_reach_is_named_at_once(end: str) -> None:
+@pytest.mark.parametrize(("end", "in_reach"), [("stop", False), ("pause", False), ("stop", True)])
+def test_a_robot_that_is_stopped_out_of_reach_is_named_at_once(end: str, in_reach: bool) -> None:
     robot = Robot(frame=Pose())
     on_faults(robot, "tell", 1.2)
+    if in_reach:
+        robot.pose(Pose(4))
+        robot.run(0.3)
     getattr(robot.player, end)(robot.stage.now)
     told = [message for message in robot.stage.told if message["type"] == "unreached"]
     line = "r may still be moving: it is out of reach, so look at it"
-    assert told == [{"type": "unreached", "generation": 1, "robots": ["r"], "message": line}]
-
-
-def test_robots_that_are_stopped_in_reach_are_not_named() -> None:
-    robot = Robot(frame=Pose())
-    on_faults(robot, "tell", 1.2)
-    robot.pose(Pose(4))
-    robot.run(0.3)
-    robot.player.stop(robot.stage.now)
-    assert "unreached" not in [message["type"] for message in robot.stage.told]
+    unreached = {"type": "unreached", "generation": 1, "robots": ["r"], "message": line}
+    assert told == ([] if in_reach else [unreached])
 
 
 def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> None:

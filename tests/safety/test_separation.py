@@ -287,15 +287,6 @@ def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_t
     assert stage.states[-1] == "playing"
 
 
-def test_a_report_of_another_stage_about_a_robot_here_is_ignored() -> None:
-    stage = playing(elsewhere=True)
-    see_there(stage, 0.1)
-    assert stage.states[-1] == "paused"
-    stage = playing(elsewhere=True)
-    see_there(stage, 3 - 2.9, robot="a")
-    assert stage.states[-1] == "playing"
-
-
 def test_robots_elsewhere_of_which_no_poses_come_are_named_and_again_only_after_a_quiet_while() -> None:
     stage = playing(elsewhere=True)
 

@@ -68,8 +68,7 @@ async def test_the_leading_stage_gets_news_of_the_clock_that_its_score_follows(f
     await fakes.begin()
     assert not clock.alive
     await fakes.playback.play(follows)
-    clock = fakes.clocks[-1]
-    clock.say({"type": "clock_gone", "message": "it crashed"})
+    fakes.clocks[-1].say({"type": "clock_gone", "message": "it crashed"})
     assert fakes.lines[-1] == "the clock is lost: it crashed"
     await fakes.playback.play(follows)
     assert len(fakes.clocks) == 3, "a save starts it again"

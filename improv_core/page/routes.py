@@ -107,7 +107,11 @@ class Application:
 
     async def serve(self, listening: socket.socket, stop: asyncio.Event) -> None:
         """Serve until `stop` is set. Then send the messages that wait for pages, and disconnect the pages."""
-        from aiohttp import web
+        await _visited(listening, stop)
+        if stop.is_set():
+            listening.close()
+            return
+        from aiohttp import web  # only now: that takes long, and robots must not wait for it
 
         runner = web.AppRunner(
             self._application(), access_log=None, shutdown_timeout=1.0, keepalive_timeout=SILENT_LIMIT
@@ -304,6 +308,20 @@ class Application:
 
         if not secrets.compare_digest(request.query.get("token", "").encode(), self._token.encode()):
             raise web.HTTPForbidden
+
+
+async def _visited(listening: socket.socket, stop: asyncio.Event) -> None:
+    """Wait until somebody connects, or until `stop` is set."""
+    loop, visited = asyncio.get_running_loop(), asyncio.Event()
+    try:
+        loop.add_reader(listening, visited.set)
+    except NotImplementedError:  # on Windows
+        return
+    waiting = [asyncio.create_task(event.wait()) for event in (visited, stop)]
+    await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+    loop.remove_reader(listening)
+    for task in waiting:
+        task.cancel()
 
 
 def _files() -> Mapping[str, bytes]:

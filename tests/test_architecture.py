@@ -40,7 +40,7 @@ ROWS: dict[str, Sequence[str]] = {
     "outputs.simulator": ["outputs.recording", "protocol", "score"],
     "outputs.ros": ["outputs.cdr", "ipc", "preview", *PLAYING, "plain"],
     "stage": ["outputs", "ipc", "player", *PLAYING, "plain"],
-    "page": ["stage", "outputs.simulator", "ipc.rate_limit", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
+    "page": ["stage", "outputs.simulator", "ipc", "safety", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
     "music": ["ipc", "preview", *PLAYING, "plain"],
     "hosts": ["outputs.ros.setup", "outputs.ros.discovery", "ipc", *PLAYING, "plain"],
     "session": ["music", "ipc", "outputs.ros.setup.interpreter", *PLAYING],

@@ -6,6 +6,7 @@ import asyncio
 import socket
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from zlib import crc32
 
@@ -64,8 +65,6 @@ def command(
     Without FILE, this opens the dance*.improv of this folder that was saved last, or makes a new one. Ctrl-C stops
     the robots.
     """
-    if backend == "ros":
-        raise CommandError("the page belongs to the simulator: use --backend both")
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be edited: name a file")
     if file and not file.exists():
@@ -76,6 +75,7 @@ def command(
         file = make(file)
     version = read_version(file)
     options = parameters.options(file, backend, port or _usual_port(file), osc_network=osc_network)
+    options = replace(options, page=True)
     sys.exit(run(edit(file, version, options, when, wanted, count_in, browser=not no_browser)))
 
 

@@ -37,6 +37,7 @@ from improv_core.protocol.messages import (
     MeasuredRobot,
     MisplacedRobot,
     Poses,
+    Ready,
     Sensed,
     Sent,
     TransportMessage,
@@ -203,6 +204,11 @@ class TerminalSession:
     def has_page(self) -> bool:
         return self.playback.state.page is not None
 
+    @property
+    def _page(self) -> Ready | None:
+        """The first message of the process with the page."""
+        return next((ready for ready in self.playback.state.stages.values() if "page" in ready), None)
+
     def listen(self) -> StopSocket | None:
         """Let `improv stop` reach this performance from now on."""
         reached = listening(self.playback.stop, self.stops, STARTED)
@@ -276,10 +282,10 @@ class TerminalSession:
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
         wanted = PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway, arming=arming)
-        page = self.playback.state.stages.get("simulator")
+        page = self._page
         begins = await self.playback.play(wanted)
-        if self.has_page and self.playback.state.stages.get("simulator") is not page:
-            # The stages of hosts were started with another simulator, which opens no page by an earlier address.
+        if self.has_page and self._page is not page:
+            # The stages of hosts were started with another page, which opens by no earlier address.
             self.screen.say(f"watch it at {self.playback.link()}")
         if begins:
             self._keep(path, analysis.text)

@@ -10,7 +10,7 @@ import argparse
 import errno
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -22,10 +22,14 @@ if __name__ == "__main__":
     import_module("improv_core")
     sys.path.append(sys.path.pop(0))
 
-from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.ipc.arrivals import End, First, Lost, Play
+from improv_core.page.ideal_floor import IdealFloor
 from improv_core.page.server import Viewer
+from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.messages import VERSION, FromStage, Ready
-from improv_core.stage.loop import Opened, run
+from improv_core.protocol.page_messages import ForPages
+from improv_core.safety.parent_heartbeat import Parent
+from improv_core.stage.loop import Inbox, Opened, run
 from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
 
 TOKEN = "IMPROV_PAGE_TOKEN"
@@ -39,7 +43,10 @@ def main() -> int:
     options = options_in(sys.argv[1:])
 
     def begin(put: Tell, hear: Hear) -> Job:
-        opened, ready, viewer = open_simulated(options, put, os.environ.get(TOKEN))
+        token = os.environ.get(TOKEN)
+        if not options.simulate:
+            return open_alone(options, put, token)
+        opened, ready, viewer = open_simulated(options, put, token)
         if options.report_sent:
             report_sent(opened.sink, put)
         return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready, viewer.publish)
@@ -62,20 +69,10 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
 def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) -> tuple[Opened, Ready, Viewer]:
     """Return the simulator's stage, its first message, and the server of the pages that show it. Raises OSError if the
     port is taken."""
+    from improv_core.outputs.simulator.simulator import Simulator
+
     simulator = Simulator()
-    try:
-        viewer = Viewer(
-            options.port,
-            simulator.snapshot,
-            lambda command: put({"type": "request", "command": command}),
-            takes_start_poses=options.takes_start_poses,
-            token=token,
-            tell=lambda line: put({"type": "warning", "message": line}),
-        )
-    except OSError as error:
-        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
-            raise
-        raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
+    viewer = _serve(options, put, token, simulator.snapshot)
 
     def tell(message: FromStage) -> None:
         if (
@@ -90,8 +87,60 @@ def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) ->
             viewer.publish(message)
         put(message)
 
-    ready: Ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.address}
-    return Opened(simulator, tell, viewer.show, viewer.publish), ready, viewer
+    return Opened(simulator, tell, viewer.show, viewer.publish), _ready(simulator.name, viewer), viewer
+
+
+def open_alone(options: argparse.Namespace, put: Tell, token: str | None) -> Job:
+    """Return the work of pages of real robots, which show what the session sends. Raises OSError if the port is
+    taken."""
+    floor = IdealFloor()
+    viewer = _serve(options, put, token, floor.snapshot, floor)
+
+    def take(message: ForPages) -> None:
+        if message["type"] == "sensed":
+            floor.sense(message)
+        viewer.publish(message)
+
+    def show(inbox: Inbox, _: Parent) -> int:
+        while not isinstance(arrival := inbox.get(timeout=None), End):
+            message = arrival.message if isinstance(arrival, First) else arrival
+            if isinstance(message, Play):
+                viewer.show(message.score, message.load["generation"])
+            elif isinstance(message, Lost):
+                put({"type": "lacks", "generation": message.generation})
+            elif isinstance(message, dict) and message["type"] == "ping":
+                put({"type": "pong", "number": message["number"]})
+        viewer.publish({"type": "stopped"})
+        return 1 if arrival.problem else 0
+
+    return Job(show, _ready("page", viewer), take)
+
+
+def _serve(
+    options: argparse.Namespace,
+    put: Tell,
+    token: str | None,
+    snapshot: Callable[[], Snapshot],
+    scores: IdealFloor | None = None,
+) -> Viewer:
+    try:
+        return Viewer(
+            options.port,
+            snapshot,
+            lambda command: put({"type": "request", "command": command}),
+            takes_start_poses=options.takes_start_poses,
+            token=token,
+            tell=lambda line: put({"type": "warning", "message": line}),
+            scores=scores,
+        )
+    except OSError as error:
+        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+            raise
+        raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
+
+
+def _ready(sink: str, viewer: Viewer) -> Ready:
+    return {"type": "ready", "protocol": VERSION, "sink": sink, "real": False, "page": viewer.address}
 
 
 if __name__ == "__main__":

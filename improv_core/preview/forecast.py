@@ -74,6 +74,10 @@ class Outlook:
         """Add a score that may play from now on."""
         self._scores.meet(score, generation)
 
+    def knows(self, generation: int) -> bool:
+        """Return whether a score has this generation."""
+        return self._scores.knows(generation)
+
     def take(self, message: TransportMessage | Sensed | Measured) -> None:
         """Take a message about the playback position, senses, or measured poses."""
         if message["type"] == "sensed":
@@ -118,7 +122,7 @@ class Outlook:
 
     def sight(self, robot: str, now: float) -> Sight:
         """A robot's pose and words now."""
-        sight = self._sight(robot, now)
+        sight = self.sight_in_world(robot, now)
         return replace(sight, pose=self.frame(robot).origin.then(sight.pose)) if sight.pose else sight
 
     def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
@@ -152,7 +156,7 @@ class Outlook:
     def _ideal(self, robot: str, beat: Exact) -> Pose | None:
         return self._replay.pose(robot, beat) if self._replay and robot in self._replay.score.parts else None
 
-    def _sight(self, robot: str, now: float) -> Sight:
+    def sight_in_world(self, robot: str, now: float) -> Sight:
         """A robot's pose and words now, in the world of the score."""
         stretch, beat = self._stretches.get(robot), near(self.beat(now))  # rounded as in the lookup of words
         if not stretch or not self.score or stretch["pose"] is None:

@@ -9,9 +9,11 @@ from dataclasses import replace
 from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.messages import Obeyed, Ready, ToStage, TransportMessage
+from improv_core.protocol.messages import Decided as SenseDecided
+from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.play_again import stop_of
+from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.score.score import Part, Score
 from improv_core.score.takeover import Takeover
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, Send, SendScore, StartAgain
@@ -51,12 +53,13 @@ def _heard(state: SessionState, name: SinkName, message: Heard | Loaded | Failed
     acts: list[Act] = []
     if message["type"] == "transport":
         state, acts = _followed(state, name, message)
+        acts += _show(state, message) if leads and not state.twin else []
     elif message["type"] == "sensed" or message["type"] == "decided":
         if not leads:
             return state, []
-        acts = _to(state.twin, message)
+        acts = _follow(state, message)
     elif message["type"] == "fault" and leads:
-        acts = _to(state.twin, message)
+        acts = _follow(state, message)
         if message["response"] == "stand" and not message["over"]:
             state = state.with_muted(message["robot"])
     elif leads and (
@@ -90,8 +93,13 @@ def _to(name: SinkName | None, message: ToStage) -> list[Act]:
 
 
 def _show(state: SessionState, message: ForPages) -> list[Act]:
-    """Show a report of the leading stage on the pages of its twin."""
-    return _to(state.twin, for_pages(message))
+    """Show a report of the leading stage on pages that don't get it from that stage itself."""
+    return _to(state.onlooker, for_pages(message))
+
+
+def _follow(state: SessionState, message: Sensed | SenseDecided | FaultMessage) -> list[Act]:
+    """Have the twin do the same as real robots; it shows that, too."""
+    return _to(state.twin, message) if state.twin else _show(state, message)
 
 
 def _followed(state: SessionState, name: SinkName, transport: TransportMessage) -> Decided:
@@ -176,6 +184,8 @@ def _send_again(state: SessionState, name: SinkName, generation: int) -> Decided
     if latest and latest.generation == generation:
         if name == state.leader:
             return state, [SendScore(name, latest, asked=True, whole=True)]
+        if name == "page":
+            return state, [SendScore(name, latest, whole=True)]
         if name == state.twin and state.entered:
             return _enter(state, name, latest, state.entered, whole=True)
     return state, []
@@ -202,7 +212,8 @@ def _loaded(state: SessionState, play: PlayScore) -> Decided:
     state = replace(
         state, played=play, latest=play, generation=play.generation, is_on=True, entered=None, halting=None, still=True
     )
-    return replace(state, clock=clock), listens
+    shows: list[Act] = [SendScore("page", play)] if "page" in state.stages else []
+    return replace(state, clock=clock), [*shows, *listens]
 
 
 def _gone(state: SessionState, name: SinkName, gone: Gone) -> Decided:
@@ -237,7 +248,7 @@ def _started(state: SessionState, name: SinkName, ready: Ready, now: Now) -> Dec
         acts.append(Send(name, now.pressed))
     idle_score = state.idle_score if name == state.idle else None
     scores = [idle_score] if idle_score else [*state.editions.sent.values()]
-    if replaces and scores and name != state.twin:
+    if replaces and scores and name not in (state.twin, "page"):
         state = replace(state, halting=name, still=False)
         acts.append(SendScore(name, PlayScore(_standing(scores), "", 0, generation=state.generation)))
     return state, acts

@@ -140,6 +140,8 @@ class Playback:
             sinks: list[SinkName] = ["ros"] if backend != "sim" else []
             if backend != "ros":
                 sinks.append("simulator")
+            elif self.options.page:
+                sinks.append("page")
             starting = [asyncio.create_task(self._start_stage(sink)) for sink in sinks]
             try:
                 # Wait for both even if one fails, so that no stage is left running unnoticed.

@@ -22,7 +22,8 @@ REMOTE = FOLDER.parent / "hosts"
 """The path that Python gets to run a link to another machine."""
 PAGE = FOLDER.parent / "page"
 """The path that Python gets to run the page's server."""
-SinkName = Literal["simulator", "ros"]
+SinkName = Literal["simulator", "ros", "page"]
+"""The stages of a session. `page` only shows what the others play."""
 HearAny = Callable[[Stage | Ensemble, Heard, int], None]
 
 
@@ -32,9 +33,9 @@ class Options:
 
     `backend` is auto, sim, ros, or both; the ROS fields are as in the settings. `node` is the name of the node in ROS 2
     (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`. With `report_sent`, stages report every
-    velocity they send. `takes_start_poses` is for a listener that handles `place` requests: only then does the page
-    have start poses written into the program. `hosts` are machines that have a stage of their own. `osc` has the
-    addresses for OSC messages.
+    velocity they send. With `page`, real robots have one even without the simulator. `takes_start_poses` is for a
+    listener that handles `place` requests: only then does the page have start poses written into the program. `hosts`
+    are machines that have a stage of their own. `osc` has the addresses for OSC messages.
     """
 
     backend: str = "auto"
@@ -43,6 +44,7 @@ class Options:
     discovery: str | None = None
     standby: bool = True
     report_sent: bool = False
+    page: bool = False
     takes_start_poses: bool = False
     node: str | None = None
     ros_arguments: Sequence[str] = ()
@@ -53,13 +55,14 @@ class Options:
 async def start_stage(
     sink: SinkName, options: Options, token: str, hear: HearAny, stops: Stops
 ) -> Stage | Ensemble | None:
-    """Start a stage and return it when it is ready. `token` opens the simulator's page. Raises StageError.
+    """Start a stage and return it when it is ready. `token` opens the page. Raises StageError.
 
     Real robots have several stages if some have hosts. None if the backend is auto and no Python has rclpy.
     """
-    if sink == "simulator":
+    if sink != "ros":
+        simulating = ["--simulate", *_reporting(options)] if sink == "simulator" else []
         taking = ["--takes-start-poses"] if options.takes_start_poses else []
-        arguments = ["--simulate", "--port", str(options.port), *taking, *_reporting(options)]
+        arguments = [*simulating, "--port", str(options.port), *taking]
         env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
         return await Stage.start([sys.executable, str(PAGE), *arguments], env, hear, stops)
     if not options.hosts:

@@ -96,7 +96,14 @@ class SessionState:
     @property
     def twin(self) -> SinkName | None:
         """The simulator, alongside real robots."""
-        return next((name for name, ready in self.stages.items() if name != self.leader and not ready["real"]), None)
+        others = (name for name in self.stages if name not in (self.leader, "page"))
+        return next((name for name in others if not self.stages[name]["real"]), None)
+
+    @property
+    def onlooker(self) -> SinkName | None:
+        """The stage whose page shows what the leading one reports: the twin, or a page without a simulator."""
+        others = (name for name in self.stages if name != self.leader)
+        return next((name for name in others if "page" in self.stages[name]), None)
 
     @property
     def idle(self) -> SinkName | None:

@@ -33,7 +33,6 @@ def test_an_unusable_file_is_refused_in_one_line(tmp_path: Path) -> None:
     for arguments, problem in (
         (("-",), "standard input can't be edited: name a file"),
         ((file,), f"{file}: it is not UTF-8 text"),
-        ((file, "--backend", "ros"), "the page belongs to the simulator: use --backend both"),
     ):
         done = run("edit", *arguments)
         assert (done.returncode, done.stderr) == (2, f"improv: {problem}\n")

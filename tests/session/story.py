@@ -21,6 +21,7 @@ DANCE = score_of(analyze("r $ repeat forward\n"))
 READY: Mapping[SinkName, Ready] = {
     "ros": {"type": "ready", "protocol": 2, "sink": "ROS 2", "real": True},
     "simulator": {"type": "ready", "protocol": 2, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
+    "page": {"type": "ready", "protocol": 2, "sink": "page", "real": False, "page": "http://127.0.0.1:8123/"},
 }
 GONE: Gone = {"type": "gone", "message": "it exited"}
 FAILED: Failed = {"type": "failed", "message": "no ROS"}

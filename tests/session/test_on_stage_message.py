@@ -412,6 +412,26 @@ def test_a_new_stage_gets_the_kept_messages(name: SinkName) -> None:
     assert story.sent(name) == kept
 
 
+def test_a_page_without_a_simulator_is_sent_what_the_leading_stage_plays_and_reports() -> None:
+    fault: Any = {"type": "fault", "robot": "r", "response": "stand", "over": False, "message": "gone"}
+    story = Story("ros", "page")
+    tell(story, [
+        (play(), ["ros: score 1", "page: score 1"]),
+        (("ros", at("waiting", 1)), ["page: transport", "transport"]),
+        (("ros", ARMED), ["page: armed", "armed"]),
+        (("ros", at("playing", 1)), ["page: transport", "transport"]),
+        (("ros", SENSED), ["page: sensed", "sensed"]),
+        (("ros", fault), ["page: fault", "gone"]),
+        (("page", {"type": "request", "command": {"type": "resume"}}), ["ros: resume"]),
+        (("page", {"type": "lacks", "generation": 1}), ["page: score 1 whole"]),
+        (("page", GONE), ["start page", "it exited: a new one will show the next dance (the other)"]),
+        (("page", READY["page"]), ["page: silence"]),
+        (("ros", GONE), ["page: armed", "start ros", STOPPING]),
+        (ROS, ["ros: silence", "ros: score 1 stop"]),
+    ])  # fmt: skip
+    assert story.state.status == "ROS 2"
+
+
 STOP: Event = {"type": "stop", "mark": "page 1"}
 OBEYED: Obeyed = {"type": "obeyed", "mark": "page 1", "waits_for": []}
 

@@ -16,7 +16,7 @@ from improv_core.ipc.stage_process import StageError
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
-from improv_core.protocol.commands import Form, PlaceRobots
+from improv_core.protocol.editing import Form, PlaceRobots
 from improv_core.protocol.messages import Misplaced, TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME

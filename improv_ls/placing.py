@@ -4,16 +4,15 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.placing import UNPLACED, formed, placed
-from improv_core.ide.tempo import in_tempo
-from improv_core.program.analysis import Analysis
-from improv_core.protocol.commands import Form, PlaceRobots, Tune
+from improv_core.ide.placing import UNPLACED
+from improv_core.page.program_editor import edits_of, is_first_beat
+from improv_core.protocol.editing import Form, PlaceRobots, Tune
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import set_first_beat
 from improv_core.text import Span, difference
@@ -57,7 +56,7 @@ class Placing:
 
     def _changed(self, document: Document, asked: PlaceRobots | Form | Tune) -> tuple[str, ChangedText | None]:
         """Return the URI to change, and the change; None if the person has to fix something first."""
-        if asked["type"] != "tune" or asked["key"] == "beat":
+        if not is_first_beat(asked):
             edits = edits_of(document.analysis, asked)
             lines = document.analysis.lines
             return document.uri, None if edits is None else ChangedText(document.version, lines, edits)
@@ -91,15 +90,3 @@ def _called(asked: PlaceRobots | Form | Tune) -> str:
     if asked["type"] == "form":
         return "formation"
     return "tempo" if asked["key"] == "beat" else "first beat of the song"
-
-
-def edits_of(analysis: Analysis, asked: PlaceRobots | Form | Tune) -> Sequence[Edit] | None:
-    """Return the edits of a program for a request; None if the person has to fix a line of it first."""
-    analysis = analysis.settled()
-    if asked["type"] == "tune":
-        return in_tempo(analysis, max(asked["value"], 1))
-    if asked["type"] == "form":
-        return formed(analysis, asked["shape"], asked["distance"], asked["facing"])
-    return placed(
-        analysis, {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked["start_poses"].items()}
-    )

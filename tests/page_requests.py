@@ -51,6 +51,8 @@ def _name(hint: Any) -> str:
         return f"Record<string, {_name(arguments[1])}>"
     if origin is Sequence:
         return f"{_name(arguments[0])}[]"
+    if hasattr(hint, "__required_keys__") and "type" in hints_of(hint):
+        return _shape(hint)
     return NAMES.get(hint) or hint.__name__.removesuffix("Json")
 
 

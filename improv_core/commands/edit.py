@@ -20,7 +20,7 @@ from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
 from improv_core.commands.scenes import WantedScenes
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.page.program_editor import PageEditor, moved
+from improv_core.page.program_editor import PageEditor, is_first_beat, moved
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
 from improv_core.protocol.commands import Editing
 from improv_core.protocol.editing import Analyze, EditorAnswer, Write
@@ -138,14 +138,12 @@ class _Desk:
                 self._unchecked.put_nowait((page, ask))
             elif ask["type"] == "complete":
                 self._answer(page, self._editor.complete(page, ask))
-            elif ask["type"] == "move" or ask["type"] == "arrange":
-                self._answer(page, self._editor.move(page, ask, rehearses=self._performing.rehearses))
-            elif ask["type"] == "tempo":
-                self._answer(page, self._editor.set_tempo(page, ask))
-            elif ask["type"] == "first_beat":
+            elif ask["type"] == "change" and is_first_beat(ask["change"]):
                 rehearses = self._performing.rehearses
-                problem = REHEARSES if rehearses else write_first_beat(self._path.parent, ask["seconds"])
+                problem = REHEARSES if rehearses else write_first_beat(self._path.parent, ask["change"]["value"])
                 self._answer(page, moved(ask["number"], (), problem))
+            elif ask["type"] == "change":
+                self._answer(page, self._editor.change(page, ask, rehearses=self._performing.rehearses))
             else:
                 self._answer(page, self._editor.explain(page, ask))
 

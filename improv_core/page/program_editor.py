@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
+from typing import TypeGuard
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix
 from improv_core.ide.code_action import REMOVABLE
@@ -22,15 +23,16 @@ from improv_core.program.joint_check import check_joints
 from improv_core.protocol.editing import (
     Analyze,
     Analyzed,
-    Arrange,
+    Change,
     Complete,
     Completed,
     Explain,
     Explained,
-    Move,
+    Form,
+    PlaceRobots,
     RobotsMoved,
-    SetTempo,
     TextProblem,
+    Tune,
 )
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
@@ -132,8 +134,8 @@ class PageEditor:
             "starts": _starts(analysis),
         }
 
-    def move(self, page: int, ask: Move | Arrange, *, rehearses: bool = False) -> RobotsMoved | None:
-        """Return the edits that move the starts of robots. None if the page has another text.
+    def change(self, page: int, ask: Change, *, rehearses: bool = False) -> RobotsMoved | None:
+        """Return the edits that make a change. None if the page has another text.
 
         While it `rehearses` with robots at their places in the middle of the program, the page shows these places,
         which are no starts.
@@ -141,24 +143,30 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        if rehearses:
-            edits = None
-        elif ask["type"] == "arrange":
-            edits = formed(analysis, ask["shape"], ask["distance"], ask["facing"])
-        else:
-            starts = ask["start_poses"]
-            edits = placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
-        problem = "" if edits is not None else REHEARSES if rehearses else UNPLACED
-        return moved(ask["number"], edits or (), problem)
-
-    def set_tempo(self, page: int, ask: SetTempo) -> RobotsMoved | None:
-        """Return the edits that give a page's text another tempo. None if the page has another text."""
-        analysis = self._text(page, ask["number"])
-        return moved(ask["number"], in_tempo(analysis, ask["tempo"]), "") if analysis else None
+        if rehearses and ask["change"]["type"] != "tune":
+            return moved(ask["number"], (), REHEARSES)
+        edits = edits_of(analysis, ask["change"])
+        return moved(ask["number"], edits or (), UNPLACED if edits is None else "")
 
     def _text(self, page: int, number: int) -> Analysis | None:
         known, analysis = self._texts.get(page, (-1, None))
         return analysis if known == number else None
+
+
+def is_first_beat(change: PlaceRobots | Form | Tune) -> TypeGuard[Tune]:
+    """Return whether a change is one of `improv.toml`, not of the program."""
+    return change["type"] == "tune" and change["key"] == "first_beat"
+
+
+def edits_of(analysis: Analysis, change: PlaceRobots | Form | Tune) -> Sequence[Edit] | None:
+    """Return the edits of a program that make a change; None if the person has to fix a line of it first."""
+    analysis = analysis.settled()
+    if change["type"] == "tune":
+        return in_tempo(analysis, max(change["value"], 1))
+    if change["type"] == "form":
+        return formed(analysis, change["shape"], change["distance"], change["facing"])
+    starts = change["start_poses"]
+    return placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
 
 
 def moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:

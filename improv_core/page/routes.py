@@ -278,10 +278,7 @@ class Application:
             or request["type"] == "complete"
             or request["type"] == "explain"
             or request["type"] == "write"
-            or request["type"] == "move"
-            or request["type"] == "arrange"
-            or request["type"] == "tempo"
-            or request["type"] == "first_beat"
+            or request["type"] == "change"
         ):
             editing: Editing = {"type": "editing", "page": outbox.number, "ask": request}
             if order.lags:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypedDict, TypeGuard, get_args
 
 from improv_core.protocol.decoding import type_of
-from improv_core.protocol.editing import AskEditor
-from improv_core.protocol.fields import Beat, Distance, Facing, Factor, Name, Names, Shape, SongTime, StartPoses
+from improv_core.protocol.editing import AskEditor, Form, PlaceRobots, Tune
+from improv_core.protocol.fields import Beat, Factor, Name, Names
 
 
 class _Timed(TypedDict, total=False):
@@ -130,31 +130,6 @@ class _Restart(TypedDict):
 
 class Restart(_Restart, _Asked):
     """Play the latest score again from beat 0."""
-
-
-class PlaceRobots(TypedDict):
-    """Robots were dragged to other starts on the page."""
-
-    type: Literal["place"]
-    start_poses: StartPoses
-
-
-class Form(TypedDict):
-    """Somebody chose a formation on the page: its distance in meters, and which way robots in a circle face."""
-
-    type: Literal["form"]
-    shape: Shape
-    distance: Distance
-    facing: Facing
-
-
-class Tune(TypedDict):
-    """Somebody tapped another tempo on the page (`beat`, in beats per minute), or moved the song (`first_beat`, in
-    seconds)."""
-
-    type: Literal["tune"]
-    key: Literal["beat", "first_beat"]
-    value: SongTime
 
 
 class Framed(TypedDict, total=False):

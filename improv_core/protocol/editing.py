@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
-from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime, StartPoseJson, StartPoses, Tempo, Text
+from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime, StartPoseJson, StartPoses, Text
 
 
 class ProgramSource(TypedDict):
@@ -51,41 +51,41 @@ class Write(TypedDict):
     revision: Text
 
 
-class Move(TypedDict):
-    """Asks for the edits of the text with this number that have robots begin at these starts."""
+class PlaceRobots(TypedDict):
+    """Robots were dragged to other starts on the page."""
 
-    type: Literal["move"]
-    number: Count
+    type: Literal["place"]
     start_poses: StartPoses
 
 
-class Arrange(TypedDict):
-    """Asks for the edits of the text with this number that have all robots begin in a formation."""
+class Form(TypedDict):
+    """Somebody chose a formation on the page: its distance in meters, and which way robots in a circle face."""
 
-    type: Literal["arrange"]
-    number: Count
+    type: Literal["form"]
     shape: Shape
     distance: Distance
     facing: Facing
 
 
-class SetTempo(TypedDict):
-    """Asks for the edits of the text with this number that give it this tempo, in beats per minute."""
+class Tune(TypedDict):
+    """Somebody tapped another tempo on the page (`beat`, in beats per minute), or moved the song (`first_beat`, in
+    seconds)."""
 
-    type: Literal["tempo"]
+    type: Literal["tune"]
+    key: Literal["beat", "first_beat"]
+    value: SongTime
+
+
+class Change(TypedDict):
+    """Asks for the edits of the text with this number that make a change. `first_beat` is in improv.toml, so the text
+    stays."""
+
+    type: Literal["change"]
     number: Count
-    tempo: Tempo
+    change: PlaceRobots | Form | Tune
 
 
-class SetFirstBeat(TypedDict):
-    """Asks to write the time of beat 0 in the song, in seconds, into improv.toml. The text with this number stays."""
-
-    type: Literal["first_beat"]
-    number: Count
-    seconds: SongTime
-
-
-AskEditor = Analyze | Complete | Explain | Write | Move | Arrange | SetTempo | SetFirstBeat
+AskEditor = Analyze | Complete | Explain | Write | Change
 """The requests that a page may send while somebody edits the program on it."""
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
-from improv_core.protocol.commands import Form, PageConduct, PlaceRobots, Restart, Tune
-from improv_core.protocol.editing import Answer, AskEditor, EditorAnswer, ProgramSource
+from improv_core.protocol.commands import PageConduct, Restart
+from improv_core.protocol.editing import Answer, AskEditor, EditorAnswer, Form, PlaceRobots, ProgramSource, Tune
 from improv_core.protocol.fields import Beat, Count
 from improv_core.protocol.host_messages import Link
 from improv_core.protocol.messages import (

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Literal, TypedDict
 
 from improv_core.ipc.stage_process import Heard
-from improv_core.protocol.commands import Editing, Form, PlaceRobots, Tune, Watched
+from improv_core.protocol.commands import Editing, Watched
+from improv_core.protocol.editing import Form, PlaceRobots, Tune
 from improv_core.protocol.messages import ToStage
 from improv_core.score.score import OutsideClock
 from improv_core.score.takeover import Takeover

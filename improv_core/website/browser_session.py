@@ -17,7 +17,7 @@ from improv_core.page.answers import Answers
 from improv_core.page.background import AtOnce
 from improv_core.page.broadcast import Broadcast
 from improv_core.page.open_pages import Pages
-from improv_core.page.program_editor import PageEditor, moved
+from improv_core.page.program_editor import PageEditor, is_first_beat, moved
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
 from improv_core.protocol.commands import Editing, PageRequest
@@ -100,10 +100,7 @@ class Home:
             or request["type"] == "complete"
             or request["type"] == "explain"
             or request["type"] == "write"
-            or request["type"] == "move"
-            or request["type"] == "arrange"
-            or request["type"] == "tempo"
-            or request["type"] == "first_beat"
+            or request["type"] == "change"
         ):
             self._throttle.take({"type": "editing", "page": self._outbox.number, "ask": request})
         else:
@@ -170,12 +167,10 @@ class Home:
                 self._check_soon(ask)
             elif ask["type"] == "complete":
                 self._answer(self._editor.complete(self._outbox.number, ask))
-            elif ask["type"] == "move" or ask["type"] == "arrange":
-                self._answer(self._editor.move(self._outbox.number, ask, rehearses=False))
-            elif ask["type"] == "tempo":
-                self._answer(self._editor.set_tempo(self._outbox.number, ask))
-            elif ask["type"] == "first_beat":
+            elif ask["type"] == "change" and is_first_beat(ask["change"]):
                 self._answer(moved(ask["number"], (), "this page can't write improv.toml: copy the line into it"))
+            elif ask["type"] == "change":
+                self._answer(self._editor.change(self._outbox.number, ask))
             else:
                 self._answer(self._editor.explain(self._outbox.number, ask))
 

@@ -11,9 +11,9 @@ import pytest
 from lsprotocol import types
 
 from improv_core.diagnostics import Edit
+from improv_core.page.program_editor import edits_of
 from improv_core.program.analysis import analyze
 from improv_core.text import LineIndex, Span
-from improv_ls.placing import edits_of
 from improv_ls.positions import to_span
 from tests.ls.client import Client
 from tests.open_page import connected, live_behind

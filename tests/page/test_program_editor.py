@@ -9,8 +9,7 @@ import pytest
 from improv_core.ide.semantic_tokens_legend import TYPES
 from improv_core.page.program_editor import MOST_PROBLEMS, PageEditor
 from improv_core.program.analysis import analyze
-from improv_core.protocol.editing import Analyzed
-from improv_core.protocol.fields import StartPoseJson
+from improv_core.protocol.editing import Analyzed, Form, PlaceRobots, Tune
 from improv_core.robots.config import read_robots
 from improv_core.storage.program_file import TEMPLATE
 
@@ -134,18 +133,19 @@ def test_the_page_gets_starts_of_programs_without_errors(editor: PageEditor) -> 
 
 
 def test_robots_are_moved_in_the_text_of_their_page(editor: PageEditor) -> None:
-    start: StartPoseJson = {"x": 1, "y": 2, "heading": 0}
+    place: PlaceRobots = {"type": "place", "start_poses": {"ada": {"x": 1, "y": 2, "heading": 0}}}
     ask(editor, "ada $ left\n", number=3)
-    moved = editor.move(PAGE, {"type": "move", "number": 3, "start_poses": {"ada": start}})
+    moved = editor.change(PAGE, {"type": "change", "number": 3, "change": place})
     assert moved
     assert moved["edits"] == [{"start": 0, "end": 0, "text": "ada at 1 2\n"}]
-    arranged = editor.move(PAGE, {"type": "arrange", "number": 3, "shape": "line", "distance": 2, "facing": "in"})
+    form: Form = {"type": "form", "shape": "line", "distance": 2, "facing": "in"}
+    arranged = editor.change(PAGE, {"type": "change", "number": 3, "change": form})
     assert arranged
     assert arranged["edits"] == [{"start": 0, "end": 0, "text": "ada at 0 0\n"}]
-    assert editor.move(OTHER, {"type": "move", "number": 3, "start_poses": {"ada": start}}) is None
+    assert editor.change(OTHER, {"type": "change", "number": 3, "change": place}) is None
     ask(editor, "ada at x\nada $ left\n", number=4)
-    assert editor.move(PAGE, {"type": "move", "number": 3, "start_poses": {"ada": start}}) is None
-    refused = editor.move(PAGE, {"type": "move", "number": 4, "start_poses": {"ada": start}})
+    assert editor.change(PAGE, {"type": "change", "number": 3, "change": place}) is None
+    refused = editor.change(PAGE, {"type": "change", "number": 4, "change": place})
     assert refused
     assert (refused["edits"], refused["problem"]) == ([], "a line with `at` has an error: fix it first")
 
@@ -153,13 +153,13 @@ def test_robots_are_moved_in_the_text_of_their_page(editor: PageEditor) -> None:
 @pytest.mark.parametrize(
     "what",
     [
-        {"type": "move", "start_poses": {"ada": {"x": 1, "y": 2, "heading": 0}}},
-        {"type": "arrange", "shape": "line", "distance": 2, "facing": "in"},
+        {"type": "place", "start_poses": {"ada": {"x": 1, "y": 2, "heading": 0}}},
+        {"type": "form", "shape": "line", "distance": 2, "facing": "in"},
     ],
 )
 def test_no_start_is_written_from_a_rehearsals_places(what: Any, editor: PageEditor) -> None:
     ask(editor, "ada $ left\n", number=3)
-    refused = editor.move(PAGE, {**what, "number": 3}, rehearses=True)  # type: ignore[arg-type]
+    refused = editor.change(PAGE, {"type": "change", "number": 3, "change": what}, rehearses=True)
     assert refused
     line = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
     assert (refused["edits"], refused["problem"]) == ([], line)
@@ -167,7 +167,8 @@ def test_no_start_is_written_from_a_rehearsals_places(what: Any, editor: PageEdi
 
 def test_a_tempo_is_written_into_the_text_of_its_page(editor: PageEditor) -> None:
     ask(editor, "beat 60\nada $ left\n", number=3)
-    answer = editor.set_tempo(PAGE, {"type": "tempo", "number": 3, "tempo": 96})
+    tune: Tune = {"type": "tune", "key": "beat", "value": 96}
+    answer = editor.change(PAGE, {"type": "change", "number": 3, "change": tune})
     assert answer
     assert answer["edits"] == [{"start": 4, "end": 7, "text": " 96"}]
-    assert editor.set_tempo(PAGE, {"type": "tempo", "number": 2, "tempo": 96}) is None
+    assert editor.change(PAGE, {"type": "change", "number": 2, "change": tune}) is None

@@ -37,6 +37,7 @@ import { Wall } from "./controls/status-wall.js"
 import { offerHelp } from "./editor/writing.js"
 
 /** @import { Message, Messages } from "./net/messages.js" */
+/** @import { Change } from "./editor/moves.js" */
 
 const clock = new Clock()
 const serverTime = new ServerTime(clock)
@@ -149,15 +150,18 @@ function takeArmed(message) {
 /** @param {Messages["score"]} message */
 function takeScore(message) {
   deadman.require(message.deadman)
-  if (message.takes_start_poses) {
-    startPoses.write = (start_poses) => send({ type: "place", start_poses })
-    formation.write = (chosen) => send({ type: "form", ...chosen })
-    sound.write = {
-      firstBeat: (value) => send({ type: "tune", key: "first_beat", value }),
-      tempo: (value) => send({ type: "tune", key: "beat", value }),
-    }
-  }
+  if (message.takes_start_poses) writeWith(send)
   if (program.takeScore(message)) showProgram()
+}
+
+/** @param {(change: Change) => void} ask asks for the lines that make a change */
+function writeWith(ask) {
+  startPoses.write = (start_poses) => ask({ type: "place", start_poses })
+  formation.write = (chosen) => ask({ type: "form", ...chosen })
+  sound.write = {
+    firstBeat: (value) => ask({ type: "tune", key: "first_beat", value }),
+    tempo: (value) => ask({ type: "tune", key: "beat", value }),
+  }
 }
 
 /** @param {Messages["measured"]} message */
@@ -185,12 +189,7 @@ function showMeetings() {
 /** @param {Messages["source"]} message */
 function takeSource(message) {
   if (!editor.takeSource(message)) return
-  startPoses.write = (start_poses) => editor.moves.add({ type: "move", start_poses })
-  formation.write = (chosen) => editor.moves.add({ type: "arrange", ...chosen })
-  sound.write = {
-    firstBeat: (seconds) => editor.moves.add({ type: "first_beat", seconds }),
-    tempo: (tempo) => editor.moves.add({ type: "tempo", tempo }),
-  }
+  writeWith((change) => editor.moves.add(change))
   controls.writes = () => {
     startPoses.tell()
     const writes = !editor.isPlayed

@@ -5,8 +5,8 @@ import test from "node:test"
 
 import { Moves } from "../../../improv_core/page/static/editor/moves.js"
 
-const ADA = { type: "move", start_poses: { ada: { x: 1, y: 2, heading: 0 } } }
-const LINE = { type: "arrange", shape: "line", distance: 2, facing: "in" }
+const ADA = { type: "place", start_poses: { ada: { x: 1, y: 2, heading: 0 } } }
+const LINE = { type: "form", shape: "line", distance: 2, facing: "in" }
 const EDITS = [{ start: 0, end: 0, text: "ada at 1 2\n" }]
 
 /** Moves in a text with number 3 that the server knows, and what happens because of them. */
@@ -22,7 +22,7 @@ function moves() {
     say: (problem) => problem && page.log.push(problem),
     save: () => page.log.push("save"),
   }
-  page.moves = new Moves(({ type, number }) => page.log.push(`${type} in ${number}`), text)
+  page.moves = new Moves(({ number, change }) => page.log.push(`${change.type} in ${number}`), text)
   page.answer = (number, edits = EDITS, problem = "") => page.moves.take({ type: "moved", number, edits, problem })
   page.learn = () => {
     page.known = true
@@ -36,10 +36,10 @@ test("the next one waits until the server has the text after the one before", ()
   page.moves.add(ADA)
   page.moves.add(LINE)
   page.answer(3)
-  assert.deepEqual(page.log, ["move in 3", "edit"])
+  assert.deepEqual(page.log, ["place in 3", "edit"])
   page.learn()
   page.answer(4)
-  assert.deepEqual(page.log, ["move in 3", "edit", "arrange in 4", "edit"])
+  assert.deepEqual(page.log, ["place in 3", "edit", "form in 4", "edit"])
   assert.ok(!page.moves.open)
 })
 
@@ -49,7 +49,7 @@ test("an answer about a text that has been edited since is asked for again", () 
   page.number++
   page.answer(3)
   page.learn()
-  assert.deepEqual(page.log, ["move in 3", "move in 4"])
+  assert.deepEqual(page.log, ["place in 3", "place in 4"])
 })
 
 test("the text is saved after all of them", () => {
@@ -58,14 +58,14 @@ test("the text is saved after all of them", () => {
   page.moves.add(ADA)
   assert.ok(page.moves.saveAfter())
   page.answer(3)
-  assert.deepEqual(page.log, ["move in 3", "edit", "save"])
+  assert.deepEqual(page.log, ["place in 3", "edit", "save"])
 })
 
 test("why nothing was written is said, and nothing is edited", () => {
   const page = moves()
   page.moves.add(ADA)
   page.answer(3, [], "fix it first")
-  assert.deepEqual(page.log, ["move in 3", "fix it first"])
+  assert.deepEqual(page.log, ["place in 3", "fix it first"])
 })
 
 test("after the connection was lost, it is asked again", () => {
@@ -73,5 +73,5 @@ test("after the connection was lost, it is asked again", () => {
   page.moves.add(ADA)
   page.moves.forget()
   page.learn()
-  assert.deepEqual(page.log, ["move in 3", "move in 3"])
+  assert.deepEqual(page.log, ["place in 3", "place in 3"])
 })

@@ -4,8 +4,7 @@
 /** @import { Request } from "../net/requests.js" */
 /** @import { Edit } from "./edits.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @template T @typedef {T extends { number: number } ? Omit<T, "number"> : never} Unnumbered */
-/** @typedef {Unnumbered<Extract<Request, { type: "move" | "arrange" | "tempo" | "first_beat" }>>} Move */
+/** @typedef {Extract<Request, { type: "change" }>["change"]} Change */
 /**
  * @typedef {object} Text
  * @property {() => number | null} known the number of the text, once the server has it
@@ -17,7 +16,7 @@
 export class Moves {
   #send
   #text
-  /** @type {Move[]} */
+  /** @type {Change[]} */
   #waiting = []
   #asked = -1 // the number of the text in the question to the server
   #saves = false // whether the text is to be saved after all of them
@@ -36,9 +35,9 @@ export class Moves {
     return this.#waiting.length > 0
   }
 
-  /** @param {Move} move */
-  add(move) {
-    this.#waiting.push(move)
+  /** @param {Change} change */
+  add(change) {
+    this.#waiting.push(change)
     this.ask()
   }
 
@@ -47,7 +46,7 @@ export class Moves {
     const number = this.#text.known()
     if (!this.open || number === null || number === this.#asked) return
     this.#asked = number
-    this.#send(/** @type {Request} */ ({ ...this.#waiting[0], number }))
+    this.#send({ type: "change", number, change: this.#waiting[0] })
   }
 
   /** @param {Messages["moved"]} message */

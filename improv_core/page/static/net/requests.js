@@ -25,17 +25,11 @@
  *   | { type: "complete", number: number, offset: number }
  *   | { type: "explain", number: number, offset: number }
  *   | { type: "write", number: number, text: string, revision: string }
- *   | { type: "move", number: number, start_poses: Record<string, StartPose> }
- *   | { type: "arrange", number: number, shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
- *   | { type: "tempo", number: number, tempo: number }
- *   | { type: "first_beat", number: number, seconds: number }} Request
+ *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } }} Request
  */
 
 export const LIMITS = {
   speed: { factor: [0.1, 4] },
   form: { distance: [0.001, 1000] },
   tune: { value: [-3600, 3600] },
-  arrange: { distance: [0.001, 1000] },
-  tempo: { tempo: [1, 1000] },
-  first_beat: { seconds: [-3600, 3600] },
 }

@@ -71,7 +71,6 @@ class Host:
         return [sys.executable, str(REMOTE), "near", host, "--ssh-config", str(self.config), *named, *stage]
 
     def install_python(self, there: Mapping[str, str]) -> None:
-        """Have this environment there, and this Python."""
         lines = ["export PATH=/usr/bin:/bin"]
         lines += [f"export {name}={shlex.quote(value)}" for name, value in there.items()]
         self.install("python3", *lines, f'exec {shlex.quote(sys.executable)} "$@"')
@@ -88,7 +87,6 @@ class Host:
         script.chmod(0o755)
 
     def make_key(self, name: str) -> None:
-        """Make a key, in place of the one with this name."""
         for path in (self.folder / name, self.folder / f"{name}.pub"):
             path.unlink(missing_ok=True)
         command = ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", name, "-f", str(self.folder / name)]
@@ -107,7 +105,6 @@ class Host:
         return path
 
     def versions(self) -> list[Path]:
-        """Return the versions in the cache there."""
         stages = self.cache / "improv" / "stages"
         return [path for path in stages.glob("*") if not path.name.startswith("taken-")]
 
@@ -170,7 +167,6 @@ class Host:
 
 @contextmanager
 def a_host(folder: Path, there: Mapping[str, str]) -> Iterator[Host]:
-    """Run a machine until the test ends; the person has allowed it."""
     host = Host(folder, there)
     try:
         host.allow(NAME)

@@ -59,7 +59,6 @@ class Pair:
             yield Exchange(sent, self.there(down), self.there(down), up)
 
     def known(self, seconds: float) -> Exchanges:
-        """Return the exchanges that are remembered after so many seconds."""
         exchanges = Exchanges()
         for each in self.exchanges(seconds):
             if each.heard <= seconds:

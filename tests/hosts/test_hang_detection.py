@@ -21,15 +21,12 @@ PERIOD = 0.05
 
 
 class Turned:
-    """A stage that is watched while its clock advances."""
-
     def __init__(self, *, moves: bool = True) -> None:
         self.now = 0.0
         self.asked = ready(Unanswered(looked=0.0), 0.0)
         self.asked = plays(self.asked, moves)
 
     def exceeds(self, seconds: float) -> float | None:
-        """Return the limit that it exceeds within so many seconds without an answer."""
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             self.asked, limit = looked(self.asked, self.now, PERIOD)

@@ -195,7 +195,6 @@ def test_two_earlier_versions_are_kept_and_incomplete_ones_are_not(tmp_path: Pat
 
 
 def started_there(cache: Path, data: bytes) -> bytes:
-    """Return the output of a Python that reads the first line and this data."""
     code = "exec(open(0, 'rb', 0, closefd=False).readline())"
     env = {**os.environ, "XDG_CACHE_HOME": str(cache), "IMPROV_ROS_PYTHON": ""}
     done = subprocess.run(

@@ -103,8 +103,6 @@ def test_one_line_says_why_a_stage_is_gone(
 
 
 class WithProcesses(Client):
-    """Its stages are processes, as they are for people."""
-
     def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
         pipes = super()._start(screen)
         self._environment.setattr(USED, Stage)

@@ -27,8 +27,6 @@ TICK = 1 / 48
 
 
 class Listening:
-    """A process that listens, and its messages."""
-
     def __init__(self, clock: OutsideClock, tempo: float = 120.0) -> None:
         self.heard: list[HeardClock] = []
         self._changed = asyncio.Event()
@@ -45,8 +43,6 @@ class Listening:
         self._changed.set()
 
     async def until(self, fits: Callable[[HeardClock], bool]) -> HeardClock:
-        """The first message that fits, as soon as it has come."""
-
         async def look() -> HeardClock:
             while True:
                 for message in self.heard:
@@ -58,13 +54,11 @@ class Listening:
         return await asyncio.wait_for(look(), LIMIT)
 
     async def anchor(self, fits: Callable[[AnchorMessage], bool]) -> AnchorMessage:
-        """Return the first anchor that fits."""
         found = await self.until(lambda message: message["type"] == "anchor" and fits(message))
         assert found["type"] == "anchor"
         return found
 
     async def line(self, kind: str, part: str = "") -> str:
-        """The first line of a kind that has this in it."""
         found = await self.until(lambda message: message["type"] == kind and part in str(message.get("message")))
         return str(found.get("message"))
 

@@ -20,7 +20,6 @@ Cable = Iterable[tuple[float, bytes]]
 
 
 def at_bar(number: int) -> bytes:
-    """A song position, in sixteenths."""
     return bytes([0xF2, number * 16 % 128, number * 16 // 128])
 
 
@@ -39,7 +38,6 @@ def told(cable: Cable) -> list[Anchor]:
 
 
 def check(cable: Cable, at: float, beat: float, tempo: float) -> Anchor:
-    """Check that the latest anchor has the clock at a beat at a time, with this tempo."""
     latest = told(cable)[-1]
     assert latest.phase_at(at) == pytest.approx(beat, abs=0.01)
     assert latest.rate * 60 == pytest.approx(tempo, rel=0.001)

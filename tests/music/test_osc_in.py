@@ -20,7 +20,6 @@ SENSING = replace(PLAYS, senses=frozenset({("kick", "anna")}))
 def check(
     address: str, arguments: Sequence[Any], expected: dict[str, Any] | str | None, known: Situation = SENSING
 ) -> None:
-    """Compare the request of a message, or the line about it."""
     asked: Any
     try:
         asked = request(f"/improv/{address}", arguments, known)

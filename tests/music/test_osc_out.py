@@ -45,7 +45,6 @@ class OscStage(Stage):
             self._heard, self._looked = len(self.told), self.now
 
     def pass_time(self, seconds: float) -> None:
-        """Let time pass, and collect all messages as they are due."""
         end = self.now + seconds
         while True:
             self.listen()
@@ -62,7 +61,6 @@ class OscStage(Stage):
         self.said += [(round(each.at - self._begins, 3), line) for each, line in zip(due, told, strict=True)]
 
     def take(self) -> list[tuple[float, str]]:
-        """The messages since the last call."""
         said, self.said = self.said, []
         return said
 

@@ -34,8 +34,6 @@ def datagram(address: str, *arguments: Argument, due: float = 0.0) -> bytes:
 
 
 class DeskOnClock:
-    """A desk on a clock that a test advances, and its messages."""
-
     def __init__(self) -> None:
         self.now = 1000.0
         self.said: list[FromOsc] = []
@@ -48,7 +46,6 @@ class DeskOnClock:
             self.desk.read(each, host)
 
     def turn(self, seconds: float) -> None:
-        """Let time pass."""
         end = self.now + seconds
         while self.desk.due <= end:
             self.now = max(self.desk.due, self.now)
@@ -65,7 +62,6 @@ class DeskOnClock:
 
 
 def check(datagrams: Sequence[bytes], asked: Sequence[str], lines: Sequence[str] = (), host: str = "127.0.0.1") -> None:
-    """Check the requests within a second after datagrams have arrived at once, and the lines about them."""
     desk = DeskOnClock()
     desk.hear(*datagrams, host=host)
     desk.turn(1.0)
@@ -113,7 +109,6 @@ def test_only_senses_wait_until_they_are_due() -> None:
 
 @contextmanager
 def running(*messages: ToOsc) -> Iterator[Child]:
-    """The process, after these messages."""
     child = Child(helper("osc"), Policy(LIMIT))
     try:
         for message in messages:
@@ -124,7 +119,6 @@ def running(*messages: ToOsc) -> Iterator[Child]:
 
 
 def said_by(child: Child, count: int) -> list[FromOsc]:
-    """The next messages of the process."""
     said: list[FromOsc] = []
     end = time.monotonic() + LIMIT
     while len(said) < count and time.monotonic() < end:
@@ -142,7 +136,6 @@ def telling(port: int, *, time_tags: bool) -> ToOsc:
 
 @contextmanager
 def bound() -> Iterator[tuple[socket.socket, int]]:
-    """A socket on a port of this machine, and that port."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
         made.bind(("127.0.0.1", 0))
         made.settimeout(LIMIT)

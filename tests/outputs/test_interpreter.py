@@ -22,7 +22,6 @@ def bare_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def fake(path: Path, script: str = "exit 0") -> str:
-    """An interpreter that runs a shell script instead of Python."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(f"#!/bin/sh\n{script}\n")
     path.chmod(0o755)

@@ -17,7 +17,6 @@ HEAVY = "heavy_in_a_test"
 
 @pytest.fixture
 def heavy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """A package with a module."""
     (tmp_path / HEAVY).mkdir()
     (tmp_path / HEAVY / "__init__.py").write_text("answer = 42\n")
     (tmp_path / HEAVY / "part.py").write_text(f"from {HEAVY} import answer\nhalf = answer / 2\n")

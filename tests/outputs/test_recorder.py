@@ -235,7 +235,6 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
 
 
 def told_in(path: Path, kind: str) -> list[tuple[object, ...]]:
-    """Return the events of a kind in a recording, with their beats and robots."""
     with AnyReader([path], default_typestore=ROS) as reader:
         connections = [each for each in reader.connections if each.topic == f"/improv/{kind}"]
         assert [each.msgtype for each in connections] == ["std_msgs/msg/String"]

@@ -31,8 +31,6 @@ SPEED = 2.0
 
 
 class Topic:
-    """A topic with a controller's listener."""
-
     def __init__(self, name: str, message: str, node: object, robot: Robot, now: object, at_once: bool) -> None:
         self.name, self._robot = name, robot
 
@@ -55,7 +53,6 @@ def courses(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def motions(course: Course) -> list[tuple[float, float]]:
-    """Rounded positions, and velocities."""
     return [(round(position, 6), velocity) for position, velocity in course.motions]
 
 
@@ -91,7 +88,6 @@ class Robot:
         self.controllers.send("ada", told, at)
 
     def bring_home(self, seconds: float) -> None:
-        """Bring its joints to their starts for this many seconds."""
         for _ in range(round(seconds / PERIOD)):
             self.controllers.waits()
             self.controllers.bring_home(["ada"])

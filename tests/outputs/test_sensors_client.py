@@ -62,7 +62,6 @@ sys.stdin.readline()
 
 
 def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its messages stop counting long before it is replaced."""
     monkeypatch.setattr(client, "ALIVE_LIMIT", LIMIT)
     with reading(monkeypatch, FROZEN) as (reader, heard):
         assert heard.get(timeout=LIMIT) == Edge(ANNA, False, 1.0)

@@ -69,7 +69,6 @@ def test_near_begins_and_ends_at_the_reach() -> None:
 
 
 def simulated(program: str) -> Simulator:
-    """The simulator at the opening of a program."""
     simulator = Simulator()
     simulator.prepare(score_of(analyze(program)), restart=True)
     return simulator
@@ -172,7 +171,6 @@ def test_asking_again_gives_the_current_value() -> None:
 
 
 def test_senses_change_no_movement() -> None:
-    """Robots move exactly the same with and without senses."""
     orders = [(0.0, "a", Twist(x=1.0, yaw=0.3)), (0.0, "b", Twist(x=0.5, yaw=-1.0))]
     poses, bumps = [], list[Bump]()
     for asked in ([], ["a near", "b near", "a bump"]):

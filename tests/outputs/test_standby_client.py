@@ -18,8 +18,6 @@ FOUND = {"type": "found", "topic": TOPIC, "kind": "Twist"}
 
 
 class Process:
-    """A standby process that sends only the messages of a test."""
-
     def __init__(self) -> None:
         self.told: list[Any] = []
         self.says: list[Any] = []
@@ -42,8 +40,6 @@ class Process:
 
 
 class Stage:
-    """A stage whose robot moves, and the standby processes that it has started."""
-
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.now = 0.0
         self.started: list[Process] = []

@@ -37,7 +37,6 @@ def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 
 
 
 def places_of(simulator: Simulator) -> list[TimedPose]:
-    """The places of ada's trail."""
     trail = simulator.snapshot().trails["ada"]
     assert isinstance(trail, Trail)
     return trail.places

@@ -41,7 +41,6 @@ HEAD = Channel((YAW, PITCH), "trajectory", "/ada/head")
 
 
 def course(*motions: tuple[float, float], since: float = 0.0) -> Course:
-    """Positions and velocities of yaw and pitch."""
     return Course(tuple(JointMotion(*motion) for motion in motions), since)
 
 
@@ -74,7 +73,6 @@ def test_commands_move_joints_within_their_limits(
 
 
 def points(*motions: tuple[float, float]) -> list[tuple[float, list[float], list[float]]]:
-    """Seconds, positions, and velocities."""
     return [*map(tuple, trajectory(HEAD, course(*motions)))]  # type: ignore[list-item]
 
 
@@ -103,7 +101,6 @@ STATES = [
 def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
     yaw: tuple[float, float], pitch: float
 ) -> None:
-    """Interpolated as a controller does."""
     begin = turned(HEAD, course(yaw, (0.95, pitch)), {}, 0.0)
     made = TrajectoryController(["yaw", "pitch"], [9, 9])
     given = [*trajectory(HEAD, begin)]

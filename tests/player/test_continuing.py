@@ -23,8 +23,6 @@ EDITED = "bert $ repeat right\n"
 
 
 class Topics(Memory):
-    """A memory that also knows the topic of each command."""
-
     def __init__(self) -> None:
         super().__init__()
         self.topics: dict[str, str] = {}
@@ -71,7 +69,6 @@ class Continuing(Stage):
 
 
 def played(program: str | Score, seconds: float) -> Continuing:
-    """A stage that has played a program for so long."""
     stage = Continuing()
     stage.save(program, "restart")
     stage.run(seconds)

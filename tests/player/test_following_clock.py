@@ -26,7 +26,6 @@ START = 1000.0
 
 
 def stage_following(clock: Follow, program: str = DANCE, *, profile: Profile | None = None) -> Stage:
-    """A stage that plays a program that follows a clock."""
     stage = Stage(START)
     stage.player = Player(stage.sink, stage.told.append, lambda: stage.now)  # with a wall clock that keeps running
     stage.sink.real = clock == "ros"
@@ -48,7 +47,6 @@ def anchors(phase: Phase, until: float, every: float, since: float = 0.0, jitter
 
 
 def play(stage: Stage, told: Sequence[Anchor], until: float) -> None:
-    """Have the stage play until so many seconds after the start, and hear these anchors."""
     for each in told:
         stage.run(each.at - stage.now)
         stage.player.hear_clock(each, stage.now)
@@ -63,7 +61,6 @@ def beats_of(stage: Stage) -> list[float]:
 
 
 def gaps(stage: Stage) -> list[float]:
-    """The seconds between each beat and the next."""
     return [later - earlier for earlier, later in pairwise(beats_of(stage))]
 
 

@@ -49,8 +49,6 @@ def analyzed(program: str, toml: str = TOML) -> Analysis:
 
 
 class Bodies(Continuing):
-    """A stage, and the commands to the joints of a robot."""
-
     def __init__(self, program: str, toml: str = TOML) -> None:
         super().__init__()
         self.save(score_of(analyzed(program, toml)), "restart")

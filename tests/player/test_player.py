@@ -23,8 +23,6 @@ from improv_core.score.senses import RobotSense
 
 
 class Memory(Sink):
-    """A sink that remembers its commands."""
-
     name = "memory"
 
     def __init__(self) -> None:
@@ -134,7 +132,6 @@ def score(program: str) -> Score:
 
 
 def played(program: str, seconds: float) -> Stage:
-    """A stage that has played a program for so long."""
     stage = Stage()
     stage.load(program)
     stage.run(seconds)

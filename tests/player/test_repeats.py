@@ -15,7 +15,6 @@ SLOT = PERIOD / SLOTS
 
 
 def crowd(count: int) -> Repeats:
-    """This many robots that were sent a velocity at the same time."""
     repeats = Repeats()
     for number in range(count):
         repeats.hold(Mover(f"r{number}"), RATE, 0.0)

@@ -67,7 +67,6 @@ class Floor(Stage):
         self.player.measure(raw, self.now)
 
     def move(self, seconds: float) -> None:
-        """Let time pass, in which robots obey their commands."""
         for _ in range(round(seconds / STEP)):
             self.run(STEP)
             for robot, _, twist in self.sink.sent[self._heard :]:
@@ -78,13 +77,11 @@ class Floor(Stage):
             self.see()
 
     def heard(self, robot: str = "r") -> list[Twist]:
-        """The commands to a robot since the last call."""
         found = [twist for name, _, twist in self.sink.sent[self._mark :] if name == robot]
         self._mark = len(self.sink.sent)
         return found
 
     def stands(self, seconds: float = 1.0) -> bool:
-        """Return whether a robot stands from now on, for this long."""
         self.heard()
         before = self.poses["r"]
         self.move(seconds)

@@ -44,7 +44,6 @@ class Simulated(Continuing):
         self.run(0)
 
     def stands(self) -> Mapping[str, Sequence[float]]:
-        """The pose and the joints of each robot."""
         self.player.advance(self.now)
         snapshot = self.simulator.snapshot()
         joints = {robot: list(each.values()) for robot, each in snapshot.joints.items()}
@@ -52,7 +51,6 @@ class Simulated(Continuing):
 
 
 def check(text: str, beat: float) -> None:
-    """Check that a seek to a beat leads to the same as playing to it."""
     played, sought = Simulated(score_of_text(text)), Simulated(score_of_text(text))
     plays = sought.player.state == "playing"  # otherwise it has ended, and the seek pauses it
     played.run(beat)
@@ -112,8 +110,6 @@ def test_a_stage_lives_where_a_sense_decides_at_once(text: str, beat: float) -> 
 
 
 class Story(Simulated):
-    """A stage with any events."""
-
     def happen(self, what: str, *given: object) -> None:
         match what, given:
             case "seek", (float(beat),):

@@ -19,8 +19,6 @@ DANCE = score("beat 60\nr $ forward left\n")
 
 @dataclass
 class Armed:
-    """A stage with a wall clock."""
-
     stage: Stage = field(default_factory=Stage)
     ahead: float = AHEAD
 

@@ -16,8 +16,6 @@ from tests.player.test_player import Stage, score
 
 
 class Watched(Stage):
-    """A player of a program, and a forecast that gets all its messages."""
-
     def __init__(self, program: str, *, real: bool = True) -> None:
         super().__init__()
         self.sink.real = real

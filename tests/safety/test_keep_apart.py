@@ -151,7 +151,6 @@ def play(robots: Mapping[str, Robot], *, link: float | None = None, seconds: flo
 
 
 def gap(robots: Mapping[str, Robot]) -> float:
-    """The distance between the edges of the nearest two."""
     each = [robot.pose for robot in robots.values()]
     return min(one.apart(other)[0] - 2 * RADIUS for number, one in enumerate(each) for other in each[:number])
 

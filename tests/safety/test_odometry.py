@@ -67,7 +67,6 @@ class Robot:
         self.stage.run(seconds)
 
     def pose(self, world: Pose, ago: float = 0.0) -> dict[str, Any] | None:
-        """Return the report about a pose; None if there is none."""
         before = len(self.measured)
         raw = RawPose("r", self.source, self.frame.then(world), self.stage.now - ago)
         self.player.measure([raw], self.stage.now)
@@ -322,7 +321,6 @@ def test_any_frame_is_laid_on_the_world(x: float, y: float, heading: float, step
 
 
 def on_faults(robot: Robot, response: Response, seconds: float) -> None:
-    """Play, with poses for a second, then without."""
     robot.play("beat 60\nr $ repeat forward\n", rules=FaultRules(dict.fromkeys(get_args(Fault), response)))
     robot.drive(1)
     robot.run(seconds)

@@ -58,8 +58,6 @@ def test_a_line_names_a_few_robots() -> None:
 
 
 class Lab(Robot):
-    """A stage with a real robot that is measured in the world."""
-
     def __init__(self, source: str = TRACKED) -> None:
         super().__init__(source, Pose(), "world")
 
@@ -80,18 +78,15 @@ class Lab(Robot):
 
     @property
     def shown(self) -> list[str]:
-        """Return the lines on the page."""
         told = [message for message in self.stage.told if message["type"] == "misplaced"]
         return [each["line"] for each in told[-1]["robots"].values()] if told else []
 
     @property
     def waits(self) -> bool:
-        """Return whether the page offers to play."""
         return next(each["waits"] for each in reversed(self.stage.told) if each["type"] == "misplaced")
 
     @property
     def moves(self) -> tuple[str, bool]:
-        """Return the state, and whether the robot has been told to move."""
         return self.player.state, any(twist != STILL for _, _, twist in self.stage.sink.sent)
 
 

@@ -26,8 +26,6 @@ Hear = Callable[[RunningStage, Heard, int], None]
 
 
 class Fake:
-    """A stage that remembers its messages, and sends those that a test gives it."""
-
     def __init__(self, sink: SinkName, options: Options, hear: Hear, stops: Stops) -> None:
         self._hear = hear
         self._stops = stops
@@ -65,7 +63,6 @@ class Fake:
     def tell(
         self, state: State, beat: float = 0.0, monotonic: float = 500.0, begins: Mapping[str, float] | None = None
     ) -> None:
-        """Report its position in the latest score that it got."""
         known = {"restarted": 1, "begins": begins} if begins else {}
         self.say(at(state, self.loads[-1]["generation"], beat, monotonic, **known))
 
@@ -79,8 +76,6 @@ class Fake:
 
 
 class FakeClock:
-    """A process that listens to a clock, and sends the messages that a test gives it."""
-
     def __init__(self, clock: OutsideClock, tempo: float, hear: Callable[[HeardClock], None]) -> None:
         self.clock, self.tempo, self.say = clock, tempo, hear
         self.alive = True
@@ -125,8 +120,6 @@ class Fakes:
         return self.stages[-1]
 
     async def until(self, fits: Callable[[], Any]) -> None:
-        """Let everything else continue until it fits."""
-
         async def look() -> None:
             while not fits():  # noqa: ASYNC110
                 await asyncio.sleep(0)
@@ -137,7 +130,6 @@ class Fakes:
         return next(stage for stage in reversed(self.stages) if stage.sink == sink)
 
     async def begin(self) -> int | None:
-        """Have a program played; returns its generation."""
         return await self.playback.play(PlayScore(DANCE, "dance.improv", self.stops.count))
 
     async def play(self) -> tuple[Fake, Fake]:
@@ -153,8 +145,6 @@ class Fakes:
 
 
 def performed(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
-    """Give a test a playback, and close it afterwards."""
-
     async def perform(**given: Any) -> None:
         fakes = Fakes()
         try:

@@ -46,8 +46,6 @@ class Gap:
 
 
 class Machine:
-    """A stage on a host, and its robots."""
-
     def __init__(self, clock: World, host: str) -> None:
         self.sink, self.parent, self.read = Memory(), Parent(), RowsRead()
         self.sink.real = True
@@ -56,7 +54,6 @@ class Machine:
 
     @property
     def moves(self) -> bool:
-        """Return whether its robot's latest velocity is no zero."""
         return bool(self.sink.sent) and self.sink.sent[-1][2] != STILL
 
 
@@ -90,17 +87,14 @@ class World:
 
     @property
     def beats(self) -> list[float]:
-        """Return each stage's beat now."""
         players = [machine.loop.player for machine in self.machines.values()]
         return [float(player.run.beat(self._now, player._tracks.active_parts.over)) for player in players]
 
     @property
     def moving(self) -> list[str]:
-        """The hosts whose robots move."""
         return [host for host, machine in self.machines.items() if machine.moves]
 
     def ask(self, kind: str, **fields: Any) -> None:
-        """Send a person's request."""
         message: Any = {"type": kind, **fields}
         if is_stop(message):
             timed = rules.in_time(self.group, message, self._times)
@@ -128,7 +122,6 @@ class World:
             self.ask(kind, **fields)
 
     def run(self, seconds: float) -> None:
-        """Let time pass."""
         end = self._now + seconds
         while True:
             dues = [(machine.loop.deadline(self._now), machine) for machine in self.machines.values()]

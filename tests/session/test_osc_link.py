@@ -20,8 +20,6 @@ HERE, AWAY = Osc((Peer("127.0.0.1", 4560),), Peer("127.0.0.1", 7000)), Osc(liste
 
 
 class FakeProcess:
-    """A process that remembers its messages."""
-
     def __init__(self, hear: Hear) -> None:
         self.hear = hear
         self.told: list[ToOsc] = []
@@ -39,8 +37,6 @@ class FakeProcess:
 
 
 class Linked:
-    """A playback whose score uses OSC, and the processes that were started for it."""
-
     def __init__(self, fakes: Fakes, reach: Reach = "here") -> None:
         self.fakes = fakes
         self.processes: list[FakeProcess] = []

@@ -79,7 +79,6 @@ class Performance:
         return self._loop.player.state
 
     def save(self) -> None:
-        """Save the program, as a person."""
         self._do(asked(self._state, PlayScore(self._score, "dance.improv", 0), self._now))
 
     def ask(self, command: PageRequest) -> None:
@@ -97,7 +96,6 @@ class Performance:
         self._do(heard(self._state, "ros", {"type": "request", "command": command}, self._now))
 
     def osc(self, address: str, *arguments: Any) -> None:
-        """Receive an OSC message."""
         try:
             command = request(f"/improv/{address}", arguments, self._situation)
         except UnclearError as error:
@@ -107,7 +105,6 @@ class Performance:
                 self.ask(command)
 
     def call_play(self) -> None:
-        """Call `~/play` in ROS 2."""
         reply = play_again.play(self._heard, "ros")
         if reply.request:
             self.ask_on_node(reply.request)
@@ -123,7 +120,6 @@ class Performance:
         self._loop.take(Anchor(self.time, self.time * rate, rate, 0.02, 0), self.time)
 
     def play(self) -> None:
-        """Press Play on the page, as a person."""
         self.ask({"type": "resume"} if self.state == "paused" else {"type": "restart"})
 
     def passes(self, seconds: float = STEP) -> bool:

@@ -45,8 +45,6 @@ def play(program: str, after: int, robots: str = "") -> Play:
 
 
 class Slow:
-    """A sink that takes 4 ms to get to know each robot."""
-
     def __init__(self) -> None:
         self.now = 0.0
         self.met: list[str] = []
@@ -97,7 +95,6 @@ def test_a_score_that_only_stops_robots_is_never_void() -> None:
 
 
 def states(told: list[Any]) -> list[tuple[str, float]]:
-    """Return the states of a stage and their beginnings, in seconds."""
     return [(each["state"], round(each["monotonic"] - START, 3)) for each in told if each["type"] == "transport"]
 
 

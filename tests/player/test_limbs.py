@@ -141,31 +141,11 @@ NARROWER = TOML.replace("min = -90\nmax = 90", "min = -40\nmax = 40").replace("l
 @pytest.mark.parametrize(
     ("program", "seconds", "saved", "toml", "turns"),
     [
-        pytest.param(
-            f"a $ head (left left left){BESIDE}",
-            0.5,
-            f"a $ repeat head right{BESIDE}",
-            TOML,
-            [(0, 0, 30), (1, 30, -30)],
-            id="a changed part begins from there",
-        ),
-        pytest.param(
-            "a $ repeat head left",
-            0.5,
-            "a $ repeat forward",
-            TOML,
-            [(0, 0, 30), (1, 30, 0)],
-            id="a body part that left stands",
-        ),
-        pytest.param(
-            "a $ head (left left left)",
-            1.5,
-            "a $ repeat head right",
-            NARROWER,
-            [(0, 0, 30), (2, 60, 0), (2, 40, -30)],
-            id="another body has other limits",
-        ),
+        (f"a $ head (left left left){BESIDE}", 0.5, f"a $ repeat head right{BESIDE}", TOML, [(0, 0, 30), (1, 30, -30)]),
+        ("a $ repeat head left", 0.5, "a $ repeat forward", TOML, [(0, 0, 30), (1, 30, 0)]),
+        ("a $ head (left left left)", 1.5, "a $ repeat head right", NARROWER, [(0, 0, 30), (2, 60, 0), (2, 40, -30)]),
     ],
+    ids=["a changed part", "a body part that left", "another body"],
 )
 def test_after_a_save_joints_go_on_from_where_they_are(
     program: str, seconds: float, saved: str, toml: str, turns: list[Turn]

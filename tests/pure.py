@@ -44,7 +44,6 @@ NOT_PURE = {
     "music/test_osc_process.py",
     "stage/test_process.py",
     "outputs/test_standby_process.py",
-    "ipc/test_watchdog.py",
 }
 """Files in the folders of the pure tests that start something, or take long."""
 EXAMPLES = 10

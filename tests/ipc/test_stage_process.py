@@ -1,13 +1,16 @@
-"""The messages on each of a stage process's two channels, by a process that writes down its input."""
+"""A stage process as its parent sees it: messages on its two channels, and the line when it hangs, fails, or ends."""
 
 from __future__ import annotations
 
 import asyncio
 import json
 import os
+import signal
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+from urllib.request import urlopen
 
 import pytest
 
@@ -15,39 +18,63 @@ from improv_core.ipc.stage_process import Heard, Stage
 from improv_core.protocol.messages import ToStage
 from improv_core.safety.stage_watchdog import Watch
 from improv_core.safety.stops import Stops
-from tests.ipc.test_watchdog import CHANNEL, LIMIT, READY
+from tests.ls.client import Client
+from tests.processes import ours, wait_until_gone
+from tests.session.story import at
+from tests.stage_on_thread import USED
+
+LIMIT = 30.0
+SIMULATOR = "page\0--simulate"
+"""A part of the command of its process."""
+HANG = 0.4
+"""Seconds without an answer after which a stage is killed here."""
+READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
+CHANNEL = "channel = open(int(os.environ['IMPROV_STOP_PIPE']), 'rb', buffering=0)"
+
+
+def told_by(
+    lines: Sequence[str], messages: Sequence[ToStage], until: Callable[[Heard], bool], hang_limit: float = LIMIT
+) -> list[Heard]:
+    """Return the messages of a stage that reports that it moves robots, runs these lines, and is sent messages, until
+    one of its own fits."""
+    moves = f"print(json.dumps({at('playing', 1)}), flush=True)"
+    code = "\n".join(["import json, os, select, sys, time", CHANNEL, READY, moves, *lines])
+
+    async def listen() -> list[Heard]:
+        told: list[Heard] = []
+        fits = asyncio.Event()
+
+        def hear(_: Stage, message: Heard, stops: int) -> None:
+            if message["type"] != "transport":
+                told.append(message)
+            if until(message):
+                fits.set()
+
+        stage = await Stage.start([sys.executable, "-c", code], os.environ, hear, Stops(), hang_limit)
+        for message in messages:
+            stage.send(message)
+        await asyncio.wait_for(fits.wait(), LIMIT)
+        await stage.close()
+        assert not stage.alive
+        return told
+
+    return asyncio.run(listen())
 
 
 def received(*messages: ToStage) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the messages from standard input, and those that had come on the channel of stops by the end of that."""
     waiting = sum(message["type"] not in ("stop", "pause") for message in messages)
-    code = "\n".join(
-        [
-            "import json, os, select, sys",
-            CHANNEL,
-            READY,
-            f"lines = [sys.stdin.readline() for _ in range({waiting})]",
-            "first = []",
-            "while select.select([channel], [], [], 0)[0]:",
-            " first.append(channel.readline().decode())",
-            'print(json.dumps({"type": "warning", "message": json.dumps([lines, first])}), flush=True)',
-            "sys.stdin.read()",
-        ]
-    )
-
-    async def listen() -> str:
-        told: asyncio.Queue[Heard] = asyncio.Queue()
-        stage = await Stage.start(
-            [sys.executable, "-c", code], os.environ, lambda _, message, stops: told.put_nowait(message), Stops()
-        )
-        for message in messages:
-            stage.send(message)
-        said = await asyncio.wait_for(told.get(), LIMIT)
-        await stage.close()
-        return str(said.get("message"))
-
-    lines, first = json.loads(asyncio.run(listen()))
-    return _brief(lines), _brief(first)
+    lines = [
+        f"lines = [sys.stdin.readline() for _ in range({waiting})]",
+        "first = []",
+        "while select.select([channel], [], [], 0)[0]:",
+        " first.append(channel.readline().decode())",
+        'print(json.dumps({"type": "warning", "message": json.dumps([lines, first])}), flush=True)',
+        "sys.stdin.read()",
+    ]
+    said, *_ = told_by(lines, messages, lambda message: message["type"] == "warning")
+    both = json.loads(str(said.get("message")))
+    return _brief(both[0]), _brief(both[1])
 
 
 def _brief(lines: list[str]) -> list[dict[str, Any]]:
@@ -82,3 +109,77 @@ def test_a_start_that_is_canceled_ends_all_that_the_stage_has_started(tmp_path: 
             return await asyncio.wait_for(asyncio.to_thread(pipe.read), LIMIT)
 
     assert asyncio.run(cancel()) == b""
+
+
+STOP: ToStage = {"type": "stop"}
+LOAD: ToStage = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "fake"}
+HUNG = f"the stage did not answer for {HANG} s"
+NO_MESSAGES = "5", "null", "[]", "{}", "{", '{"type": "pong"}'
+LAST = '{"type": "stopped", "message": "no such topic"}'
+
+
+@pytest.mark.parametrize(
+    ("lines", "message", "hang_limit", "reason"),
+    [
+        pytest.param(["import subprocess; subprocess.run(['sleep', '60'])"], STOP, HANG, HUNG, id="its child hangs"),
+        pytest.param(["os.kill(os.getpid(), 19)"], STOP, HANG, HUNG, id="it is halted"),
+        pytest.param(
+            [
+                "sys.stdin.readline()",
+                f"time.sleep({HANG * 2})",
+                'print(json.dumps({**json.loads(sys.stdin.readline()), "type": "pong"}), flush=True)',
+                "time.sleep(60)",
+            ],
+            LOAD,
+            HANG,
+            HUNG,
+            id="it takes long to load, then hangs",
+        ),
+        pytest.param(
+            [f"print(*{NO_MESSAGES}, sep=chr(10), flush=True)", "sys.exit(0)"],
+            STOP,
+            LIMIT,
+            "the stage exited unexpectedly",
+            id="the output of a library is no message",
+        ),
+        pytest.param(
+            [f"print('{LAST}', flush=True)", "time.sleep(1.8)", "sys.exit(1)"],
+            STOP,
+            1.5,
+            "the stage failed: no such topic",
+            id="it fails and takes long to end",
+        ),
+    ],
+)
+def test_one_line_says_why_a_stage_is_gone(
+    lines: Sequence[str], message: ToStage, hang_limit: float, reason: str
+) -> None:
+    answers = ["while channel.readline():", *(f" {line}" for line in lines)]
+    told = told_by(answers, [message], lambda message: message["type"] == "gone", hang_limit)
+    assert [each for each in told if each["type"] != "stopped"] == [{"type": "gone", "message": reason}]
+
+
+class WithProcesses(Client):
+    def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
+        pipes = super()._start(screen)
+        self._environment.setattr(USED, Stage)
+        return pipes
+
+
+def test_a_new_simulator_takes_the_place_of_one_that_is_gone() -> None:
+    others = ours(SIMULATOR)
+    with WithProcesses({"backend": "sim"}) as client:
+        client.open("file:///dance.improv", "r $ repeat forward\n")
+        client.save("file:///dance.improv")
+        client.wait_for_line("▶")
+        ((dead, ended),) = (each for each in ours(SIMULATOR).items() if each[0] not in others)
+        (page,) = client.wait_for_page()
+        os.kill(dead, signal.SIGKILL)
+        client.wait_for_line("the stage exited unexpectedly: a new one is stopping the robots; save to play again")
+        wait_until_gone({dead: ended}, LIMIT)
+        client.save("file:///dance.improv")
+        client.wait_for_line("▶")
+        assert urlopen(page).status == 200, "the page that is open is served on"
+        (new,) = ours(SIMULATOR).keys() - others
+    wait_until_gone(ours(SIMULATOR), LIMIT)
+    assert new != dead

@@ -17,7 +17,7 @@ from improv_core.protocol.output import RawPose
 from improv_core.safety.odometry import CONTINUOUS
 from improv_core.safety.separation import MOST_NAMED, PATIENCE, Near, Proximity, as_line
 from improv_core.safety.stopping_distance import JITTER, Base
-from improv_core.score.motion import Pose, Twist
+from improv_core.score.motion import Pose
 from improv_core.score.profiles import CREATE3, TURTLEBOT4
 from improv_core.score.score import Host, OdomFrame, Safety
 from improv_core.score.world import World
@@ -221,13 +221,12 @@ def test_robots_that_are_not_guarded_are_named_once() -> None:
     assert unguarded(playing(keep_apart=None)) == []
 
 
-def meet(stage: Stage, gap: float, *, late: float = 0.0) -> None:
+def meet(stage: Stage, gap: float) -> None:
     """Send poses of both robots, which look at each other, with so many meters between their edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     for _ in twice(stage):
         places = {"a": Pose(), "b": Pose(gap + wide, heading=math.pi)}
-        poses = [RawPose(robot, CONTINUOUS, pose, stage.now, stamp=stage.now - late) for robot, pose in places.items()]
-        stage.player.measure(poses, stage.now)
+        stage.player.measure([RawPose(robot, CONTINUOUS, pose, stage.now) for robot, pose in places.items()], stage.now)
 
 
 def test_robots_that_drive_toward_each_other_pause_while_they_still_have_room_to_brake() -> None:
@@ -258,15 +257,12 @@ def see_here(stage: Stage) -> None:
     stage.player.measure(seen(stage.now, a=0), stage.now)
 
 
-def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: Twist | None = None) -> None:
+def see_there(stage: Stage, gap: float, *, ago: float = 0.0) -> None:
     """Send the pose of the robot elsewhere so many seconds ago, with so many meters between the edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
     for _ in twice(stage):
-        says: dict[str, Any] = {"at": stage.now - ago, "pose": where}
-        if told:
-            says["told"] = [told.x, told.y, told.z, told.yaw]
-        message: RobotsSeen = {"type": "seen", "robots": {robot: says}}  # type: ignore[dict-item]
+        message: Any = {"type": "seen", "robots": {"b": {"at": stage.now - ago, "pose": where}}}
         stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
 
 

@@ -210,16 +210,6 @@ def test_due_changes_are_sent_before_the_speed_changes_which_lasts_for_the_next_
     assert stage.sink.changes("r")[-2:] == [(0, 4, 0), (0.5, 0, 0)]
 
 
-def test_a_takeover_is_reported_with_its_own_time() -> None:
-    stage = played("beat 60\nr $ forward forward", 0.5)
-    stage.load("r $ left left", when="beat")
-    stage.now += 0.75  # the machine was busy
-    stage.player.advance(stage.now)
-    told = stage.transports[-1]
-    assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (1, 1, 1001, -0.25)
-    assert told.get("begins") == {"r": 1}
-
-
 def test_a_muted_robot_stands_while_its_part_goes_on_and_a_solo_lasts_for_the_next_score() -> None:
     stage = played("r s $ repeat (forward left)", 0.5)
     stage.player.set_silent({"r"}, (), stage.now)

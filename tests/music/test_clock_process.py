@@ -10,14 +10,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from improv_core.music import link, midi
-from improv_core.music.clock_process import ClockProcess, HeardClock
-from improv_core.protocol.clock_messages import AnchorMessage
+from improv_core.music.clock_process import ClockProcess
 from improv_core.score.score import Follow, OutsideClock
 from tests.needs import lacking, need
 
@@ -26,41 +27,24 @@ TICK = 1 / 48
 """Seconds, at 120 beats per minute."""
 
 
-class Listening:
-    def __init__(self, clock: OutsideClock, tempo: float = 120.0) -> None:
-        self.heard: list[HeardClock] = []
-        self._changed = asyncio.Event()
-        self._process = ClockProcess(clock, tempo, self._hear)
+Until = Callable[..., Awaitable[Any]]
 
-    def __enter__(self) -> Listening:
-        return self
 
-    def __exit__(self, *failure: object) -> None:
-        self._process.close()
+@contextmanager
+def listening(clock: OutsideClock, tempo: float = 120.0) -> Iterator[Until]:
+    """Listen to a clock. The result returns the next message of a type that fits."""
+    heard: asyncio.Queue[Any] = asyncio.Queue()
+    process = ClockProcess(clock, tempo, heard.put_nowait)
 
-    def _hear(self, message: HeardClock) -> None:
-        self.heard.append(message)
-        self._changed.set()
+    async def until(kind: str, fits: Callable[[Any], bool] = lambda message: True) -> Any:
+        while (message := await asyncio.wait_for(heard.get(), LIMIT))["type"] != kind or not fits(message):
+            pass
+        return message
 
-    async def until(self, fits: Callable[[HeardClock], bool]) -> HeardClock:
-        async def look() -> HeardClock:
-            while True:
-                for message in self.heard:
-                    if fits(message):
-                        return message
-                self._changed.clear()
-                await self._changed.wait()
-
-        return await asyncio.wait_for(look(), LIMIT)
-
-    async def anchor(self, fits: Callable[[AnchorMessage], bool]) -> AnchorMessage:
-        found = await self.until(lambda message: message["type"] == "anchor" and fits(message))
-        assert found["type"] == "anchor"
-        return found
-
-    async def line(self, kind: str, part: str = "") -> str:
-        found = await self.until(lambda message: message["type"] == kind and part in str(message.get("message")))
-        return str(found.get("message"))
+    try:
+        yield until
+    finally:
+        process.close()
 
 
 def in_a_loop(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
@@ -94,33 +78,31 @@ def send(cable: Path, count: int) -> None:
 
 @in_a_loop
 async def test_the_parent_receives_ticks_from_a_cable(cable: Path) -> None:
-    with Listening(OutsideClock("midi", "cab")) as listening:
+    with listening(OutsideClock("midi", "cab")) as until:
         sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
         began = time.monotonic()
-        anchor = await listening.anchor(lambda each: each["beat"] > 1)
+        anchor = await until("anchor", lambda each: each["beat"] > 1)
         assert anchor["tempo"] > 0  # `test_midi_time` checks the value: here, ticks may come late
         assert began < anchor["at"] < time.monotonic()
-        stands = await listening.anchor(lambda each: each["tempo"] == 0)
-        assert stands["beat"] == 4
+        assert (await until("anchor", lambda each: each["tempo"] == 0))["beat"] == 4
         await sending
 
 
 @pytest.mark.slow("it is looked for inputs every two seconds")
 @in_a_loop
 async def test_a_cable_that_is_pulled_is_a_line(cable: Path) -> None:
-    with Listening(OutsideClock("midi")) as listening:
+    with listening(OutsideClock("midi")) as until:
         await asyncio.to_thread(send, cable, 2)
         await asyncio.to_thread(cable.unlink)
-        gone = "the MIDI input cable is gone: connect it again"
-        assert await listening.line("warning") == gone
-        assert await listening.line("warning", "there is no") == "there is no MIDI input: connect one"
+        lines = [(await until("warning"))["message"] for _ in range(2)]
+        assert lines == ["the MIDI input cable is gone: connect it again", "there is no MIDI input: connect one"]
 
 
 @in_a_loop
 async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: Path) -> None:
-    with Listening(OutsideClock("midi", "IAC")) as listening:
+    with listening(OutsideClock("midi", "IAC")) as until:
         line = "there is no MIDI input whose name begins with IAC: there are cable"
-        assert await listening.line("warning") == line
+        assert (await until("warning"))["message"] == line
 
 
 @pytest.mark.parametrize(
@@ -139,9 +121,9 @@ async def test_a_line_says_why_a_clock_cannot_be_heard(
     monkeypatch.setenv("PYTHONPATH", f"{Path(__file__).parent}:{tmp_path}")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    with Listening(OutsideClock(follow)) as listening:
-        assert await listening.line("error") == line
-        assert await listening.line("clock_gone") == ""
+    with listening(OutsideClock(follow)) as until:
+        assert (await until("error"))["message"] == line
+        assert (await until("clock_gone"))["message"] == ""
 
 
 PEER = """
@@ -191,11 +173,11 @@ def own_network() -> Iterator[None]:
 async def test_a_link_session_counts_while_others_are_in_it() -> None:
     if not importlib.util.find_spec("aalink"):
         lacking('Ableton Link is under the GPL: pip install "improv-ls[link]"')
-    with Listening(OutsideClock("link"), 110) as listening:
+    with listening(OutsideClock("link"), 110) as until:
         peer = await asyncio.create_subprocess_exec(sys.executable, "-c", PEER, stdin=asyncio.subprocess.PIPE)
         try:
-            first = await listening.anchor(lambda each: round(each["tempo"]) == 97)
-            later = await listening.anchor(lambda each: each["at"] > first["at"] + 2)
+            first = await until("anchor", lambda each: round(each["tempo"]) == 97)
+            later = await until("anchor", lambda each: each["at"] > first["at"] + 2)
             passed = (later["beat"] - first["beat"]) * 60 / (later["at"] - first["at"])
             assert passed == pytest.approx(97, rel=0.1), "the tempo that it left is 110"
         finally:

@@ -61,16 +61,6 @@ sys.stdin.readline()
 """It sends an edge, and then hangs for good."""
 
 
-def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client, "ALIVE_LIMIT", LIMIT)
-    with reading(monkeypatch, FROZEN) as (reader, heard):
-        assert heard.get(timeout=LIMIT) == Edge(ANNA, False, 1.0)
-        silent = heard.get(timeout=LIMIT)
-        assert isinstance(silent, Edge)
-        assert (silent.what, silent.value) == (ANNA, None)
-        assert reader.problem is None
-
-
 def test_a_process_that_stays_frozen_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "ALIVE_LIMIT", 0.5)
     monkeypatch.setattr(client, "AGAIN", LIMIT)  # so that the problem stays

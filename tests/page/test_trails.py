@@ -11,9 +11,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import Viewer
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
-from tests.page.conftest import Show, link, part, wait, watch
-
-CORNERS = "beat 240\nada $ forward left forward left forward left slow 40 forward\n"
+from tests.page.conftest import link, part, wait
 
 
 def trail(page: Page) -> list[tuple[float, float]]:
@@ -39,17 +37,3 @@ def test_a_page_that_is_delayed_or_opened_late_shows_the_whole_trail(
     page.reload()
     wait(page, "window.improv?.robots.ada && improv.trails.ada.length > 6")
     assert trail(page) == SQUARE
-
-
-def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None:
-    watch(page, show, CORNERS)
-    page.keyboard.press("k")
-    wait(page, "improv.transport.state === 'paused'")
-    page.keyboard.press("Home")
-    wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
-    for beat in range(1, 5):
-        page.keyboard.press("ArrowRight")
-        wait(page, f"improv.transport.beat === {beat} && improv.trails.ada.length > {beat}")
-    assert trail(page) == SQUARE[:3]
-    page.keyboard.press("Home")
-    wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")

@@ -100,19 +100,6 @@ def test_a_robot_with_a_urdf_is_a_stick_figure_that_turns_by_dragging_and_by_key
     keep(page, "stick-figure.png")
 
 
-def test_bodies_can_be_hidden(still: Callable[..., Page]) -> None:
-    page = still("ada is puppet\nada $ head left\n")
-    width = page.evaluate("document.getElementById('hall').offsetWidth")
-    if page.locator("#show-more").is_visible():
-        page.locator("#show-more").click()
-    page.get_by_role("button", name="Bodies").click()
-    expect(page.locator("#bodies")).to_be_hidden()
-    wait(page, f"document.getElementById('hall').offsetWidth > {width}")
-    page.reload()
-    wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
-    expect(page.locator("#bodies")).to_be_hidden()
-
-
 def test_a_score_lists_the_joints_of_a_robot_and_its_moving_parts() -> None:
     score = score_of(analyze("bo $ lift up\nada is puppet\nada $ arms up\nturtle1 $ forward\n", read_robots(LIFTER)))
     robots = about(score, 1, takes_start_poses=False)["robots"]

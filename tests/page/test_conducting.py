@@ -22,7 +22,6 @@ from tests.page.conftest import (
     shared_page,
     transport,
     wait,
-    watch,
 )
 
 LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
@@ -219,33 +218,6 @@ def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> No
     page.keyboard.press("f")
     expect(fit).to_have_attribute("aria-pressed", "true")
     wait(page, f"Math.abs(improv.view.scale / {before['scale']} - 1) < 0.2")
-
-
-@pytest.mark.slow("a browser on a busy machine")
-def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(page: Page, show: Show, keep: Keep) -> None:
-    stage = watch(page, show, LONG)
-    stage.keyboard.press("Escape")
-    wait(stage, "improv.transport.state === 'stopped'")
-    stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
-    placed = "(window.sent ?? []).filter(({ type }) => type === 'place').map(({ start_poses }) => start_poses)"
-    stage.get_by_role("button", name="Starts").click()
-    dialog = stage.get_by_role("dialog", name="Start poses")
-    stage.mouse.move(*at(stage, 0, 0))
-    stage.mouse.down()
-    stage.mouse.move(*at(stage, 2, 1), steps=3)
-    assert stage.evaluate(placed) == []
-    stage.mouse.up()
-    assert stage.evaluate(placed) == [{"ada": {"x": 2, "y": 1, "heading": 0}}]
-    heading, y = (dialog.get_by_label(name, exact=True).first for name in ("heading", "y"))
-    heading.fill("90")
-    heading.press("Enter")
-    assert stage.evaluate(placed)[1:] == [{"ada": {"x": 2, "y": 1, "heading": 90}}]
-    for wrong in ("5000", ""):  # a wrong number moves nobody, and the last right number comes back
-        y.fill(wrong)
-        y.press("Enter")
-        expect(y).to_have_value("1")
-    assert len(stage.evaluate(placed)) == 2
-    keep(stage, "page-starts.png")
 
 
 def test_a_step_continues_from_the_previous_one_even_if_the_server_is_late(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
@@ -12,8 +11,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.protocol.fields import LONGEST_TEXT
 from tests.axe import violations
-from tests.commands.command_line import IMPROV
-from tests.page.conftest import LIMIT, SCHEMES, Keep, Show, at, wait, watch
+from tests.page.conftest import SCHEMES, Keep, Show, at, wait, watch
 from tests.page.editing import IDLE, PLAYING, Edit
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
@@ -139,26 +137,6 @@ def test_unsaved_text_and_settings_are_there_after_a_reload_and_on_a_new_page(ed
     expect(page.locator("#versions")).to_be_hidden()
     assert page.evaluate("Object.keys(localStorage).filter(key => key.includes('draft'))") == []
     assert edited.file.read_text() == SQUARE
-
-
-@pytest.mark.slow("starts a process, and a stage's process")
-def test_a_process_that_edits_saves_plays_and_says_how_to_continue_after_its_end(tmp_path: Path, page: Page) -> None:
-    file = tmp_path / "dance.improv"
-    file.write_text(SQUARE)
-    command = [*IMPROV, "edit", str(file), "--backend", "sim", "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout
-        page.goto(next(process.stdout).split()[-1])
-        wait(page, f"window.improv?.connected && {IDLE}")
-        write(page, "# saved\n")
-        page.keyboard.press("Control+Enter")
-        wait(page, f"{PLAYING} && {IDLE}")
-        assert file.read_text() == f"{SQUARE}# saved\n"
-        write(page, "# not saved")
-        process.terminate()
-        expect(page.locator("#notice")).to_contain_text("To continue, run improv edit in the terminal.")
-        expect(page.locator("#file-state")).not_to_have_text("saved")
-        assert process.wait(LIMIT) == 130
 
 
 def test_a_stop_also_stops_a_save_that_is_about_to_play(edit: Callable[[str], Edit]) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.page.conftest import LIMIT, Chromium, Keep, Show, next_frame, play_anew, shared_page, wait, watch
+from tests.page.conftest import LIMIT, Chromium, Show, next_frame, play_anew, shared_page, wait, watch
 from tests.page.editing import Edit
 from tests.page.songs import clicks, improv_toml
 
@@ -27,21 +27,6 @@ TAP = """milliseconds => {
   performance.now = now
 }"""
 """Taps the beat at a time that the test sets."""
-NEEDS_A_CLICK = """
-const resume = AudioContext.prototype.resume
-let clicked = false
-addEventListener("click", () => (clicked = true), true)
-AudioContext.prototype.resume = function () {
-  return clicked ? this.off.then(() => resume.call(this)) : new Promise(() => {})
-}
-window.AudioContext = class extends AudioContext {
-  constructor(options) {
-    super(options)
-    this.off = this.suspend()
-  }
-}
-"""
-"""Has the page need a click, as browsers do: for a browser, an evaluation by Playwright is a person who clicks."""
 
 
 @pytest.fixture(scope="module")
@@ -107,37 +92,6 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
     expect(page.locator("#song-line")).to_have_text(line)
     wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
     assert set(sent) == {"GET"}
-
-
-def test_if_sound_needs_a_click_one_line_says_so_and_robots_do_not_wait(page: Page, show: Show, tmp_path: Path) -> None:
-    page.add_init_script(NEEDS_A_CLICK)
-    watch(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
-    asks = page.get_by_role("button", name="Click for sound")
-    expect(asks).to_be_visible()
-    assert page.evaluate("[improv.transport.state, improv.song]") == ["playing", None]
-    page.locator("#stage").click()
-    expect(asks).to_be_hidden()
-    wait(page, RIGHT)
-
-
-def test_the_song_lies_under_the_timeline_and_moves_with_keys_and_by_dragging(dance: Page, keep: Keep) -> None:
-    wait(dance, RIGHT)
-    song = dance.get_by_role("slider", name="Beat 0 in the song, in seconds")
-    expect(song).to_be_visible()
-    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.500 s")
-    keep(dance, "song.png")
-    song.press("ArrowLeft")
-    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.510 s")
-    song.press("ArrowRight")
-    expect(dance.locator("#song-first")).to_have_text("beat 0 at 0.500 s")
-    box = song.bounding_box()
-    assert box
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    dance.mouse.move(x, y)
-    dance.mouse.down()
-    dance.mouse.move(x - 40, y, steps=4)
-    wait(dance, "improv.song - improv.beat / 2 > 0.6")  # it sounds at once
-    dance.mouse.up()
 
 
 @pytest.mark.slow("edits on a page")

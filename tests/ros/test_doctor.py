@@ -1,20 +1,21 @@
-"""`improv doctor` with ROS 2: it sees the nodes that run, and sends robots nothing.
+"""Commands that look at ROS 2: they see the nodes that run, and send robots nothing.
 
-tests/commands/test_doctor.py tests its conclusions.
+tests/commands/test_doctor.py tests the conclusions of `improv doctor`, tests/robots/test_urdf.py how a body is read.
 """
 
 from __future__ import annotations
 
 import re
 import subprocess
-import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
-from tests.ros.conftest import BASE, LIMIT, NOISE, STAMPED, Listen, Publish, Script, with_code
+from tests.commands.command_line import IMPROV
+from tests.robots.test_urdf import ARMS, DOLL
+from tests.ros.conftest import BASE, LIMIT, NOISE, STAMPED, Listen, Publish, Script, with_code, with_limits
 
 pytestmark = pytest.mark.slow("looks for three seconds who is there")
 
@@ -33,11 +34,22 @@ start = { x = 0, y = 0, heading = 0 }
 """
 
 
-def doctor(env: Mapping[str, str], folder: Path, *arguments: str) -> tuple[int, list[str]]:
-    command = [sys.executable, "-m", "improv_core", "doctor", *arguments]
-    done = subprocess.run(command, env=env, cwd=folder, capture_output=True, text=True, encoding="utf-8", timeout=LIMIT)
-    assert done.stderr == ""
-    return done.returncode, done.stdout.splitlines()
+def improv(env: Mapping[str, str], folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*IMPROV, *arguments], env=env, cwd=folder, capture_output=True, text=True, encoding="utf-8", timeout=LIMIT
+    )
+
+
+def test_a_body_is_read_from_the_topic_that_has_its_description(
+    ros_env: dict[str, str], publish: Publish, tmp_path: Path
+) -> None:
+    publish("/robot_description", "std_msgs/String", latched=True)({"data": DOLL}, once=True)
+    patient = ros_env | with_limits(outputs__ros__graph__LOOK=20.0)
+    read = improv(patient, tmp_path, "body", "--topic", "/robot_description")
+    assert read.stdout.startswith(ARMS.replace("doll.urdf", "/robot_description")), read.stderr
+    unread = improv(ros_env, tmp_path, "body", "--topic", "/nothing")
+    line = "nobody publishes text on /nothing: start robot_state_publisher, or name another topic"
+    assert (unread.stdout, unread.stderr) == ("", f"improv: {line}\n")
 
 
 def test_the_doctor_reports_listeners_other_publishers_places_and_clocks(
@@ -61,14 +73,16 @@ def test_the_doctor_reports_listeners_other_publishers_places_and_clocks(
     ]
     end = time.monotonic() + LIMIT
     while True:  # on a busy machine, discovery may take longer than it looks
-        code, lines = doctor({**ros_env, **with_code(NOISE)}, tmp_path)
+        done = improv({**ros_env, **with_code(NOISE)}, tmp_path, "doctor")
+        assert done.stderr == ""
+        lines = done.stdout.splitlines()
         seen = [
             re.sub(r"(59|60)\.\d\d s", "60 s", line) for line in lines if line[2:6] in ("anna", "bert", "carl", "dora")
         ]
         if seen == expected or time.monotonic() > end:
             break
     assert seen == expected
-    assert code == 1
+    assert done.returncode == 1
     assert f"from IMPROV_ROS_PYTHON: {ros_python}" in "\n".join(lines)
     domain = ros_env["ROS_DOMAIN_ID"]
     assert any(line.startswith(f"✓ domain {domain}, this machine only: ") for line in lines)

@@ -214,6 +214,14 @@ def test_joints_are_named_before_they_move() -> None:
     assert robot.said[1:] == ["joints move to their starts first: pitch of ada by -29°"]
 
 
+def test_a_stop_holds_joints_on_their_way_to_their_starts() -> None:
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
+    robot.bring_home(PERIOD)
+    robot.controllers.halt("ada")
+    assert [velocity for _, velocity in robot.sent[-1][1]] == [0, 0]
+    assert robot.controllers.waits()
+
+
 def test_joints_that_were_halted_on_their_way_are_named_again_when_they_continue() -> None:
     """The deadman button was released for a moment."""
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)

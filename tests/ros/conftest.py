@@ -355,14 +355,6 @@ def where(request: pytest.FixtureRequest) -> int | None:
     return None
 
 
-@pytest.fixture(scope="module")
-def turtle(others: Others) -> Iterator[Listener]:
-    """One listener as turtle1 for all tests of a module; in each test, another process moves it."""
-    turtle = Listener(others, "/turtle1/cmd_vel")
-    yield turtle
-    turtle.close()
-
-
 @pytest.fixture
 def listen(others: Others, where: int | None) -> Iterator[Listen]:
     """Start listeners: `listen("/r/cmd_vel", type=STAMPED)`; others.py has their options."""

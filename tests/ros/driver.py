@@ -25,11 +25,8 @@ from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.output import Ros
 from improv_core.protocol.output import Alarm, Edge, RawPoses
 from improv_core.score import senses
-from improv_core.score.algebra import hold, stand
-from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
-from improv_core.score.by_part import by_part
+from improv_core.score.algebra import stand
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import Velocity
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, OutsideClock, Part, Safety, Score
@@ -66,17 +63,6 @@ def prepare(
     sink.prepare(Score(Fraction(60), parts, safety=safety, clock=clock), restart)
 
 
-def prepare_body(controllers: list[dict[str, Any]], home: Home, **joint: Any) -> None:
-    """Prepare a robot ada that moves its head left and up by the joints yaw and pitch, both defined by `joint`."""
-    made = [Controller(**each) for each in controllers]
-    head = BodyPart("head", [Drive("yaw", "yaw", 1.0), Drive("z", "pitch", 1.0)])
-    body = Body([head], (), [Joint("yaw", **joint), Joint("pitch", **joint)], made, "joint_states", home)
-    scene = by_part(hold(Velocity(0, 0, 1, 1), 1), "head")
-    profile = replace(TURTLESIM, body=body)
-    ada = Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")
-    sink.prepare(Score(Fraction(60), {"ada": ada}), True)
-
-
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
     sink.send(robot, Twist(x, y, z, yaw), 0.0)
 
@@ -110,20 +96,6 @@ def wait(listeners: int = 0) -> None:
         return not (sink.resetting() or sink.missing()) and found
 
     until(ready, asks=True)
-
-
-def bring_home() -> None:
-    """Move joints toward their starts until they move, and then stop the robot."""
-
-    def moves() -> bool:
-        sink.resetting()
-        if missing := sink.missing():
-            sink.ask(missing)
-        sink.bring_home([] if missing else ["ada"])
-        return any(arm.moves for arm in sink._controllers._robots["ada"].arms)
-
-    until(moves)
-    sink.send("ada", STILL, 0.0)
 
 
 def wait_for_reset() -> None:

@@ -72,9 +72,11 @@ class PolledTopics:
         for topic in self._robots.keys() - self._made.keys():
             self._look(topic)
         for topic, (kind, subscription) in self._made.items():
-            messages = []
+            messages: list[tuple[Any, Mapping[str, Any]]] = []
             with subscription.handle:
-                while taken := subscription.handle.take_message(subscription.msg_type, self._raw):
+                while len(messages) < self._depth and (
+                    taken := subscription.handle.take_message(subscription.msg_type, self._raw)
+                ):
                     messages.append(taken)
             if messages:
                 yield Polled(self._robots[topic], topic, kind, messages)

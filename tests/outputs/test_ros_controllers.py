@@ -74,11 +74,11 @@ class Robot:
         self.asked: list[list[tuple[float, float]]] = []
         self.said: list[str] = []
         self.happened: list[Literal["said", "sent"]] = []
-        self.standby, self.pending_zeros = Mock(), Mock()
+        self.pending_zeros = Mock()
         node: Any = SimpleNamespace(get_clock=lambda: None)
         advertise: Any = lambda channel: self  # noqa: E731
         self.controllers = RosControllers(
-            node, advertise, self._measured, self.standby, self.pending_zeros, self._say, lambda: self.now
+            node, advertise, self._measured, self.pending_zeros, self._say, lambda: self.now
         )
         self.controllers.take({"ada": performed}, restart=True)
 
@@ -108,7 +108,7 @@ def test_joints_begin_at_their_measured_positions_and_a_stop_holds_them() -> Non
     robot.send(0.25, yaw=0.0, pitch=0.0)
     assert robot.sent == [(TOPIC, [(-0.02, -1), (0.01, 1)]), (TOPIC, [(-0.27, 0), (0.26, 0)])]
     assert robot.said == []
-    assert robot.standby.mock_calls == robot.pending_zeros.mock_calls == [], "trajectories end at rest"
+    assert robot.pending_zeros.mock_calls == [], "trajectories end at rest"
 
 
 def test_a_joint_that_is_held_back_does_not_jump_later() -> None:
@@ -142,7 +142,8 @@ def test_velocity_controllers_need_zeros_but_no_measured_positions() -> None:
     robot.send(1.5, yaw=0.0)
     assert [[velocity for _, velocity in motions] for _, motions in robot.sent] == [[-0.5, 1], [0, 1], [0, 0]]
     assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves", "stands"]
-    assert [call.args for call in robot.standby.mock_calls] == [(COMMANDS, "")] * 2 + [(COMMANDS,)]
+    moved, stood = robot.pending_zeros.moves.call_args.args[0], robot.pending_zeros.stands.call_args.args[1]
+    assert moved.name == stood.name == COMMANDS
 
 
 def test_only_finite_numbers_are_sent() -> None:

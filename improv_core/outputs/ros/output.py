@@ -87,11 +87,10 @@ class Ros(Sink):
         self._listening = Listening(self._node, hear, now)
         self._reader = RosReader(node_name() + READER, hear, now)
         self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
-        self.pending_zeros = PendingZeros(self._send_zero, self._others, self._standby.paid, tell, now)
+        self.pending_zeros = PendingZeros(self._standby, self._send_zero, self._others, tell, now)
         """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
-        shared = (self._standby, self.pending_zeros, tell, now)
-        self._controllers = RosControllers(self._node, self._advertise_for, where, *shared)
+        self._controllers = RosControllers(self._node, self._advertise_for, where, self.pending_zeros, tell, now)
         self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
         self._may_bring = False  # True once only joints hold back beat 0
@@ -160,7 +159,6 @@ class Ros(Sink):
                 part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
             )
             if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
-                self._standby.owes(part.topic, part.frame)
                 self.pending_zeros.inherits(robot, self._topics[part.topic], part.frame)
         self._unprepared.clear()
         if restart:
@@ -260,12 +258,10 @@ class Ros(Sink):
         message = known.message_of(twist)
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
-            self._standby.moves(known.topic.name, known.part.frame)
-            self.pending_zeros.moves(known.topic)
+            self.pending_zeros.moves(known.topic, known.part.frame)
         known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._controllers.halt(robot)
-            self._standby.stands(known.topic.name)
             self.pending_zeros.stands(robot, known.topic, known.part.frame)
         if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 from improv_core.outputs.cdr import frame_field, twist_message
+from improv_core.outputs.ros.standby.client import Standby
 from improv_core.outputs.ros.topic import Now, RosTopic
 from improv_core.safety.pending_zeros import PendingZero, TopicFacts, check, pending_zero
 from improv_core.score.motion import STILL
@@ -17,32 +18,34 @@ ZERO = twist_message(STILL)
 
 
 class PendingZeros:
-    """The topics whose listeners may not have received a zero. `others` names the other nodes that publish on a topic,
-    `done` gets topics on which no zero is pending anymore, and `tell` gets lines for people."""
+    """The topics whose listeners may not have received a zero. The standby also knows of them, and which robots move.
+    `others` names the other nodes that publish on a topic, and `tell` gets lines for people."""
 
     def __init__(
         self,
+        standby: Standby,
         send: Callable[[RosTopic, bytes, bytes], None],
         others: Callable[[RosTopic], Collection[str]],
-        done: Callable[[str], None],
         tell: Callable[[str], None],
         now: Now,
     ) -> None:
+        self._standby = standby
         self._send = send
         self._others = others
-        self._done = done
         self._tell = tell
         self._now = now
         self._moved: set[str] = set()  # topics on which robots were sent a velocity after the last zero
         self._pending: dict[str, _Entry] = {}  # by topic, the one that was checked longest ago first
 
-    def moves(self, topic: RosTopic) -> None:
-        """Note that a robot is sent a velocity."""
+    def moves(self, topic: RosTopic, frame: str) -> None:
+        """Note that a robot is about to be sent a velocity, in this frame."""
+        self._standby.moves(topic.name, frame)
         self._moved.add(topic.name)
         self._pending.pop(topic.name, None)
 
     def stands(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
         """Note that a robot was sent this zero."""
+        self._standby.stands(topic.name)
         now, entry = self._now(), self._pending.get(topic.name)
         if entry:
             entry.state = entry.state.sent(now)
@@ -53,6 +56,7 @@ class PendingZeros:
 
     def inherits(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
         """Note that a robot that an earlier stage may have moved is sent a zero."""
+        self._standby.owes(topic.name, frame)
         state = pending_zero(self._now(), topic.count_listeners(), topic.was_heard, inherited=True)
         self._pending[topic.name] = _Entry(robot, topic, frame, state, zero)
 
@@ -70,7 +74,7 @@ class PendingZeros:
             if found.pending:
                 self._pending[name] = replace(entry, state=found.pending)
             else:
-                self._done(name)
+                self._standby.paid(name)
             if found.sends:
                 self._send(entry.topic, entry.zero, frame_field(entry.frame))
             if found.warns:

@@ -22,7 +22,6 @@ from improv_core.outputs.ros.joints.trajectories import (
     turned,
     way_home,
 )
-from improv_core.outputs.ros.standby.client import Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
 from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off, line_of, line_of_moving
@@ -50,15 +49,14 @@ Measured = Callable[[str], Mapping[str, tuple[float, float]]]
 
 class RosControllers:
     """The controllers of all robots that a score has had. `advertise` creates publishers on a topic, and `measured`
-    returns joint positions. Only velocity controllers never stop by themselves, so `standby` and `pending_zeros` also
-    get their topics. A trajectory ends at rest, and a position is one at which a joint stands."""
+    returns joint positions. Only velocity controllers never stop by themselves, so `pending_zeros` gets their topics. A
+    trajectory ends at rest, and a position is one at which a joint stands."""
 
     def __init__(
         self,
         node: Any,
         advertise: Callable[[Channel], Advertise],
         measured: Measured,
-        standby: Standby,
         pending_zeros: PendingZeros,
         tell: Callable[[str], None],
         now: Now,
@@ -66,7 +64,6 @@ class RosControllers:
         self._node = node
         self._advertise = advertise
         self._measured = measured
-        self._standby = standby
         self._pending_zeros = pending_zeros
         self._tell = tell
         self._now = now
@@ -97,7 +94,6 @@ class RosControllers:
                 arm.anew, arm.tried = arm.anew or restart, arm.tried and not restart
                 if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                     zero = numbers_message([0.0] * len(arm.channel.joints))
-                    self._standby.owes(arm.topic.name, "")
                     self._pending_zeros.inherits(robot, arm.topic, "", zero)
         self._current = [*parts]
         self._begins = restart
@@ -200,14 +196,12 @@ class RosControllers:
         topic, message = arm.topic, message_of(arm.channel, paced(course, pace))
         needs_zeros = arm.channel.interface == "velocity"
         if course.moves and needs_zeros:
-            self._standby.moves(topic.name, "")
-            self._pending_zeros.moves(topic)
+            self._pending_zeros.moves(topic, "")
         topic.publish(message, self._node.get_clock(), b"")
         arm.sent = self._now()
         if course.moves:
             arm.moved = arm.sent
         elif needs_zeros:
-            self._standby.stands(topic.name)
             self._pending_zeros.stands(robot, topic, "", message)
 
     def _without_jump(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
@@ -268,7 +262,6 @@ class RosControllers:
             for _ in range(LAST_ZEROS):
                 arm.topic.publish(message_of(arm.channel, course), self._node.get_clock(), b"")
             if arm.channel.interface == "velocity":
-                self._standby.stands(arm.topic.name)
                 self._pending_zeros.stands(robot, arm.topic, "", message_of(arm.channel, course))
 
     def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:

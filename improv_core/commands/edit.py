@@ -133,19 +133,14 @@ class _Desk:
             page, ask = editing["page"], editing["ask"]
             if ask["type"] == "write":
                 await self._write(page, ask, asked)
-            elif ask["type"] == "analyze":
-                self._answer(page, self._editor.analyze(page, ask))
-                self._unchecked.put_nowait((page, ask))
-            elif ask["type"] == "complete":
-                self._answer(page, self._editor.complete(page, ask))
             elif ask["type"] == "change" and is_first_beat(ask["change"]):
                 rehearses = self._performing.rehearses
                 problem = REHEARSES if rehearses else write_first_beat(self._path.parent, ask["change"]["value"])
                 self._answer(page, moved(ask["number"], (), problem))
-            elif ask["type"] == "change":
-                self._answer(page, self._editor.change(page, ask, rehearses=self._performing.rehearses))
             else:
-                self._answer(page, self._editor.explain(page, ask))
+                self._answer(page, self._editor.answer(page, ask, rehearses=self._performing.rehearses))
+                if ask["type"] == "analyze":
+                    self._unchecked.put_nowait((page, ask))
 
     async def check_rooms(self) -> None:
         """Report the meetings of robots in the pages' texts, forever. On its own thread: a check may take a second."""

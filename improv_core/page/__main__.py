@@ -75,16 +75,7 @@ def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) ->
     viewer = _serve(options, put, token, simulator.snapshot)
 
     def tell(message: FromStage) -> None:
-        if (
-            message["type"] == "transport"
-            or message["type"] == "stopped"
-            or message["type"] == "sensed"
-            or message["type"] == "decided"
-            or message["type"] == "measured"
-            or message["type"] == "armed"
-            or message["type"] == "fault"
-        ):
-            viewer.publish(message)
+        viewer.report(message)
         put(message)
 
     return Opened(simulator, tell, viewer.show, viewer.publish), _ready(simulator.name, viewer), viewer

@@ -12,7 +12,7 @@ from improv_core.page.open_pages import Pages
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.preview.window import about
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.messages import TransportMessage
+from improv_core.protocol.messages import FromStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.score.music import Music
 from improv_core.score.score import Score
@@ -93,6 +93,19 @@ class Broadcast:
         elif message["type"] == "decided" or message["type"] == "joints":
             kind += [message["robot"]]
         self._soon(self._pages.put, " ".join(kind), json.dumps(message))
+
+    def report(self, message: FromStage) -> None:
+        """Show a report of the stage that plays in this process, unless it is of no interest for pages."""
+        if (
+            message["type"] == "transport"
+            or message["type"] == "stopped"
+            or message["type"] == "sensed"
+            or message["type"] == "decided"
+            or message["type"] == "measured"
+            or message["type"] == "armed"
+            or message["type"] == "fault"
+        ):
+            self.publish(message)
 
     def show(self, score: Score, generation: int) -> None:
         """Show the score that will play, once the player's messages have this generation."""

@@ -26,6 +26,7 @@ from improv_core.protocol.editing import (
     Change,
     Complete,
     Completed,
+    EditorAnswer,
     Explain,
     Explained,
     Form,
@@ -55,6 +56,18 @@ class PageEditor:
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
         self._known: Known | None = None  # of meetings
+
+    def answer(
+        self, page: int, ask: Analyze | Complete | Explain | Change, *, rehearses: bool = False
+    ) -> EditorAnswer | None:
+        """Return the answer to a page's question; None if there is none. `rehearses` is as in `change`."""
+        if ask["type"] == "analyze":
+            return self.analyze(page, ask)
+        if ask["type"] == "complete":
+            return self.complete(page, ask)
+        if ask["type"] == "explain":
+            return self.explain(page, ask)
+        return self.change(page, ask, rehearses=rehearses)
 
     def analysis(self, text: str) -> Analysis:
         """Analyze a text, starting from the latest analysis."""

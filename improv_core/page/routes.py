@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from improv_core.ipc.rate_limit import Flood, Throttle
+from improv_core.page.connection import PageConnection
 from improv_core.page.connection_limit import SILENT_LIMIT, Connections
 from improv_core.page.peer_user import user_of
 from improv_core.page.song_file import serve
-from improv_core.page.stop_confirmations import Order, PageStops
-from improv_core.protocol.commands import COMMANDS, Editing, PageRequest, Watched
-from improv_core.protocol.page_requests import read, read_count, read_page
+from improv_core.page.stop_confirmations import PageStops
+from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.page_requests import read_count, read_page
 from improv_core.protocol.tickets import Tickets
 
 if TYPE_CHECKING:
@@ -239,21 +240,22 @@ class Application:
         self._open[outbox] = request
         name, framed, flood = read_page(request.query.get("page")), "framed" in request.query, Flood()
         self._framed += framed
-        order = Order(self._stops, name)
-        tasks: list[asyncio.Task[None]] = []
+        stop = partial(self._pass_stop, name)
+        connection = PageConnection(name, outbox, self._answers, self._stops, stop, self._throttle.take)
+        sending: asyncio.Task[None] | None = None
         try:
             await page.prepare(request)
-            tasks = [asyncio.create_task(outbox.empty_into(page)), asyncio.create_task(self._answer(outbox))]
+            sending = asyncio.create_task(connection.send_to(page))
             self._command(self._watched(framed))
             async for message in page:
                 if flood.counts(asyncio.get_running_loop().time()):
                     _abort(request)  # requests sent so far count; those that wait behind them are dropped
                     break
                 if message.type is WSMsgType.TEXT:
-                    self._receive(message.data, outbox, name, order)
+                    connection.receive(message.data)
         finally:
-            for task in tasks:
-                task.cancel()
+            if sending:
+                sending.cancel()
             del self._open[outbox]
             self._pages.leave(outbox)
             self._framed -= framed
@@ -263,37 +265,6 @@ class Application:
 
     def _watched(self, framed: bool) -> Watched:
         return {"type": "watched", "framed": self._framed} if framed else {"type": "watched"}
-
-    def _receive(self, text: str, outbox: PageOutbox, name: str, order: Order) -> None:
-        request = read(text)
-        if request is None or (order.lags and request["type"] in COMMANDS["stop"].voids):
-            return
-        if request["type"] == "press":
-            if order.stop(request["number"]):
-                self._pass_stop(name, request["number"])
-        elif request["type"] == "window":
-            outbox.ask(request)
-        elif (
-            request["type"] == "analyze"
-            or request["type"] == "complete"
-            or request["type"] == "explain"
-            or request["type"] == "write"
-            or request["type"] == "change"
-        ):
-            editing: Editing = {"type": "editing", "page": outbox.number, "ask": request}
-            if order.lags:
-                editing["overtaken"] = True
-            self._throttle.take(editing)
-        else:
-            self._throttle.take(request)
-
-    async def _answer(self, outbox: PageOutbox) -> None:
-        """Answer the latest question of a page, forever."""
-        while True:
-            question = await outbox.asked()
-            text = await self._answers.compute(partial(self._answers.window, question))
-            if text is not None:
-                outbox.put("window", text)
 
     def _check_own(self, request: web.Request) -> None:
         self._check_token(request)

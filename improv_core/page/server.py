@@ -60,7 +60,7 @@ class Viewer:
             takes_start_poses=takes_start_poses,
             scores=scores,
         )
-        self.publish, self.show = self._broadcast.publish, self._broadcast.show
+        self.publish, self.show, self.report = self._broadcast.publish, self._broadcast.show, self._broadcast.report
         self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, OwnThread("improv-meetings"))
         self._thread = threading.Thread(target=self._run, name="improv-viewer", daemon=True)
         self._thread.start()

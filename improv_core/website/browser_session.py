@@ -7,7 +7,6 @@ import io
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from improv_core.ipc.rate_limit import Throttle
@@ -16,14 +15,15 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.answers import Answers
 from improv_core.page.background import AtOnce
 from improv_core.page.broadcast import Broadcast
+from improv_core.page.connection import PageConnection
 from improv_core.page.open_pages import Pages
 from improv_core.page.program_editor import PageEditor, is_first_beat, moved
+from improv_core.page.stop_confirmations import PageStops
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
 from improv_core.protocol.commands import Editing, PageRequest
 from improv_core.protocol.editing import Analyze, EditorAnswer, Write
 from improv_core.protocol.messages import FromStage, State
-from improv_core.protocol.page_requests import read
 from improv_core.robots.config import FILE_NAME, Robots, read_robots
 from improv_core.safety.stops import Stops
 from improv_core.session.acts import News
@@ -77,34 +77,19 @@ class Home:
         self._text, self._revision, self._beat = text, revision, beat
         self._editor.robots = _robots(toml)
         self._outbox = self._pages.join()
+        self._page = PageConnection("", self._outbox, self._answers, PageStops(), self._stop, self._throttle.take)
         await self._playback.open()
         self._playback.present(PROGRAM.name, "")
         self._show()
         ready()
-        await asyncio.gather(self._pages.watch(), self._outbox.empty_into(self), self._answer_windows(), self._obey())
+        await asyncio.gather(self._pages.watch(), self._page.send_to(self), self._obey())
 
     async def send_str(self, data: str) -> None:
         self._post(data)
 
     def hear(self, text: str) -> None:
         """Take a request of the page. An invalid one is dropped."""
-        request = read(text)
-        if request is None:
-            return
-        if request["type"] == "press":
-            self._throttle.take({"type": "stop", "mark": str(request["number"])})
-        elif request["type"] == "window":
-            self._outbox.ask(request)
-        elif (
-            request["type"] == "analyze"
-            or request["type"] == "complete"
-            or request["type"] == "explain"
-            or request["type"] == "write"
-            or request["type"] == "change"
-        ):
-            self._throttle.take({"type": "editing", "page": self._outbox.number, "ask": request})
-        else:
-            self._throttle.take(request)
+        self._page.receive(text)
 
     def use(self, toml: str) -> None:
         """Have the program use another `improv.toml` when it plays next."""
@@ -123,6 +108,9 @@ class Home:
         segno.make(text, error="l", micro=False).save(out, kind="svg", xmldecl=False, scale=4, border=2, light="white")
         return out.getvalue().decode()
 
+    def _stop(self, number: int) -> None:
+        self._throttle.take({"type": "stop", "mark": str(number)})
+
     def _confirm(self, mark: str) -> None:
         self._obeyed(int(mark))
 
@@ -137,20 +125,13 @@ class Home:
         def tell(message: FromStage) -> None:
             if message["type"] == "transport":
                 self._state = message["state"]
-            if message["type"] in ("transport", "stopped", "sensed", "decided", "measured", "armed"):
-                self._broadcast.publish(message)
+            self._broadcast.report(message)
             put(message)
 
         return Opened(self._simulator, tell, self._broadcast.show, self._broadcast.publish)
 
     def _listen(self, news: News, leads: bool) -> None:
         """Do nothing: the page knows it already, and there is no terminal."""
-
-    async def _answer_windows(self) -> None:
-        while True:
-            question = await self._outbox.asked()
-            if (text := await self._answers.compute(partial(self._answers.window, question))) is not None:
-                self._outbox.put("window", text)
 
     def _edit(self, editing: Editing, asked: int) -> None:
         self._asks.put_nowait((editing, asked))
@@ -162,17 +143,12 @@ class Home:
             ask = editing["ask"]
             if ask["type"] == "write":
                 await self._write(ask, asked)
-            elif ask["type"] == "analyze":
-                self._answer(self._editor.analyze(self._outbox.number, ask))
-                self._check_soon(ask)
-            elif ask["type"] == "complete":
-                self._answer(self._editor.complete(self._outbox.number, ask))
             elif ask["type"] == "change" and is_first_beat(ask["change"]):
                 self._answer(moved(ask["number"], (), "this page can't write improv.toml: copy the line into it"))
-            elif ask["type"] == "change":
-                self._answer(self._editor.change(self._outbox.number, ask))
             else:
-                self._answer(self._editor.explain(self._outbox.number, ask))
+                self._answer(self._editor.answer(self._outbox.number, ask))
+                if ask["type"] == "analyze":
+                    self._check_soon(ask)
 
     def _check_soon(self, ask: Analyze) -> None:
         """Report the meetings of robots once nobody has typed for a moment: that takes time, and there is only one

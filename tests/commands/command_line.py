@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import os
-import pty
 import queue
 import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import click
 import pytest
@@ -190,25 +189,15 @@ main()"""
     return [sys.executable, "-c", code, "stop"]
 
 
+class Terminal(io.StringIO):
+    """A terminal's screen."""
+
+    def isatty(self) -> bool:
+        return True
+
+
 def shown_in_terminal(*arguments: str | Path) -> str:
     """Return a terminal's output from a command, run in this process."""
-    ours, theirs = pty.openpty()
-    with ThreadPoolExecutor() as another, os.fdopen(ours, "rb", buffering=0) as shown:
-        reading = another.submit(_all_of, shown)
-        with (
-            os.fdopen(theirs, "w", encoding="utf-8", errors="replace") as terminal,
-            redirect_stdout(terminal),
-            redirect_stderr(terminal),
-            suppress(SystemExit),
-        ):
-            improv([*map(str, arguments)], obj="", prog_name="improv")
-        return reading.result(LIMIT).decode("utf-8")
-
-
-def _all_of(shown: IO[bytes]) -> bytes:
-    """Read everything until the other side is closed."""
-    found = b""
-    with suppress(OSError):  # Linux reports the closed side this way
-        while data := shown.read(65_536):
-            found += data
-    return found
+    with redirect_stdout(Terminal()) as shown, redirect_stderr(shown), suppress(SystemExit):
+        improv([*map(str, arguments)], obj="", prog_name="improv")
+    return shown.getvalue()

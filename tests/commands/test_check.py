@@ -27,7 +27,7 @@ def test_check_shows_the_place_of_each_error(broken: Path) -> None:
 def test_check_says_in_a_terminal_that_there_are_no_errors(tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / f"{name}.improv").write_text("r $ left\n")
-    assert shown_in_terminal("check", tmp_path) == "no errors in 2 programs\r\n"
+    assert shown_in_terminal("check", tmp_path) == "no errors in 2 programs\n"
     assert run("check", tmp_path).stdout == ""
 
 

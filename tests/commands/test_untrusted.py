@@ -75,4 +75,4 @@ def test_a_diff_is_exact_for_patch_and_escaped_in_a_terminal(tmp_path: Path) -> 
     path = tmp_path / "dance.improv"
     path.write_text("r  $ left # \x1b[2J\n", encoding="utf-8")
     assert "+r $ left  # \x1b[2J\n" in CliRunner().invoke(improv, ["format", "--diff", str(path)]).output
-    assert "+r $ left  # \\x1b[2J\r\n" in shown_in_terminal("format", "--diff", path)
+    assert "+r $ left  # \\x1b[2J\n" in shown_in_terminal("format", "--diff", path)

@@ -38,22 +38,16 @@ left_open = (forward
 r1 r2 $ (star
   || [up
     up # a = (
-    up
   ]
 )
 answer n (m) = (
   m reflect sagittal
-  m
 )
 ---
 r1 $ if near left
   else (
     right
-    up
   )
-  || [
-    up
-  ]
 # after it
 --- finale
 room 6 4

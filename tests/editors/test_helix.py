@@ -70,11 +70,6 @@ def test_colors_and_indentation(home: Path) -> None:
         terminal.see("    forward")
         assert re.search(r"sq = \(\n\W+4    rest\n\W+5    forward\n\W+6    slow", terminal.screen())
         _escape(terminal)
-        terminal.type("gg", "]f", "d")  # the next statement
-        terminal.see("sq = (", there=False)
-        terminal.see("r $ reflect")
-        terminal.type("%sreflect", "Enter", "]e", "d")  # the next item of the series
-        terminal.see("r $ reflect YZ sq ||  up [left]")
         terminal.type(":quit!", "Enter")
 
 

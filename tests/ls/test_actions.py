@@ -56,7 +56,9 @@ def test_slow_edits_are_computed_when_an_action_is_chosen() -> None:
         (change,) = client.request("codeAction/resolve", found[many])["edit"]["documentChanges"]
         assert change["textDocument"]["version"] == 3
         assert applied("# 🐢\r\n" + "".join(lines), change["edits"]).strip() == "# 🐢"
+        assert actions(client, 0, 0, only=["source.organizeImports"]) == {}
         ((title, action),) = actions(client, 0, 0, only=["source.fixAll"]).items()
+        assert action["kind"] == "source.fixAll.improv"
         assert title == "Fix all that is safe to fix"  # at once: Neovim applies it without asking for its edits
         (change,) = action["edit"]["documentChanges"]
         assert "left || up" in applied("# 🐢\r\n" + "".join(lines), change["edits"])
@@ -65,20 +67,6 @@ def test_slow_edits_are_computed_when_an_action_is_chosen() -> None:
     with Client({"onSave": "off"}, capabilities=VERSIONED) as client:  # which can't ask later
         client.open(URI, "".join(lines))
         assert "edit" in actions(client, 0, 0)[many]
-
-
-def test_all_safe_fixes_are_applied_at_once_on_request() -> None:
-    before = "# 🐢\r\nr $ 𝑥, up | left\r\n𝑦 = fowrard\r\n"
-    with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
-        assert "source.fixAll.improv" in client.initialized["capabilities"]["codeActionProvider"]["codeActionKinds"]
-        client.open(URI, before)
-        assert not any("safe" in title for title in actions(client, 1, 0))
-        for only in ("source", "source.fixAll", "source.fixAll.improv"):
-            ((title, action),) = actions(client, 0, 0, only=[only]).items()
-            assert (title, action["kind"]) == ("Fix all that is safe to fix", "source.fixAll.improv")
-            (change,) = action["edit"]["documentChanges"]
-            assert applied(before, change["edits"]) == "# 🐢\r\nr $ 𝑥 up || left\r\n𝑦 = fowrard\r\n"
-        assert actions(client, 0, 0, only=["source.organizeImports"]) == {}
 
 
 def test_a_document_and_a_selection_are_formatted() -> None:

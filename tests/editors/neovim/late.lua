@@ -37,10 +37,4 @@ person.session(function()
   vim.cmd.ImprovSeek("three")
   person.await_message("improv.seek: expected a beat")
   assert(not vim.fn.execute("messages"):find("▶"))
-
-  start_again()
-  while_it_starts("write")
-  vim.api.nvim_buf_set_lines(0, -1, -1, false, { "turtle1 $ (rig" }) -- half typed: what was saved plays
-  open_the_gate()
-  person.await_status("^▶ beat %d+/∞, 60 beats/min, simulator$")
 end)

@@ -63,6 +63,7 @@ def main() -> None:
 
 def take_picture(path: Path) -> None:
     settings = {**SETTINGS, "security.workspace.trust.enabled": False, "editor.minimap.enabled": False}
+    settings["workbench.activityBar.location"] = "hidden"
     program = f"{PROGRAM}turtle2 $ repeat retrograde square\n"
     with TemporaryDirectory() as folder, nothing_left() as env, workbench(Path(folder), program, settings, env) as page:
         page.set_viewport_size({"width": 1080, "height": 640})

@@ -135,9 +135,7 @@ def test_requests_wait_for_a_server_that_starts(vscode: VSCode, tmp_path: Path) 
         _the_context_menu_plays(page)
         _a_killed_server_says_that_the_dance_ended(page, env)
         _a_server_that_is_killed_again_and_again_is_started_by_a_save(page, env)
-        _a_save_is_played_by_the_next_server_while_the_one_before_ends(page, env)
         _one_server_plays_the_requests_between_restarts(page, env, gate)
-        _repeat_is_offered_once(page)
         _robots_files_have_colors(page, tmp_path / "work")
         assert _stages(env)  # and it ends with the window
 
@@ -269,17 +267,6 @@ def _a_server_that_is_killed_again_and_again_is_started_by_a_save(page: Page, en
     _plays(page)
 
 
-def _repeat_is_offered_once(page: Page) -> None:
-    word(page, "forward").click()
-    page.keyboard.press("End")
-    page.keyboard.type("\nturtle1 $ re")
-    page.keyboard.press("Control+Space")
-    offered = page.locator(".suggest-widget .monaco-list-row .label-name")
-    expect(offered.get_by_text("repeat", exact=True)).to_have_count(1)
-    keep_picture(page, "repeat")
-    page.keyboard.press("Escape")
-
-
 def _robots_files_have_colors(page: Page, folder: Path) -> None:
     (folder / "improv.toml").write_text('# one\n[robots.turtle1]\nprofile = "turtlesim"\n')
     page.get_by_role("treeitem", name="improv.toml").dblclick()
@@ -383,14 +370,6 @@ def _keys_stop_the_robots(page: Page, robots: str) -> None:
     _escape_twice(page, "Control+Space", ".suggest-widget")
 
 
-def _a_save_is_played_by_the_next_server_while_the_one_before_ends(page: Page, env: Mapping[str, str]) -> None:
-    with _halted_server(env):
-        _restart(page)
-        word(page, "forward").click()
-        page.keyboard.press("Control+S")
-    _plays(page)
-
-
 def _one_server_plays_the_requests_between_restarts(page: Page, env: Mapping[str, str], gate: Path) -> None:
     gate.unlink()
     with _halted_server(env) as ending:
@@ -401,6 +380,7 @@ def _one_server_plays_the_requests_between_restarts(page: Page, env: Mapping[str
     run_command(page, "Notifications: Clear All Notifications")
     (starting,) = until(lambda: _only_server(env, [ending]), lambda: "the server before it does not end")
     word(page, "forward").click()
+    page.keyboard.press("Control+S")
     for _ in range(3):
         page.keyboard.press("Control+Enter")
     gate.touch()

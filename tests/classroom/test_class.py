@@ -378,19 +378,6 @@ def test_invalid_commands_of_the_teacher_are_dropped(text: str) -> None:
     assert read(text) is None
 
 
-def test_a_dance_that_takes_too_long_is_given_up_and_the_next_one_is_read() -> None:
-    async def scenario() -> None:
-        checker = DanceReader(limit=0.001)
-        assert await checker.look("r $ forward\n" * 1_000) is None
-        checker._limit = LIMIT
-        found = await checker.look("r $ forward")
-        checker.close()
-        assert found
-        assert found["ok"]
-
-    asyncio.run(scenario())
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no process by the time of its processor")
 @pytest.mark.parametrize(("text", "code"), [(WORST, -signal.SIGPROF), ("r $ forward", 0)])
 def test_a_process_ends_once_a_dance_has_taken_too_much_processor_time(text: str, code: int) -> None:

@@ -27,13 +27,6 @@ def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
     assert second["robots"]["turtle1"]["truncated"] is True
 
 
-def test_compile_merges_equal_neighbors_and_ends_whatever_the_program() -> None:
-    for program in ("repeat forward", "left repeat forward", "fast 1000000000 repeat 1000000000 (forward left)"):
-        done = run("compile", "-", text=f"r $ {program}\n")
-        assert json.loads(done.stdout)["robots"]["r"]["truncated"] is True
-        assert done.returncode == 0
-
-
 def test_compile_assumes_that_nothing_is_sensed_or_what_a_script_says(tmp_path: Path) -> None:
     program, script = tmp_path / "dance.improv", tmp_path / "senses.json"
     program.write_text("r $ (until not near repeat forward) until bump repeat left\nbo $ left\n")

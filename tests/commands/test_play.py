@@ -61,15 +61,6 @@ def test_the_exit_code_tells_how_it_ended(
     assert asyncio.run(played) == code
 
 
-def test_play_names_its_program(tmp_path: Path) -> None:
-    program = written(tmp_path, "beat 600\nr $ forward\n")
-    done = run("play", program, *SIMULATED)
-    assert done.returncode == 0
-    page, status = done.stdout.splitlines()
-    assert page.startswith("watch it at http://127.0.0.1:")
-    assert status == "▶ r 1 beat, 0.10 s at beat 600, simulator"
-
-
 @pytest.mark.parametrize("allowed", [False, True])
 def test_osc_reaches_other_machines_only_if_somebody_allows_it(tmp_path: Path, allowed: bool) -> None:
     program = written(tmp_path, "beat 600\nr $ forward\n")
@@ -153,17 +144,6 @@ def check(
 def test_an_endless_dance_plays_for_the_given_seconds(tmp_path: Path) -> None:
     done = check(tmp_path, "r $ repeat forward\n", {"r": (7, 0)}, "--for", "3.5")
     assert json.loads(done.stdout)["seconds"] == 3.5
-
-
-def test_the_world_is_that_of_the_robots_file(tmp_path: Path) -> None:
-    toml = """
-        [world]
-        size = [6, 4]
-        [robots.a]
-        start = { x = -2 }
-    """
-    done = check(tmp_path, "a $ repeat 4 forward\n", {"a": (2.7, 0)}, toml=toml)
-    assert done.stderr == "improv: a bumped into an obstacle: change its start or its path\n"
 
 
 def test_a_bump_at_the_very_end_is_reported(tmp_path: Path) -> None:

@@ -27,12 +27,6 @@ def test_svg_and_png(tmp_path: Path) -> None:
     assert (tmp_path / "dance.PNG").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_program_from_standard_input(tmp_path: Path) -> None:
-    arguments = ["plot", "-", "-o", str(tmp_path / "dance.svg")]
-    assert CliRunner().invoke(improv, arguments, input="r $ forward\n").exit_code == 0
-    ElementTree.parse(tmp_path / "dance.svg")
-
-
 @pytest.mark.parametrize(
     ("program", "output", "code", "line"),
     [

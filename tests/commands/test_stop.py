@@ -18,7 +18,7 @@ import pytest
 from improv_core.commands.doctor import stopping
 from improv_core.ipc.stage_process import Stage
 from improv_core.safety import stop_socket
-from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
+from improv_core.safety.stop_socket import IDLE, stop_all
 from improv_core.safety.stops import Stops
 from improv_core.storage import saves
 from improv_core.storage.saves import Saved
@@ -206,12 +206,6 @@ def test_one_that_does_not_answer_is_a_failure(runtime: Path, monkeypatch: pytes
         hangs.bind(str(runtime / "7-hangs.sock"))
         hangs.listen()
         check("process 7 does not answer: end it with `kill`", code=1)
-
-
-def test_names_do_not_steer_the_terminal() -> None:
-    made = StopSocket(lambda: "stopped \x1b]0;x\x07.improv")
-    check(r"stopped \x1b]0;x\x07.improv")
-    made.close()
 
 
 def test_doctor_names_its_folder(runtime: Path) -> None:

@@ -67,16 +67,11 @@ def test_the_address_of_the_page_is_printed_again_if_stages_of_hosts_replace_its
     assert printed == ["watch", "▶", "watch", "▶"]
 
 
-def test_after_an_interrupt_nothing_is_printed(session: TerminalSession, capsys: pytest.CaptureFixture[str]) -> None:
-    session.interrupted.set()
-    session._hear(fault("a", 1, "no pose of a"), True)
-    assert capsys.readouterr().err == ""
-
-
-def test_after_an_interrupt_robots_that_may_still_move_are_named(
+def test_after_an_interrupt_only_robots_that_may_still_move_are_named(
     session: TerminalSession, capsys: pytest.CaptureFixture[str]
 ) -> None:
     session.interrupted.set()
+    session._hear(fault("a", 1, "no pose of a"), True)
     session._hear({"type": "unreached", "generation": 1, "robots": ["a"], "message": "look at a"}, True)
     assert capsys.readouterr().err == "improv: look at a\n"
 

@@ -17,7 +17,6 @@ from improv_core.safety.stops import Stops
 from improv_core.slices import checkpoint
 from tests.commands.command_line import LIMIT, SIMULATED, Running
 from tests.open_page import connected, heard, live_behind
-from tests.strange_files import StrangeFile
 
 KEEPS = "✗ the previous dance keeps playing\n"
 
@@ -125,14 +124,6 @@ def test_saved_only_later(program: Path) -> None:
         watch.wait("waiting for dance.improv: save it to play it")
         program.write_text("r $ left\n")
         watch.wait("▶ r 1 beat")
-
-
-def test_robots_in_an_unreadable_file_do_not_move(watch: Running, program: Path) -> None:
-    strange_file = StrangeFile(program.parent, "pipe")
-    robots = strange_file.make("improv.toml")
-    program.write_text("r $ left\n")
-    assert watch.next().startswith(f"improv: {robots}: {strange_file.problem}")
-    assert watch.next() == KEEPS
 
 
 @pytest.mark.parametrize(("options", "begins"), [([], None), (["--continue"], {"s"}), (["--continue-at-bar"], {"s"})])

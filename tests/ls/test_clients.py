@@ -36,7 +36,6 @@ def test_session(record: Path, tmp_path: Path) -> None:
         session.write()
         session.ask()
         session.play(shows_page)
-        assert session.unasked() == set()
     assert complaints(capabilities, client.log) == []
 
 
@@ -125,12 +124,6 @@ class Session:
         self.client.command("hush")
         self.client.notify("textDocument/didClose", self.document)
 
-    def unasked(self) -> set[str]:
-        """Return the server's unsolicited messages about its work."""
-        asked = {_provider(message.get("method", "")) for by_server, message in self.client.log if not by_server}
-        # Diagnostics that are pushed may be pulled, too: by clients that do.
-        return {name for name in self.serves if name.endswith("Provider")} - asked - {"diagnosticProvider"}
-
     def request(self, method: str, **params: Any) -> Any:
         return self.client.request(method, {**self.document, **params})
 
@@ -147,16 +140,6 @@ class Session:
             return [each["newText"] for each in edit["changes"][self.uri]]
         (changed,) = edit["documentChanges"]
         return [each["newText"] for each in changed["edits"]]
-
-
-_OTHERS = {"completionItem/resolve": "completion", "textDocument/onTypeFormatting": "documentOnTypeFormatting"}
-_OTHERS |= {"textDocument/rangeFormatting": "documentRangeFormatting", "textDocument/formatting": "documentFormatting"}
-_OTHERS |= {"textDocument/prepareCallHierarchy": "callHierarchy"}
-_OTHERS |= {"textDocument/semanticTokens/full": "semanticTokens", "workspace/symbol": "workspaceSymbol"}
-
-
-def _provider(method: str) -> str:
-    return f"{_OTHERS.get(method) or method.rpartition('/')[2]}Provider"
 
 
 def _place(line: int, character: int) -> dict[str, int]:

@@ -10,10 +10,7 @@ from typing import Any
 import pytest
 from lsprotocol import types
 
-from improv_core.diagnostics import Edit
-from improv_core.page.program_editor import edits_of
-from improv_core.program.analysis import analyze
-from improv_core.text import LineIndex, Span
+from improv_core.text import LineIndex
 from improv_ls.positions import to_span
 from tests.ls.client import Client
 from tests.open_page import connected, live_behind
@@ -72,13 +69,6 @@ def test_the_editor_is_asked_to_write_it(tmp_path: Path, asked: Mapping[str, Any
     assert text == f"# 🐢\n{opening}\nanna bert cleo $ forward\n"
     assert file.read_text(encoding="utf-8") == PROGRAM  # never behind the editor's back
     assert not (tmp_path / "improv.toml").exists()
-
-
-def test_text_pasted_just_before_counts() -> None:
-    """Even a text so long that the server has not read it yet."""
-    typed = analyze("ada $ left\n").touched(0, 0, "ada at 1 2\n" + "x = left\n" * 1_000)
-    moved = edits_of(typed, {"type": "place", "start_poses": {"ada": {"x": 3.0, "y": 4.0, "heading": 0.0}}})
-    assert moved == (Edit(Span(0, 10), "ada at 3 4"),)
 
 
 def test_the_text_that_the_editor_has_is_the_one_edited(tmp_path: Path) -> None:

@@ -18,24 +18,6 @@ from tests.robots.test_skeletons import TOML, URDF
 BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
 
 
-def test_robots_and_limits_come_from_the_file(tmp_path: Path) -> None:
-    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
-    robots.write_text(BURGER)
-    with Client(QUIET) as client:
-        client.open(program.as_uri(), "beat 120\nburger $ forward strafeleft\nbruger $ rest\n")
-        assert client.codes_of(program) == ["too-fast", "unsupported-direction", "unknown-robot"]
-        assert client.codes_of(robots) == []
-
-        # An error in the file is reported there, and prevents every new dance until it is fixed.
-        robots.write_text(BURGER.replace("burger", "brger"))
-        client.save(program.as_uri())
-        assert client.wait_for_line("✗") == "✗ improv.toml has errors"
-        robots.write_text(BURGER + '[robots.bruger]\nprofile = "holonomic"\n')
-        client.change(program.as_uri(), 2, {"text": "beat 30\nburger $ forward left\nbruger $ strafeleft\n"})
-        client.save(program.as_uri())
-        assert client.wait_for_line("▶") == "▶ burger 2 beats · bruger 1 beat, 4.0 s at beat 30, simulator"
-
-
 def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
     program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
     watched = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}

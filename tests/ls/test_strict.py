@@ -43,8 +43,6 @@ def capabilities(path: str, value: Any = True) -> dict[str, Any]:
     ("message", "need"),
     [
         (sent("workspace/configuration", items=[]), "workspace.configuration"),
-        (sent("workspace/diagnostic/refresh"), "workspace.diagnostics.refreshSupport"),
-        (sent("improv/transport"), "experimental.improv"),
         (
             sent("client/registerCapability", registrations=[{"method": "workspace/didRenameFiles"}]),
             "workspace.fileOperations.dynamicRegistration",
@@ -60,14 +58,12 @@ def test_messages_of_the_server_need_a_capability(message: Spoken, need: str) ->
     ("method", "answer", "need"),
     [
         ("initialize", {"capabilities": {"renameProvider": {}}}, ("textDocument.rename.prepareSupport", True)),
-        ("initialize", {"capabilities": {"positionEncoding": "utf-8"}}, ("general.positionEncodings", ["utf-8"])),
         ("textDocument/hover", {"contents": MARKED}, ("textDocument.hover.contentFormat", ["markdown"])),
         ("textDocument/completion", {"items": [{**ITEM, "insertTextFormat": 2}]}, (f"{_ITEM}.snippetSupport", True)),
         ("textDocument/completion", {"items": [{**ITEM, "kind": 20}]}, (f"{_ITEM}Kind.valueSet", [20])),
         ("completionItem/resolve", {**ITEM, "labelDetails": {}}, (f"{_ITEM}.labelDetailsSupport", True)),
         ("textDocument/documentSymbol", [SYMBOL], (_NESTED, True)),
         ("textDocument/codeAction", [ACTION], ("textDocument.codeAction.codeActionLiteralSupport", {"valueSet": []})),
-        ("textDocument/rename", {"documentChanges": []}, ("workspace.workspaceEdit.documentChanges", True)),
         ("textDocument/rename", {"documentChanges": [{"kind": "create"}]}, (_OPERATIONS, ["create"])),
     ],
 )
@@ -82,9 +78,7 @@ def test_answers_of_the_server_need_a_capability(method: str, answer: Any, need:
     [
         [sent("textDocument/teleport")],
         [sent("window/showMessage", type=3, message="two\nlines")],
-        [sent("window/showMessage", type=1, message="an error")],
         [Spoken(True, {"id": 7, "result": None})],
-        [Spoken(False, {"id": 1, "method": "shutdown", "params": None}), Spoken(True, {"id": 1, "error": {}})],
         [progress("begin")],
         answered("textDocument/formatting", [EDIT, EDIT]),
         answered("textDocument/foldingRange", [{"startLine": 0, "endLine": 1, "unheardOf": 1}]),

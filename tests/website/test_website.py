@@ -18,7 +18,6 @@ from improv_core.website.build import LIBRARY, MARK, SiteError, build
 from improv_core.website.compile_cache import compiled
 from tests.needs import lacking
 from tests.page.conftest import Keep, wait
-from tests.page.songs import clicks
 from tests.pyodide import imitate
 from tests.web_server import served
 from tests.website.conftest import OPENED, open_site, play
@@ -141,23 +140,6 @@ def test_the_page_opens_over_plain_http_as_in_a_class(built: Path, page: Page) -
         assert page.evaluate("improv.transport.generation") == 0
 
 
-@pytest.mark.slow("a browser on a busy machine")
-def test_the_name_of_the_program_stands_on_one_line_beside_all_buttons(built: Path, page: Page, keep: Keep) -> None:
-    with served(built) as root:
-        page.goto(root)
-        for width, height in ((1280, 800), (768, 1024), (390, 844)):
-            page.set_viewport_size({"width": width, "height": height})
-            name = page.locator("#file-name").bounding_box()
-            assert name
-            assert name["height"] < 40, f"{width} wide: {name}"
-            expect(page.get_by_role("button", name="Save and play")).to_be_in_viewport(ratio=1)
-            keep(page, f"site-name-{width}.png")
-        page.set_viewport_size({"width": 390, "height": 500})  # a phone's keyboard is open
-        paper = page.locator("#paper").bounding_box()
-        assert paper
-        assert paper["height"] > 80
-
-
 @pytest.mark.timeout(300)
 @pytest.mark.slow("starts Python in a browser, three times")
 def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
@@ -213,19 +195,6 @@ def _first_visit(page: Page, address: str, keep: Keep) -> str:
     play(page, "cy $ forward\n")
     wait(page, "improv.robots.cy?.x > 0.5")
     return link
-
-
-@pytest.mark.slow("starts Python in a browser, and plays a song")
-def test_a_song_that_somebody_chooses_plays_in_time_without_a_server(address: str, page: Page) -> None:
-    open_site(page, address)
-    play(page, "beat 120\nbo $ repeat (forward left)\n")
-    wait(page, 'improv.transport.state === "playing"')
-    page.locator("#stage").click()
-    song = clicks(100, 120)
-    page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": song})
-    wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
-    page.keyboard.press("Escape")
-    wait(page, 'improv.transport.state === "stopped" && improv.song === null')
 
 
 def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) -> None:

@@ -14,9 +14,8 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
 
-from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON
+from tests.benchmarks.robots import ENV, LIMIT, PYTHON
 
 LINK = Path(os.environ.get("IMPROV_LINK") or Path(__file__).parents[3] / "shared" / "tools" / "jitter_link.py")
 BASE = "improv-air"
@@ -24,20 +23,10 @@ BASE = "improv-air"
 _INSIDE = 'mount -t tmpfs tmpfs /dev/shm && exec "$@"'
 
 
-class Memory(NamedTuple):
-    """Memory in MB: that of these processes alone (`own`), and with their share of the memory that others use too."""
-
-    own: float
-    whole: float
-
-    def __str__(self) -> str:
-        return f"{self.whole:.0f} MB ({self.own:.0f} of its own)"
-
-
-def memory(process: Path) -> Memory:
-    """Return the memory of a process, by its folder in /proc."""
+def memory(process: Path) -> float:
+    """Return the memory of a process in MB, by its folder in /proc; memory that others use, too, counts in parts."""
     rows = dict(line.split(":") for line in (process / "smaps_rollup").read_text().splitlines()[1:])
-    return Memory(*(int(rows[name].split()[0]) / 1e3 for name in ("Pss_Anon", "Pss")))
+    return int(rows["Pss"].split()[0]) / 1e3
 
 
 class Machine:
@@ -52,7 +41,6 @@ class Machine:
         self.ahead = 1000 * (number + 1)
         self._folder = folder / self.name
         self._folder.mkdir()
-        self.link: subprocess.Popen[bytes] | None = None
 
     @property
     def by(self) -> list[str]:
@@ -88,16 +76,8 @@ class Machine:
             [*self.by, *clock, "/usr/sbin/sshd", "-D", "-e", "-f", config], stderr=subprocess.DEVNULL
         )
 
-    def cut(self) -> float:
-        """Cut its link for good, and return the time."""
-        assert self.link
-        assert self.link.stdin
-        self.link.stdin.write(b"down\n")
-        self.link.stdin.flush()
-        return time.monotonic()
-
     def used(self) -> str:
-        """Return the memory of each process that plays there, in MB (shared memory counts in parts), and its CPU."""
+        """Return the memory of each process that plays there, and its CPU."""
         found = []
         for process in Path("/proc").glob("[0-9]*"):
             with suppress(OSError, StopIteration, IndexError):
@@ -106,17 +86,8 @@ class Machine:
                 fields = (process / "stat").read_text().rpartition(") ")[2].split()
                 spent = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
                 found.append((f"{name} {words[2]}", memory(process), spent))
-        parts = ", ".join(f"{name} {used}, {spent:.1f} s of CPU" for name, used, spent in found)
-        own, whole = sum(used.own for _, used, _ in found), sum(used.whole for _, used, _ in found)
-        return f"{Memory(own, whole)} in all ({parts})"
-
-    def bare(self) -> str:
-        """Return the memory of an rclpy node there with a single publisher."""
-        command = [*self.by, PYTHON, str(HERE / "ros_bare.py")]
-        with subprocess.Popen(command, env=on_air(ENV), stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-            assert process.stdout
-            process.stdout.readline()
-            return str(memory(Path("/proc", str(process.pid))))
+        parts = ", ".join(f"{name} {used:.0f} MB, {spent:.1f} s of CPU" for name, used, spent in found)
+        return f"{sum(used for _, used, _ in found):.0f} MB in all ({parts})"
 
     @property
     def known(self) -> str:
@@ -171,7 +142,6 @@ def machines(count: int, folder: Path, link: Sequence[str]) -> Iterator[tuple[li
             joining = [sys.executable, str(LINK), *ends, *link, "--seed", str(each.number + 1)]
             process = subprocess.Popen(joining, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
             stack.callback(_end, process)
-            each.link = process
             assert process.stdout
             if process.stdout.readline() != b"ready\n":
                 raise RuntimeError(f"{LINK} has made no link: it needs Linux, root, and /dev/net/tun")

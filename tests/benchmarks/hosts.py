@@ -1,4 +1,5 @@
-"""Times at which robots on bad links change their velocities, with a stage on each of them and with one stage for all.
+"""Times at which robots on bad links change their velocities, with a stage on each of them and with one stage for all;
+and the memory that a host needs.
 
 Each robot is on its own link with random delays and losses. There are saves, pauses, and changes of speed. The
 benchmark compares the time at which a robot's own machine has received a change with the beat that the parent's stage
@@ -19,7 +20,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import pairwise
-from math import degrees
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -27,24 +27,23 @@ from typing import Any
 from tests.benchmarks.air import BASE, entering, machines, on_air
 from tests.benchmarks.robots import ENV, LIMIT, Heard, Listener
 from tests.benchmarks.tables import machine, p99, print_head, print_row
+from tests.processes import lines_until
 
 AIR = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
 """2 to 100 ms each way, and 2 % of all packets lost."""
 GAPS = ("--delay", "0.002", "--jitter", "0.02", "--stall", "1:10")
 """Every 10 s, nothing passes for a second."""
-WHOLE_TURN = 90.0
 STOPS = 0.5
 """Seconds before the message that all have stopped, from which on robots may have stopped."""
-NEAR = 0.3
-"""Seconds from a change of the playback in which a turn doesn't count, because it is not complete."""
+DANCES = 20.0
+"""Seconds for which a host dances until its memory is read."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """Errors: the time of each change in ms, each turn compared with 90°, and the messages meanwhile."""
+    """The error of the time of each change in ms, and the messages meanwhile."""
 
     late: list[float]
-    turns: list[float]
     lines: list[str]
 
 
@@ -53,7 +52,7 @@ def run(quick: bool) -> None:
     robots, seconds = int(os.environ.get("IMPROV_ROBOTS", "6")), 40.0 if quick else 300.0
     print(f"{machine()}\n")
     print(f"{robots} robots for {seconds:g} s: how far from its time each change was received, in ms\n")
-    print_head("stages", "link", "changes", "median", "p99", "worst", "turns: p99 off 90°", "worst")
+    print_head("stages", "link", "changes", "median", "p99", "worst")
     rows: list[tuple[str, str, Sequence[str], bool, float]] = [
         ("one for all", "2–100 ms, 2 % lost", AIR, False, 0.5),
         ("one on each", "2–100 ms, 2 % lost", AIR, True, 3.0),
@@ -63,16 +62,11 @@ def run(quick: bool) -> None:
     for stages, about, link, hosts, patience in rows:
         found = _dance(robots, seconds if link is AIR else min(seconds, 120.0), link, hosts, patience)
         sizes = [abs(each) for each in found.late]
-        off = [abs(each) for each in found.turns] or [float("nan")]
         figures = f"{median(sizes):.1f}", f"{p99(sizes):.1f}", f"{max(sizes):.1f}"
-        print_row(stages, about, str(len(sizes)), *figures, f"{p99(off):.2f}", f"{max(off):.2f}")
+        print_row(stages, about, str(len(sizes)), *figures)
         said += [f"{stages}, {about}: {line}" for line in found.lines]
     print("\n" + "\n".join(dict.fromkeys(said)))
-    print("\nSeconds from the moment the link was cut to the first zero that the robot's own machine received\n")
-    print_head("link_patience", "zeros after", "more than that, in ms")
-    for patience in (0.5, 3.0):
-        after = _cut(patience)
-        print_row(f"{patience:g} s", f"{after:.3f} s", f"{1000 * (after - patience):.0f}")
+    print(f"\nOne robot's host: {_used()}")
 
 
 def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patience: float) -> Found:
@@ -94,27 +88,19 @@ def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patien
     return _found(told, heard)
 
 
-def _cut(patience: float) -> float:
-    """Return the seconds from the final cut of its link until a robot gets its zeros."""
+def _used() -> str:
+    """Return the memory and the CPU that one robot's host takes while it dances."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
         (machine,), env = stack.enter_context(machines(1, Path(folder), ("--delay", "0.002")))
-        listener = stack.enter_context(Listener("drain", ["/r0/cmd_vel"], machine.by, on_air(ENV)))
-        playing = subprocess.Popen(_parent(1, 60.0, True, patience), env=on_air(env), stdout=subprocess.PIPE, text=True)
-        assert playing.stdout
+        stack.enter_context(Listener("drain", ["/r0/cmd_vel"], machine.by, on_air(ENV)))
+        playing = subprocess.Popen(_parent(1, 60.0, True, 0.5), env=on_air(env), stdout=subprocess.PIPE, text=True)
         try:
-            for line in playing.stdout:
-                if json.loads(line).get("state") == "playing":
-                    break
-            time.sleep(3)
-            cut = machine.cut()
-            used, bare = machine.used(), machine.bare()
-            time.sleep(patience + 2)
-            heard = listener.end()["/r0/cmd_vel"]
+            lines_until('"playing"', playing.stdout)
+            time.sleep(DANCES)
+            return machine.used()
         finally:
             playing.kill()
             playing.communicate()
-    print(f"one robot's host: {used}; a node with nothing but a publisher: {bare}")
-    return next(each.received for each in heard if each.still and each.received > cut) - cut
 
 
 def _parent(robots: int, seconds: float, hosts: bool, patience: float) -> list[str]:
@@ -125,18 +111,14 @@ def _parent(robots: int, seconds: float, hosts: bool, patience: float) -> list[s
 
 def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard]]) -> Found:
     moments = [each for each in told if each["type"] == "transport"]
-    starts = [each["monotonic"] for each in moments]
     ended = next((each["monotonic"] for each in moments if each["state"] == "stopped"), math.inf)
-    late, turns, stopped = [], [], []
+    late, stopped = list[float](), list[float]()
     for messages in heard.values():
         all_changes = [two for one, two in pairwise(messages) if one.velocity != two.velocity]
         changes = [each for each in all_changes if each.received < ended - STOPS]
         stopped += [each.received for each in all_changes if each.received >= ended - STOPS][-1:]
         due = [_due(moments, each.received) for each in changes]
         late += [(each.received - at) * 1000 for each, at in zip(changes, due, strict=True)]
-        for one, two in pairwise(changes):
-            if one.yaw and all(not one.received - NEAR < at < two.received + NEAR for at in starts):
-                turns.append(degrees(one.yaw) * (two.received - one.received) - WHOLE_TURN)
     lines = [each["message"] for each in told if each["type"] in ("warning", "error", "gone", "unreached")]
     lines.append(f"the stop at the end reached all within {1000 * (max(stopped) - min(stopped)):.0f} ms")
     links = [each for each in told if each["type"] == "link"]
@@ -145,7 +127,7 @@ def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard
         lines.append(
             f"clocks were {median(errors):.2f} ms off in the median, {p99(errors):.2f} ms in p99 ({len(links)} looks)"
         )
-    return Found(late, turns, lines)
+    return Found(late, lines)
 
 
 def _due(moments: Sequence[Mapping[str, Any]], at: float) -> float:

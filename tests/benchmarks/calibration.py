@@ -19,10 +19,10 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
-from tests.benchmarks.robots import ENV, LIMIT, PYTHON
+from tests.benchmarks.robots import ENV, PYTHON, base, end_of
 from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV
-from tests.ros.conftest import BASE, Listener, Others
+from tests.ros.conftest import Listener, Others
 
 FOLDER = Path(__file__).parents[2] / "examples" / "robots"
 A_MINUTE = {
@@ -121,15 +121,11 @@ def _driven(program: str, robots: str, score: Score) -> Ends:
 
 @contextmanager
 def _base(robot: str, start: Pose, seed: int, environment: Mapping[str, str]) -> Iterator[None]:
-    where = ("--start", str(start.x), str(start.y), str(start.heading), "--seed", str(seed))
-    pipe = subprocess.PIPE
-    process = subprocess.Popen([PYTHON, BASE, robot, *DRIFT, *where], env=environment, stdin=pipe, stdout=pipe)
-    assert process.stdout
-    process.stdout.readline()
+    process = base(robot, (start.x, start.y, start.heading), [*DRIFT, "--seed", str(seed)], env=environment)
     try:
         yield
     finally:
-        process.communicate(timeout=LIMIT)
+        end_of(process)
 
 
 def _environment() -> dict[str, str]:

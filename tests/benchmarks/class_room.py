@@ -29,7 +29,7 @@ from improv_core.website.build import build
 from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.pyodide import imitate
 
-SECONDS, QUICK_SECONDS = 60.0, 15.0
+SECONDS, QUICK_SECONDS = 60.0, 30.0
 GOAL = 200.0
 """Milliseconds."""
 WORST = "\x01\n" * 49_999
@@ -41,7 +41,7 @@ LONG = "r $ repeat (forward left)\n"
 
 
 def run(quick: bool) -> None:
-    """Measure and print; `quick` for a quarter of a minute."""
+    """Measure and print; `quick` for half a minute."""
     with TemporaryDirectory() as folder:
         site = Path(folder, "site")
         build(site, imitate(Path(folder, "pyodide")))

@@ -15,7 +15,7 @@ from statistics import median
 from tests.benchmarks.air import BASE, LINK, entering, machines, on_air
 from tests.benchmarks.hosts import AIR
 from tests.benchmarks.keep_apart_hosts import delays
-from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON
+from tests.benchmarks.robots import ENV, LIMIT, base, end_of
 from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV
 from tests.processes import lines_until
@@ -26,7 +26,6 @@ LINKS: dict[str, Sequence[str]] = {
     "2–100 ms, 2 % lost": AIR,
 }
 """Links to hosts, which need the rights of root."""
-SIMULATED = HERE.parent / "ros" / "base.py"
 RADIUS = 0.164
 """Meters, of a Create 3."""
 APART = """
@@ -46,6 +45,7 @@ start = {{ x = {1}, y = 0, heading = {2} }}
 {3}
 """
 STARTS = (0.0, 0), (1.5, 180)
+IDEAL = "--noise", "0", "--loss", "0", "--delay", "0.08", "--rests"
 
 
 def can_have(link: Sequence[str]) -> bool:
@@ -67,19 +67,14 @@ def rest(link: Sequence[str]) -> float:
         Path(folder, "dance.improv").write_text("beat 60\nr0 r1 $ repeat forward\n")
         bases = []
         for number, (x, heading) in enumerate(STARTS):
-            start = str(x), "0", str(math.radians(heading))
-            ideal = "--noise", "0", "--loss", "0", "--delay", "0.08", "--rests", "--start", *start
-            command = [*there[number], PYTHON, str(SIMULATED), f"r{number}", *ideal]
-            base = subprocess.Popen(command, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-            bases.append(stack.enter_context(base))
-            assert base.stdout
-            base.stdout.readline()
+            start = x, 0, math.radians(heading)
+            bases.append(stack.enter_context(base(f"r{number}", start, IDEAL, there[number], env)))
         command = [*here, *IMPROV, "play", "--backend", "ros", "--force", "dance.improv"]
         pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
         playing = stack.enter_context(subprocess.Popen(command, cwd=folder, env=parents_env, text=True, **pipes))  # type: ignore[call-overload]
         try:
             lines_until("paused: ", playing.stderr)
-            ends = [float(base.communicate(timeout=LIMIT)[0].split()[0]) for base in bases]
+            ends = [end_of(each)[0] for each in bases]
         finally:
             playing.terminate()
             playing.communicate(timeout=LIMIT)

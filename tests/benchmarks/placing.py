@@ -10,11 +10,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.benchmarks.robots import ENV, PYTHON
+from tests.benchmarks.robots import ENV, base, end_of
 from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV
 
-BASE = Path(__file__).parents[1] / "ros" / "base.py"
 ROBOTS = "ada", "ben", "cleo", "dan", "eve", "fay"
 DELAY = 0.08
 """Seconds by which poses come late."""
@@ -39,16 +38,13 @@ def run(quick: bool) -> None:
         Path(folder, "improv.toml").write_text(toml)
         places = _places(folder)
         bases = [_base(name, starts[name], number) for number, name in enumerate(robots)]
-        for base in bases:
-            assert base.stdout
-            assert base.stdout.readline()
         began = time.monotonic()
         command = [*IMPROV, "place", "--yes", "--backend", "ros", "--no-browser", "dance.improv"]
         placed = subprocess.run(
             command, cwd=folder, env=ENV, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
         )
         took = time.monotonic() - began
-        ends = {name: _end(base) for name, base in zip(robots, bases, strict=True)}
+        ends = {name: end_of(each) for name, each in zip(robots, bases, strict=True)}
     print(placed.stdout + placed.stderr)
     print(f"{machine()}, {took:.0f} s, exit code {placed.returncode}\n")
     print_head("robot", "m before", "° before", "m after", "° after")
@@ -77,18 +73,8 @@ def _places(folder: str) -> dict[str, tuple[float, float, float]]:
 def _base(name: str, start: tuple[float, float, float], number: int) -> subprocess.Popen[str]:
     """Start a base of which one wheel rolls 3 % and the other 5 % less far than it should."""
     errors = ("0.97", "0.95") if number % 2 else ("0.95", "0.97")
-    options = ["--start", *map(str, start), "--wheel-error", *errors, "--delay", str(DELAY), "--seed", str(number)]
-    pipe = subprocess.PIPE
-    return subprocess.Popen(
-        [PYTHON, str(BASE), name, *options], env=ENV, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True
-    )
+    return base(name, start, ["--wheel-error", *errors, "--delay", str(DELAY), "--seed", str(number)])
 
 
-def _end(base: subprocess.Popen[str]) -> tuple[float, float, float]:
-    told, _ = base.communicate()
-    x, y, heading = map(float, told.split())
-    return x, y, heading
-
-
-def _off(pose: tuple[float, float, float], place: tuple[float, float, float]) -> tuple[float, float]:
+def _off(pose: Sequence[float], place: Sequence[float]) -> tuple[float, float]:
     return math.dist(pose[:2], place[:2]), math.degrees(abs(math.remainder(pose[2] - place[2], math.tau)))

@@ -23,6 +23,7 @@ ENV = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     "ROS_DOMAIN_ID": "101",  # no robot listens there in our tests
 }
+SIMULATED = HERE.parent / "ros" / "base.py"
 RATE = 20
 """Commands a second to each robot."""
 LIMIT = 60.0
@@ -144,6 +145,23 @@ def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str
             missing,
         )
     return found
+
+
+def base(
+    name: str, start: Sequence[float], options: Sequence[str], by: Sequence[str] = (), env: Mapping[str, str] = ENV
+) -> subprocess.Popen[str]:
+    """Start a simulated base at a pose, and wait until it listens. It prints its true pose once its input ends."""
+    command = [*by, PYTHON, str(SIMULATED), name, "--start", *map(str, start), *options]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, env=env, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True)
+    assert process.stdout
+    process.stdout.readline()
+    return process
+
+
+def end_of(base: subprocess.Popen[str]) -> list[float]:
+    """End a simulated base, and return its true pose."""
+    return [*map(float, base.communicate(timeout=LIMIT)[0].split())]
 
 
 def beat_0(transport: Mapping[str, Any]) -> float:

@@ -177,12 +177,9 @@ def test_robots_keep_how_they_stand_to_each_other() -> None:
 @pytest.mark.parametrize(
     ("name", "robot"),
     [
-        ("maria", "maria"),
         ("José Luis", "Jose_Luis"),
         ("阿明", "dancer"),
-        ("3b", "dancer_3b"),
         ("forward", "forward_1"),
-        ("at", "at_1"),
         ("x" * 99, "x" * 30),
         ("a\u202eb\x00", "ab"),
     ],

@@ -77,14 +77,6 @@ def test_a_robot_at_the_end_of_a_line_leaves_it_and_the_others_stay_in_line() ->
     check("a b c at line 1 around 2 0.5\n", {"c": (0, 0, 0)}, "a b at line 1 around 2 1\nc at 0 0\n")
 
 
-def test_a_grid_that_stays_one_is_kept() -> None:
-    names = "a b c d e f"
-    check(f"{names} at grid 2\n", {"d": (9, 9, 0), "e": (8, 8, 0), "f": (7, 7, 0)}, GRID_OF_THREE)
-
-
-GRID_OF_THREE = "a at 1 2\nb at 1 0\nc at 1 -2\nd at 9 9\ne at 8 8\nf at 7 7\n"
-
-
 def test_robots_of_a_circle_that_is_broken_get_lines_of_their_own() -> None:
     check(
         "a b c d at circle 1.5 facing out # round\na $ left\n",

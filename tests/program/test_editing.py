@@ -15,7 +15,6 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.movement import ENDLESS
 from improv_core.score.score_json import to_json
-from improv_core.text import LineIndex
 
 WORDS = (
     "x y z r forward left repeat 2 1.5 reverse reflect YZ fast = $ ( ) [ ] || # n (m) accumulate shuffle ease * / 😀"
@@ -87,14 +86,6 @@ def test_an_analysis_settled_in_slices_equals_a_new_one(
         far = len(after_it) // 2
         assert all(analysis.offsets[index] > far for index in analysis.settled(until=far).waiting)
     assert seen(analysis.settled()) == seen(analyze(analysis.text))
-
-
-@given(texts, st.floats(0, 1), st.floats(0, 1), texts)
-def test_an_edited_line_index_equals_a_new_one(text: str, one: float, other: float, put: str) -> None:
-    start, end = sorted((round(one * len(text)), round(other * len(text))))
-    edited = LineIndex(text).edited(start, end, put)
-    assert edited.text == text[:start] + put + text[end:]
-    assert edited.starts == LineIndex(edited.text).starts
 
 
 @pytest.mark.parametrize(

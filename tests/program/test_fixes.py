@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
 
 import pytest
 from hypothesis import example, given
@@ -16,6 +14,7 @@ from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.score.performance import SenseSpan
 from tests.ide.cursor import applied
+from tests.program.test_keyboards import assert_alike
 
 
 def fixed(analysis: Analysis, fix: Fix) -> str:
@@ -188,15 +187,7 @@ def test_removing_movements_that_are_never_performed_changes_nothing(movement: s
             if fix.title == "Remove it":
                 after = analyze(fixed(analysis, fix))
                 for script in ([], [SenseSpan("near", None, 1, 2), SenseSpan("near", None, Fraction(7, 2), 4)]):
-                    assert_alike(compiled(after, 200, script), compiled(analysis, 200, script))
-
-
-def assert_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
-    """Check that the robot plays the same. An endless part is cut off at a beat that depends on how it is written."""
-    parts = [program["robots"]["r"] for program in (one, other)]
-    segments = [part["segments"][:-1] if part["truncated"] else part["segments"] for part in parts]
-    shared = min(map(len, segments)) if parts[0]["truncated"] and parts[1]["truncated"] else None
-    assert segments[0][:shared] == segments[1][:shared]
+                    assert_alike(compiled(after, 200, script)["robots"], compiled(analysis, 200, script)["robots"])
 
 
 def test_related_places_are_shown() -> None:

@@ -33,8 +33,6 @@ def test_slips_have_advice() -> None:
                            ^ syntax: write `repeat 4 forward`: the number comes first
         r $ halfleft 45
                      ^^ syntax: write `halfleft`: it turns by 45°
-        r $ 2 forward
-            ^ syntax: write `repeat 2 forward` or `scale 2 forward`
         Beat 60
         ^^^^ syntax: write `beat 60` to set the tempo
         turtle1: forward
@@ -52,8 +50,6 @@ def test_slips_have_advice() -> None:
                                    ^^^^^^^^^^ never-performed: `repeat` repeats only one movement, forever: put everything that it should repeat in `( )`
         u $ repeat (forward left) right
                                   ^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
-        v $ slow 2 left forward || rest
-                        ^^^^^^^ never-performed: 2 of these 3 beats are never performed: make the movement alongside longer, or remove this
         turtle2 = left
         ^^^^^^^ unused-name: nothing uses `turtle2`: if it is a robot, write `turtle2 $ …`
         """,

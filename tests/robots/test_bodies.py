@@ -24,11 +24,9 @@ ARMS = (
     ("text", "marked", "message"),
     [
         (HEAD + 'up = { joint = "j", degrees = 3 }', '"j"', "`left` of `h` already moves `j`: give each direction"),
-        (HEAD + '[profiles.a.body.k]\nup = { joint = "j", degrees = 3 }', '"j"', "`left` of `h` already moves `j`"),
         (HEAD.replace('"j"', '""'), '""', "write the name of a joint"),
         (HEAD.replace('"j"', '"a\\u001b[31m"'), '"a', "write the name of a joint"),
         (HEAD.replace("30", "nan"), "nan", "write `degrees` in degrees, from -720 to 720"),
-        (HEAD.replace("30", "1e300"), "1e300", "write `degrees` in degrees, from -720 to 720"),
         (HEAD.replace("30", "0"), "0", "write `degrees` as a number other than 0"),
         (
             HEAD.replace("degrees", "meters = 1, degrees"),
@@ -36,12 +34,10 @@ ARMS = (
             "a joint and degrees, or meters",
         ),
         (HEAD.replace("body.h", "body.forward"), "forward", "`forward` is a word of the language"),
-        (HEAD.replace("body.h", "body.to"), "to", "`to` is a word of the language"),
         (HEAD.replace("body.h", 'body."a b"'), '"a b"', "`a b` can't be the name of a body part"),
         (HEAD.replace("left = ", "lefd = "), "lefd", "did you mean `left`?"),
         ("[profiles.a]\nstep = 1\n[profiles.a.body.h]\n", "h", "`h` moves nothing: add a direction"),
         (HEAD + 'mirror = "k"', '"k"', "`k` is not another body part of this profile"),
-        (HEAD + 'mirror = "h"', '"h"', "`h` is not another body part of this profile"),
         (
             ARMS + '[profiles.a.body.m]\nmirror = "r"\nup = { joint = "m", degrees = 1 }',
             '"r"',
@@ -62,8 +58,6 @@ ARMS = (
         (HEAD + "[robots.r]\njoints.j.offset = 3", "j", "its profile has no joint `j`: remove this"),
         (ROBOT + 'joints.j.offset = "3"', '"3"', "write `offset`"),
         (POSES + "start = { left = 3 }", "start", "`start` is a word of the language"),
-        (POSES + "left = { left = 3 }", "left", "`left` is a word of the language"),
-        (POSES + "up = 3", "up", "`up` is a word of the language"),
         (POSES + "high = { up = 3 }", "up", "`h` has no direction `up`"),
         (
             POSES + "far = { left = 90 }\n[profiles.a.joints.j]\nmin = -3\nmax = 10",

@@ -13,7 +13,6 @@ from improv_core.robots.config import Robot, Robots, find_robots_file, read_robo
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from tests.robots.drawing import check
-from tests.strange_files import StrangeFile
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("robots.md", "profiles.md", "ros.md", "music.md"))
@@ -257,16 +256,6 @@ def test_motions() -> None:
     assert found.profiles["b"].motions == MOTIONS
 
 
-def test_the_nearest_file_is_found(tmp_path: Path) -> None:
-    folder = tmp_path / "a" / "b"
-    folder.mkdir(parents=True)
-    (tmp_path / "improv.toml").touch()
-    assert find_robots_file(folder) == tmp_path / "improv.toml"
-    (tmp_path / "a" / "improv.toml").touch()
-    assert find_robots_file(folder) == tmp_path / "a" / "improv.toml"
-    assert find_robots_file(folder / "not" / "there") == tmp_path / "a" / "improv.toml"
-
-
 def test_the_file_is_found_above_the_program_and_not_above_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -289,11 +278,6 @@ def test_a_link_counts_in_its_folder_and_dots_after_it_lead_above_its_target(tmp
         (tmp_path / folder / "improv.toml").write_text("")
     assert find_robots_file(tmp_path / "show" / "tonight") == tmp_path / "show" / "improv.toml"
     assert find_robots_file(tmp_path / "show" / "tonight" / "..") == tmp_path / "lab" / "improv.toml"
-
-
-def test_any_file_with_the_name_is_found(strange_file: StrangeFile) -> None:
-    path = strange_file.make("improv.toml")
-    assert find_robots_file(path.parent) == path
 
 
 def test_the_examples_in_the_docs_are_right() -> None:

@@ -54,11 +54,6 @@ def test_a_robot_gets_its_start_and_the_rest_stays(before: str, after: str) -> N
     check(before, after, anna=ANNA)
 
 
-def test_robots_that_are_not_listed_yet_come_in_the_order_of_the_cast() -> None:
-    after = "# ours\n\n[robots.anna]\n\n[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n"
-    check("# ours", after, bert=(1, 2, 3))
-
-
 def test_several_at_once() -> None:
     check(
         "[robots.bert]\nstart = { x = 3 }\n[robots.carl]",
@@ -68,11 +63,6 @@ def test_several_at_once() -> None:
         carl=(4, 5, 6),
         bert=(1, 2, 3),
     )
-
-
-def test_numbers_are_exact_to_the_millimeter() -> None:
-    after = "[robots.anna]\nstart = { x = 0.125, y = -999.999, heading = -22.5 }\n"
-    check("[robots.anna]\n", after, anna=(0.125, -999.9991, -22.5))
 
 
 @pytest.mark.parametrize(

@@ -50,12 +50,6 @@ def test_the_most_exceeded_limit_is_named() -> None:
     assert (found.kind, found.tempo, found.slow) == ("angular", 27, Fraction(9, 4))
 
 
-def test_speed_sideways_and_upward_counts_as_one_length() -> None:
-    found = excess(Velocity(Fraction(3), Fraction(4)), limited, SIXTY)
-    assert found
-    assert (found.speed, found.factor, found.tempo, found.slow) == (1.0, 2.0, 30, Fraction(2))
-
-
 def test_no_whole_tempo_may_fit() -> None:
     found = excess(Velocity(x=Fraction(1000)), limited, Fraction(1))
     assert found

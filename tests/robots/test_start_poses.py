@@ -65,12 +65,6 @@ def test_nobody_is_outside_and_nobody_overlaps_where_there_is_room(width: float,
         assert all(math.dist(one, other) > 0.599 for one, other in combinations(placed, 2))
 
 
-def test_robots_start_inside_even_where_there_is_no_room() -> None:
-    placed = starts("[world]\nsize = [1, 1]", 9)
-    assert len(set(placed)) == 9
-    assert all(abs(x) < 0.5 and abs(y) < 0.5 for x, y in placed)
-
-
 @pytest.mark.timeout(20)
 def test_a_full_floor_is_not_searched_forever() -> None:
     toml = """

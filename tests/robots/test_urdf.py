@@ -83,11 +83,6 @@ def test_proposed_sections_can_be_used_as_they_are() -> None:
     assert analyze("ada $ arm (up left) || whole (up up)", robots).diagnostics == ()
 
 
-def test_limits_are_in_degrees() -> None:
-    made = sections(read_urdf(DOLL.encode()), "doll.urdf")
-    assert "\n[profiles.doll.joints.left_shoulder]\nmin = -90\nmax = 120\nmax_velocity = 90\n" in made
-
-
 def test_a_named_part_ends_at_its_link_and_begins_after_the_one_nearest_to_the_root() -> None:
     made = sections(read_urdf(DOLL.encode()), "doll.urdf", "nao", {"right_arm": "right_hand", "chest": "torso"})
     body = [line for line in made.splitlines() if "joint =" in line or ".body." in line]

@@ -60,21 +60,11 @@ def test_motors_gain_speed_and_lose_it() -> None:
     check(commands, 9.0, Pose(0.8))
 
 
-def test_motors_are_no_faster_than_they_can_be() -> None:
-    check([(0.0, Twist(x=3.0)), (5.0, STILL)], 9.0, Pose(0.5 * 5))
-
-
 def test_a_profile_with_errors_sets_the_wheels() -> None:
     worn = replace(TURTLEBOT4, dynamics="motors", wheel_error=(0.96, 0.94), noise=0.01, radius=0.1)
     motors = motors_of(worn, "anna")
     assert motors
     assert motors.wheels == Wheels(0.96, 0.94, pytest.approx(0.142), 0.01, "anna")  # type: ignore[arg-type]
-
-
-def test_wheels_that_roll_too_little_on_one_side_turn_a_straight_line_into_an_arc() -> None:
-    yaw = -0.4 * 0.02 / 0.2  # the right wheel is 8 mm/s slower, 0.2 m away from the left one
-    expected = Pose().after(Twist(x=0.38, yaw=yaw), 9.5)
-    check([(0.0, Twist(x=0.4)), (9.5, STILL)], 11.0, expected, WORN._replace(linear_acceleration=1e9))
 
 
 def test_worn_wheels_turn_too_little_and_beside_the_middle() -> None:

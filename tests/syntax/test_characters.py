@@ -43,9 +43,7 @@ def test_each_is_read_as_ours_except_in_names_and_comments(text: str, read: str)
     assert len(shape(text)) == len(text)
 
 
-@pytest.mark.parametrize(
-    "name", ["आगे_चलो", "हिन्दी", "ไปข้างหน้า", "שָׁלוֹם", "a\u0301b", "नम\u200cस्ते", "می\u200cروم", "l·l", "Ⅷ", "a４"]
-)
+@pytest.mark.parametrize("name", ["हिन्दी", "ไปข้างหน้า", "שָׁלוֹם", "a\u0301b", "नम\u200cस्ते", "l·l", "Ⅷ", "a４"])
 def test_names_may_have_all_that_unicode_allows_in_names(name: str) -> None:
     assert is_name(name)
     assert [token.type for token in lex(f"{name} $ {name}(up)")] == [

@@ -46,16 +46,6 @@ def test_tables_of_an_array_and_a_long_value() -> None:
     )
 
 
-def test_unfinished_lines_hide_nothing() -> None:
-    check(
-        "[robots.anna\nprofile = \ntopic = '/a'\ntopic = '/b'\n[\n[robots.bert]\nstart = {",
-        "robots.anna: robot",
-        "  topic: key '/b'",
-        "[ ]: section",
-        "robots.bert: robot",
-    )
-
-
 @given(TEXTS)
 def test_no_text_raises(text: str) -> None:
     for entry in flattened(outline(text)):

@@ -32,6 +32,7 @@ NOT_PURE = {
     "outputs/test_interpreter.py",
     "session/test_start.py",
     "ipc/test_helper.py",
+    "ipc/test_child.py",
     "ipc/test_stage_process.py",
     "safety/test_stop_socket.py",
     "program/test_fuzz.py",

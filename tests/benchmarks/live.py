@@ -30,9 +30,8 @@ from tests.benchmarks.robots import (
     Plain,
     beat_0,
     lateness,
-    start_anew,
 )
-from tests.benchmarks.servers import Server, memory, processor_time, stage_of
+from tests.benchmarks.servers import Server
 from tests.player.test_player import Memory
 
 PATIENCE = 180.0
@@ -64,24 +63,6 @@ class Reactions:
     crossing: list[float]
     unheard: int
     problems: list[str]
-
-
-@dataclass(frozen=True, slots=True)
-class Crowd:
-    """A thousand robots: commands per second to each; the longest time between two of them and the lateness of changes,
-    in ms; the stage's and the listener's processor seconds a second; MB; the first save and a later one to the first
-    Twist and to the last robot's first one, in ms; the messages of the stage."""
-
-    rate: float
-    longest: float
-    changes: list[float]
-    stage_cpu: float
-    listener_cpu: float
-    memory: float
-    first_save: float
-    save: float
-    save_to_last: float
-    lines: list[str]
 
 
 def reactions(cycles: int, lines: int) -> Reactions:
@@ -131,20 +112,11 @@ def reactions(cycles: int, lines: int) -> Reactions:
     )
 
 
-def anew(times: int) -> list[float]:
-    """Return the times from the start of a plain script to its first Twist at a subscriber, in ms."""
-    topic = "/anew/cmd_vel"
-    with Listener("spin", [topic]) as listener:
-        begun = [start_anew(topic) for _ in range(times)]
-        heard = listener.end()[topic]
-    return [(next(each.heard for each in heard if each.heard > begin) - begin) * 1000 for begin in begun]
-
-
 def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
     """Return the lateness of commands to so many robots: ours and those of a plain script, in turns, in the same
     minutes."""
     robots = [f"r{number}" for number in range(count)]
-    program = _program(robots, seconds, 60)
+    program = _program(robots, seconds)
     ours = rehearsed(program)
     plain = [f"/loop/{robot}" for robot in robots]
     turns: list[tuple[str, float, Mapping[str, Sequence[Due]]]] = []
@@ -177,49 +149,6 @@ def rehearsed(program: str) -> dict[str, list[Due]]:
     return due
 
 
-def crowd(count: int, seconds: int) -> Crowd:
-    """Play so many robots at once."""
-    robots = [f"r{number}" for number in range(count)]
-    with Listener("drain", [*map(_topic, robots)]) as listener, _server() as (server, tap):
-        server.open(_program(robots, seconds, 60))
-        saved = server.save()
-        zero = beat_0(tap.wait("playing"))
-        both = stage_of(server.pid), listener.pid
-        before = [processor_time(pid) for pid in both]
-        begin = time.monotonic()
-        tap.wait("ended")
-        passed = time.monotonic() - begin
-        stage_cpu, listener_cpu = ((processor_time(pid) - was) / passed for pid, was in zip(both, before, strict=True))
-        now, _ = memory(both[0])
-        time.sleep(1)
-        server.replace(_program(robots, 2, 90))
-        again = server.save()
-        tap.wait("ended")
-        time.sleep(1)
-        heard, lines = listener.end(), tap.lines()
-    first = [[each for each in messages if each.published < again] for messages in heard.values()]
-    later = [min(each.received for each in messages if each.published > again) for messages in heard.values()]
-    return Crowd(
-        sum(not each.still for messages in first for each in messages) / count / seconds,
-        max(two.received - one.received for messages in first for one, two in pairwise(messages)) * 1000,
-        [late for messages in first for late in _changes(messages, zero)],
-        stage_cpu,
-        listener_cpu,
-        now,
-        (min(messages[0].received for messages in first) - saved) * 1000,
-        (min(later) - again) * 1000,
-        (max(later) - again) * 1000,
-        lines,
-    )
-
-
-def _changes(messages: Sequence[Heard], zero: float) -> Iterator[float]:
-    """Yield how late each change came to a robot that changes its velocity each second from beat 0 on, in ms."""
-    new = [two for one, two in pairwise(messages) if (one.x, one.yaw) != (two.x, two.yaw)]
-    for second, each in enumerate([messages[0], *new]):
-        yield (each.received - zero - second) * 1000
-
-
 class _Tap:
     """Transport messages of a server's stage."""
 
@@ -230,10 +159,6 @@ class _Tap:
     def problems(self) -> list[str]:
         """Return the errors so far."""
         return [str(message["message"]) for message in self._messages() if message["type"] in ("error", "gone")]
-
-    def lines(self) -> list[str]:
-        """Return its lines for people."""
-        return [str(message["message"]) for message in self._messages() if message["type"] in ("warning", "error")]
 
     def wait(self, *states: str) -> dict[str, Any]:
         """Wait for the next message with one of these states. Raises PlayError if something fails first."""
@@ -266,9 +191,9 @@ def _server() -> Iterator[tuple[Server, _Tap]]:
             yield server, _Tap(path)
 
 
-def _program(robots: Sequence[str], seconds: int, beat: int) -> str:
-    """Write a program that repeats two beats, and lasts `seconds` at beat 60."""
-    return f"beat {beat}\n{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
+def _program(robots: Sequence[str], seconds: int) -> str:
+    """Write a program that repeats two beats, and lasts so many seconds."""
+    return f"beat 60\n{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
 
 
 def _topic(robot: str) -> str:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from struct import Struct
-from time import monotonic
 from typing import Any, NamedTuple
 
 from improv_core.safety.zeros import LINGER
@@ -80,10 +79,6 @@ class Listener:
     def __exit__(self, *failure: object) -> None:
         self._process.kill()
         self._process.communicate()
-
-    @property
-    def pid(self) -> int:
-        return self._process.pid
 
     def end(self) -> dict[str, list[Heard]]:
         """Return the messages of each topic, in order."""
@@ -169,20 +164,13 @@ def beat_0(transport: Mapping[str, Any]) -> float:
     return float(transport["monotonic"] - transport["beat"] * 60 / transport["tempo"])
 
 
-def start_anew(topic: str) -> float:
-    """Start a plain script that publishes, wait until it ends, and return the time of the start."""
-    begin = monotonic()
-    subprocess.run([PYTHON, str(HERE / "ros_publisher.py"), "anew", topic], env=ENV, check=True, timeout=LIMIT)
-    return begin
-
-
 class Plain:
     """A plain script that publishes 20 times a second, for so many seconds once all topics have listeners."""
 
     def __init__(self, seconds: int, topics: Sequence[str]) -> None:
         self._topics = topics
         self._seconds = seconds
-        command = [PYTHON, str(HERE / "ros_publisher.py"), "loop", str(seconds), *topics]
+        command = [PYTHON, str(HERE / "ros_publisher.py"), str(seconds), *topics]
         told = subprocess.run(command, stdout=subprocess.PIPE, env=ENV, check=True, timeout=seconds + LIMIT)
         self.zero = float(told.stdout)
         """Time at which it began."""

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from statistics import median
 
 from tests.benchmarks.background import KEYS_A_SECOND, TYPED_LINES, busy_editor
-from tests.benchmarks.live import LOOP_IN_WORDS, OURS_IN_WORDS, PlayError, anew, crowd, in_turns, reactions
+from tests.benchmarks.live import LOOP_IN_WORDS, OURS_IN_WORDS, PlayError, in_turns, reactions
 from tests.benchmarks.robots import RATE, Lateness, Listener
 from tests.benchmarks.tables import p99, print_head, print_row
 
 LINES = 1_000
-CROWD = 1_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +40,12 @@ LATE = "p50 ≤ 1.1 ×, p99 ≤ 1.2 × the absolute loop"
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same for a few seconds each."""
-    cycles, long_cycles, starts = (12, 6, 4) if quick else (150, 40, 10)
-    rounds, seconds, crowd_seconds = (2, 4, 6) if quick else (5, 10, 30)
+    cycles, long_cycles = (12, 6) if quick else (150, 40)
+    rounds, seconds = (2, 4) if quick else (5, 10)
     _print_machine()
     with busy_editor():
-        _print_reactions(cycles, long_cycles, starts)
+        _print_reactions(cycles, long_cycles)
         _print_punctuality(rounds, seconds)
-    _print_crowd(crowd_seconds)
 
 
 def _print_machine() -> None:
@@ -59,7 +57,7 @@ def _print_machine() -> None:
     print(f"server: Python {platform.python_version()}, stage: {ros}")
 
 
-def _print_reactions(cycles: int, long_cycles: int, starts: int) -> None:
+def _print_reactions(cycles: int, long_cycles: int) -> None:
     print(
         f"\nBeside a dance in the simulator, its page in Chromium, and {KEYS_A_SECOND} keys a second typed into "
         f"{TYPED_LINES:,} lines.\n\nFrom a message written to its effect in a listener's rclpy callback, robots "
@@ -72,7 +70,6 @@ def _print_reactions(cycles: int, long_cycles: int, starts: int) -> None:
         _print_times(f"save → first Twist: {program}", seen.saves, goal)
         _print_times(f"save → first Twist, while another plays: {program}", seen.saves_while_playing, goal)
         _print_times(f"`improv.hush` → zero: {program}", seen.hushes, HUSH)
-    _print_times("a plain rclpy script started anew → its first Twist", anew(starts), None)
     _print_times("of these but the last: published → in the callback", small.crossing + long.crossing, None)
     print(f"\nSaves that nobody heard anything of: {small.unheard + long.unheard}")
     for problem in small.problems + long.problems:
@@ -101,35 +98,6 @@ def _print_punctuality(rounds: int, seconds: int) -> None:
         "them; a robot's callback comes later by what the first table says. Missing repeats were "
         "skipped since they were overdue by a period; all of a topic's turn is then left out except changes."
     )
-
-
-def _print_crowd(seconds: int) -> None:
-    print(f"\n{CROWD:,} robots at {RATE} Hz for {seconds} s, all alike, each with its listener\n")
-    try:
-        seen = crowd(CROWD, seconds)
-    except PlayError as problem:
-        print(f"Not kept: {problem}")
-        return
-    met, soon = seen.rate >= RATE * 0.99, seen.longest < 500
-    print_head("what", "", "goal", "")
-    print_row("commands received a second, of each robot", f"{seen.rate:.1f}", f"{RATE}", "met" if met else "not met")
-    print_row(
-        "longest gap between two of a robot, ms",
-        f"{seen.longest:.0f}",
-        "< 500",
-        "met" if soon else "not met",
-    )
-    print_row(
-        "lateness of changes received, ms: p50, p99", f"{median(seen.changes):.1f}, {p99(seen.changes):.1f}", "", ""
-    )
-    print_row("the stage's processor seconds a second", f"{seen.stage_cpu:.2f}", "", "")
-    print_row("the one listener's", f"{seen.listener_cpu:.2f}", "", "")
-    print_row("the stage's memory, MB", f"{seen.memory:.0f}", "", "")
-    print_row("first save, none known yet → first Twist, ms", f"{seen.first_save:,.0f}", "", "")
-    print_row("later save → first Twist, ms", f"{seen.save:.0f}", "", "")
-    print_row("later save → every robot's first Twist, ms", f"{seen.save_to_last:.0f}", "", "")
-    for line in seen.lines:
-        print(f"- {line}")
 
 
 def _print_times(what: str, times: Sequence[float], goal: Goal | None) -> None:

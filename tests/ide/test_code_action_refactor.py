@@ -67,7 +67,6 @@ def test_a_movement_over_lines_gets_brackets() -> None:
 
 
 def test_part_of_a_selection_grows_to_whole_items() -> None:
-    extract("r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
     extract("r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
 
 
@@ -128,7 +127,6 @@ def test_titles_of_wrapping_describe_its_effect() -> None:
     check("Wrap in ( )", "r $ up <left down>", "r $ up (left down)")
     check("Wrap in ( )", "r $ repeat 2 |>left", "r $ repeat 2 (left)")
     check("Wrap in [ ]", "r $ up <left down>", "r $ up [left down]")
-    check("Wrap in slow 2", "r $ up <left down>", "r $ up slow 2 (left down)")
     check("Wrap in slow 2", "r$|>(left)up", "r$slow 2 (left)up")
 
 

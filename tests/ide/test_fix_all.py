@@ -51,7 +51,6 @@ def test_words_without_effect_are_removed_and_nothing_else_changes(before: str, 
         "beat 60\nr $ left\nbeat 90\n",  # the other one may be meant
         "r $ slow 1,5 left\n",  # a decimal point, or two numbers?
         "r $ fowrard (left\n",
-        "r $ left\n",
     ],
 )
 def test_ambiguous_slips_are_left_alone(program: str) -> None:

@@ -16,7 +16,6 @@ def check(program: str, *expected: str) -> None:
 def test_brackets_fold_and_keep_their_closing_line_in_sight() -> None:
     check("x = repeat 2 (\n  up\n  left\n)\nr $ x", "0-2 code")
     check("x = (up\n  left)\nr $ x", "0-1 code")
-    check("r $ left", *[])
     check("r $ (\n  up\n  [\n    left\n    down\n  ]\n)", "0-5 code", "2-4 code")
     check("r $ (\n)", *[])
 

@@ -32,7 +32,6 @@ def test_each_statement_shows_its_length() -> None:
 def test_nested_brackets_show_their_rates() -> None:
     check("r $ [up [left right] up]", "r $ [up [⟨×6⟩left right] up]⟨1 beat⟩")
     check("r $ [up slow 2 [left right || down]]", "r $ [up slow 2 [⟨×2⟩left right || down]]⟨1.5 beats⟩")
-    check("r $ [[up [left left]]]", "r $ [[⟨×2⟩up [⟨×4⟩left left]]]⟨1 beat⟩")
     check("r $ [up ([left left left])]", "r $ [up ([⟨×6⟩left left left])]⟨1 beat⟩")
     check("r $ [up left] [[up]]", "r $ [up left] [[up]]⟨2 beats⟩")
 

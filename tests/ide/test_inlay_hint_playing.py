@@ -33,7 +33,6 @@ def test_each_robot_is_at_its_own_line() -> None:
     check(1.9, "r s $ left up <beat 2/2>\nr $ slow 3/2 left\ns $ up")
     check(2, "r s $ left up\nr $ slow 3/2 left <beat 1/2>\ns $ up <beat 1/1>")
     check(3.2, "r s $ left up\nr $ slow 3/2 left <beat 2/2>\ns $ up")
-    check(4, "r s $ left up\nr $ slow 3/2 left\ns $ up")
     check(100, "x = left\nr $ repeat x <beat 101/∞>")
     check(1, "r s $ canon 2 left <beat 2/3>")
 

@@ -35,7 +35,6 @@ def test_a_name_and_its_uses() -> None:
     marked = "{x} = left # x\nr $ <x> [<x> up]\ns $ right\nx2 = <x>"
     check("|>x = left # x\nr $ x [x up]\ns $ right\nx2 = x", marked)
     check("x = left # x\nr $ x [x| up]\ns $ right\nx2 = x".replace("|", "|>"), marked)
-    check("x = left # x\nr $ |>x [x up]\ns $ right\nx2 = x", marked)
 
 
 def test_a_name_that_is_defined_again_is_another_symbol() -> None:
@@ -62,7 +61,6 @@ def test_names_belong_together_across_lines_and_errors() -> None:
 
 def test_a_robot_and_all_it_plays() -> None:
     check("r s $ left\nr = up\ns |>r $ r", "<r> s $ left\nr = up\ns <r> $ r")
-    check("r$|>r", "r$<r>")
     check("my-ro|>bot $ left\nmy-robot $ up", "<my-robot> $ left\n<my-robot> $ up")
 
 

@@ -67,7 +67,6 @@ def test_robots_begin_where_they_are_when_the_first_scene_begins() -> None:
 def test_scenes_without_names_have_numbers() -> None:
     unnamed = "anna at 0 0\nanna $ forward\n---\nanna $ left\n"
     check(unnamed, 2, 2, "anna (2.0 0.0 0) 2:1")
-    check(unnamed, 1, 1, "anna (0.0 0.0 0) 1:1")
     refused(unnamed, 3, None, "there is no scene 3: this program has 2")
     refused(unnamed, 0, None, "there is no scene 0: this program has 2")
 
@@ -137,7 +136,6 @@ def test_other_scenes_of_a_rehearsal_can_be_rehearsed() -> None:
         ("bow", None, "from scene bow on"),
         (None, None, "all scenes"),
         (None, "bow", "scene walk to scene bow"),
-        ("walk", "bow", "scene walk to scene bow"),
         (3, None, "scene home"),
     ],
 )

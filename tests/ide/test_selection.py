@@ -68,7 +68,6 @@ def refused(program: str, expected: str, name: str = "", robots: str = "") -> No
 
 
 def test_a_line_plays_and_the_others_stay_out() -> None:
-    check("anna $ forward\nbert $ le«ft right\nanna $ up", "bert: left right")
     check("anna $ forward\n  «bert $ left # and so on\n", "bert: left")
     check("anna $ forward\nbert $ left  # and« so on\n", "bert: left")
     check("anna $ (forward\n  «\n left)\nbert $ left", "anna: forward left")
@@ -77,7 +76,6 @@ def test_a_line_plays_and_the_others_stay_out() -> None:
 
 def test_a_selection_plays_its_lines() -> None:
     check("anna $ forward\nbe«rt $ left\nanna $ u»p\nbert $ right", "bert: left · anna: up")
-    check("«anna $ forward\n»bert $ left", "anna: forward")
     check("x = left\nanna $ forward«\n\n# more\ny = up\nbert $ x\n»anna $ left", "bert: left")
     check("anna $ «forward left»", "anna: forward left")
     check("«beat 30\nx = left\nanna $ x»", "anna: left")
@@ -118,7 +116,6 @@ def test_a_part_of_a_movement_is_danced_by_itself() -> None:
     check("x = forward «left»\nbert $ x", "bert: left")
     check("x = forward left\nbert $ up «x» up", "bert: forward left")
     check("x = forward «left»", "ghost: left")
-    check("«anna» $ forward left", "anna: forward left")
     check("anna bert $ canon 1 «(forward» left)", "anna: forward left · bert: forward left")
     canon = selected("anna bert $ «canon 1 forward» left").analysis
     assert [part.movement.duration for part in score_of(canon).parts.values()] == [2, 2]

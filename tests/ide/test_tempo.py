@@ -13,9 +13,7 @@ from tests.ide.cursor import applied
     ("before", "after"),
     [
         ("ada $ forward\n", "beat 96\nada $ forward\n"),
-        ("beat 60\nada $ forward\n", "beat 96\nada $ forward\n"),
         ("# slow\nbar 3\nbeat 60 # a waltz\nada $ forward\n", "# slow\nbar 3\nbeat 96 # a waltz\nada $ forward\n"),
-        ("# a dance\n\nada $ forward\n", "# a dance\n\nbeat 96\nada $ forward\n"),
         ("beat\nada $ forward\n", "beat 96\nada $ forward\n"),
         ("", "beat 96\n"),
         ("# nothing yet", "# nothing yet\nbeat 96\n"),

@@ -166,7 +166,6 @@ def test_missing_and_extra_words_are_reported() -> None:
     [
         ("room 6", ["room 6 6"]),
         ("room 6x4", ["room 6 4"]),
-        ("room 6 x 4", ["room 6   4"]),
         ("room -6 4", ["room 6 4"]),
         ("room 6 4 2", []),
         ("ada at 1", ["ada at 1 0"]),
@@ -177,7 +176,6 @@ def test_missing_and_extra_words_are_reported() -> None:
         ("ada bo at circel 2", ["ada bo at circle 2"]),
         ("ada at 1 2 facng 90", ["ada at 1 2 facing 90"]),
         ("ada bo at 1 2", ["ada bo at line 1 around 1 2"]),
-        ("ada bo at+1 2", ["ada bo at line 1 around +1 2"]),
         ("ada bo at line 1 facing in", ["ada bo at line 1"]),
         ("r $ left\n--- one two\nr $ up", ["r $ left\n--- one_two\nr $ up"]),
         ("bar 3\nbar 4", ["bar 3\n"]),

@@ -66,7 +66,6 @@ def test_slips_have_advice() -> None:
         ("r $ left 90", ["r $ left"]),
         ("r $ left -90", ["r $ right"]),
         ("r $ right 45", ["r $ halfright"]),
-        ("r $ halfleft 90", ["r $ left"]),
         ("r $ left 180", ["r $ repeat 2 left", "r $ scale 2 left"]),
         ("r $ halfright -30", ["r $ scale 30/90 left"]),
         ("r $ forward -1", ["r $ backward"]),

@@ -25,7 +25,6 @@ def check(text: str, music: Music | None, *messages: str) -> Robots:
 
 def test_a_song_is_beside_the_file_or_deeper() -> None:
     check("", None)
-    check('[music]\nfile = "song.mp3"', Music("song.mp3", "/dances"))
     check(
         '[music]\nfile = "sounds/Song.WAV"\nfirst_beat = -0.5\nvolume = 0.25',
         Music("sounds/Song.WAV", "/dances", -0.5, 0.25),

@@ -15,10 +15,8 @@ QLAB = Peer("127.0.0.1", 9000)
     ("written", "expected"),
     [
         ("", None),
-        ("[osc]", None),
         ("[osc]\nlisten = 7000", Osc(listen=Peer("127.0.0.1", 7000))),
         ('[osc]\nlisten = 7000\nhost = "192.168.1.2"', Osc(listen=Peer("192.168.1.2", 7000))),
-        ('[osc]\nsend = ["127.0.0.1:9000"]', Osc((QLAB,))),
         ('[osc]\nsend = ["127.0.0.1:4560"]\ntime_tags = false', Osc((Peer("127.0.0.1", 4560),), time_tags=False)),
         (
             '[osc]\nsend = ["127.0.0.1:9000", "td.local:1"]\nlisten = 7000',

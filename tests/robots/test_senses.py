@@ -82,10 +82,6 @@ def test_a_declared_sense_replaces_a_built_in_one() -> None:
 
 def test_errors_are_marked_where_they_are() -> None:
     check("""
-        senses = 1
-                 ^ robots: write `senses` as a section: `[senses]`
-    """)
-    check("""
         [senses]
         near = 1
                ^ robots: write `near` as a section: `[senses.near]`

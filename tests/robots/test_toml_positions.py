@@ -14,12 +14,9 @@ ANNA: Keys = ("robots", "anna")
 @pytest.mark.parametrize(
     ("marked", "expects", "keys", "begun"),
     [
-        ("|", "key", (), ""),
-        ("[|", "header", (), ""),
         ("[robots.|\n\n[world]\nsize = [1, 2]", "header", ("robots",), ""),
         ("[robots.anna]\n|", "key", ANNA, ""),
         ("[robots.anna]\nprofile =|", "value", (*ANNA, "profile"), ""),
-        ("[robots.anna]\nprofile = tur|", "value", (*ANNA, "profile"), "tur"),
         ('[robots.anna]\nprofile = "tur|\ntopic = "/a"', "value", (*ANNA, "profile"), '"tur'),
         ("[robots.anna]\nstart = { x = 1, |", "key", (*ANNA, "start"), ""),
         ("[robots.anna]\nstart = { x = 1\ntopic = |", "value", (*ANNA, "topic"), ""),
@@ -28,7 +25,6 @@ ANNA: Keys = ("robots", "anna")
         ("[world]\ncircles = [{ x = 1 }, { |", "key", ("world", "circles", 1), ""),
         ("[[world.circles]]\nx = 1\n[[world.circles]]\n|", "key", ("world", "circles", 1), ""),
         ("[robots.anna]\nstart |", "name", (*ANNA, "start"), ""),
-        ("[robots.anna]\nstart = { x = 1 |", "after", (*ANNA, "start", "x"), ""),
         ("robots.anna.start.|", "key", (*ANNA, "start"), ""),
         ('[robots."anna"]\n|', "key", ANNA, ""),
     ],

@@ -135,7 +135,6 @@ def test_a_byte_order_mark_moves_nothing() -> None:
     ("text", "fixed"),
     [
         ("profile = turtlesim\n", 'profile = "turtlesim"\n'),
-        ("topic = /cmd_vel", 'topic = "/cmd_vel"'),
         ("size = [", None),
         ("profile = \n", None),
     ],

@@ -34,7 +34,6 @@ def test_a_score_ends_with_its_last_beat(beats: Duration, end: float) -> None:
         ("now", 9.0, 8, 10.0),
         ("beat", 9.0, 8, 10.25),
         ("beat", 10.25, 8, 10.25),
-        ("beat", 11.1, 8, 11.25),
         ("end", 11.1, 8, 12.75),
         ("end", 11.1, ENDLESS, 11.25),
     ],

@@ -59,7 +59,6 @@ def test_sections_that_are_not_there() -> None:
 
 
 def test_robots_of_programs_and_built_in_senses() -> None:
-    check("[robots.|]\n[robots.anna]", "bert", cast=("anna", "bert"))
     check("[senses.|]\n[senses.near]\nkey = 'a'", "bump")
 
 
@@ -78,9 +77,7 @@ def test_values() -> None:
     check('[robots.anna]\nprofile = "turt|"', *PROFILES)
     check("[profiles.rover]\nbase = |", *PROFILES)
     check('[profiles.a]\nmotions = ["turn", |', '"forward"', '"strafe"', '"climb"')
-    check("[profiles.a]\ndynamics = |", '"ideal"', '"motors"')
     check("[ros]\nuse_sim_time = |", "true", "false")
-    check("[formation]\nshape = |", '"line"', '"circle"', '"grid"')
     check("[profiles.a]\nquarter_turn = |", "90")
     check("[robots.anna]\nstart = |", "{ x = 0, y = 0, heading = 0 }")
 
@@ -89,8 +86,6 @@ def test_the_sections_and_keys_of_a_body() -> None:
     check("[profiles.a.|]", "body", "joints", "controllers")
     check("[profiles.a.body.|]")
     check("[profiles.a.body.head]\nmirror = 'x'\nparts = []\nup = {}\nleft = {}\n|", "forward", "strafeleft", *SECTIONS)
-    check("[profiles.a]\nhome = |", '"wait"', '"move"')
-    check("[profiles.a.controllers.c]\ninterface = |", '"trajectory"', '"position"', '"velocity"')
     _, found = completed("[profiles.a]\n|")
     assert found
     assert "joint_states" in [item.label for item in found.items]
@@ -125,7 +120,6 @@ def test_a_value_replaces_its_quotes() -> None:
         ("[ros]\n|", "rejoin", 'rejoin = ${1|"continue","scene","return","next","pause"|}'),
         ("[robots.anna]\npro| = 'husky'", "profile", ""),
         ("[|", "robots", "robots.${1:name}]"),
-        ("[|", "world", "world]"),
         ("[|]", "world", "world"),
         ("|", "[world]", "[world]"),
     ],

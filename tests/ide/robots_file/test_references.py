@@ -41,7 +41,6 @@ def test_all_names_of_a_robot_or_profile() -> None:
     check("rover", "profiles rover 0 (3) (5)")
     check("rover", "profiles rover 0 (3) (5)", nth=2)
     check("anna", "robots anna 4 8")
-    check("husky", "profiles husky (7)")
     assert symbol_at(TEXT, TEXT.index("step")) is None
 
 
@@ -60,7 +59,6 @@ def test_a_profile_is_renamed_with_its_uses() -> None:
     ("text", "word", "new", "why"),
     [
         (TEXT, "rover", "husky", "`husky` is already a profile: choose another name"),
-        (TEXT, "rover", "fast", "`fast` is already a profile: choose another name"),
         (TEXT, "rover", "a b", "`a b` is not a valid profile name: use a to z, digits, `_`, and `-`"),
         (TEXT, "husky", "a", "`husky` is built in and can't be renamed"),
         (TEXT + "[", "rover", "a", "improv.toml can't be read: fix it first"),

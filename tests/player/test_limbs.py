@@ -169,14 +169,6 @@ def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are(
     assert stage.turns()[-1][1:] == (30, -30)
 
 
-def test_senses_decide_what_a_body_part_does() -> None:
-    stage = Bodies("a $ head (until hit repeat left right) || repeat forward", TOML + "[senses.hit]\nkey = 'h'\n")
-    stage.run(1.5)
-    stage.player.hold_key("h", True, stage.now)
-    stage.run(3)
-    assert stage.turns() == [(0, 0, 30), (1.5, 45, 0), (2, 45, -30), (3, 15, 0)]
-
-
 def suite() -> list[tuple[str, Score]]:
     groups = [SUITE, SUITE["poses"]]
     return [

@@ -161,14 +161,6 @@ def test_pausing_and_resuming_keeps_earlier_decisions() -> None:
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3.25, STANDS), (13.25, TURNS), (16, STANDS)]
 
 
-def test_seeking_forgets_earlier_decisions() -> None:
-    stage = playing(anna=(series([until(repeat(FORWARD, 8), NEAR), LEFT]), LEFT))
-    stage.act(1.5, "near", 0.25, "far", 1)
-    stage.player.seek(7, stage.now)
-    stage.run(10)
-    assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (2.75, GOES), (3.75, TURNS), (5.75, STANDS)]
-
-
 def test_a_save_leaves_an_open_part_that_is_the_same_alone() -> None:
     alone, edited = Reacting(), Reacting()
     first = open_score(anna=ROAMER, bert=repeat(LEFT))

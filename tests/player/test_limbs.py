@@ -67,23 +67,14 @@ class Bodies(Continuing):
 @pytest.mark.parametrize(
     ("program", "turns"),
     [
-        pytest.param("a $ head (left right)", [(0, 0, 30), (1, 30, -30), (2, 0, 0)], id="turns"),
-        pytest.param("a $ head left forward", [(0, 0, 30), (1, 30, 0)], id="waits while the base moves"),
-        pytest.param("a $ forward || head fast 2 left", [(0, 0, 60), (0.5, 30, 0)], id="moves beside the base"),
-        pytest.param("a $ rest head slow 2 left", [(0, 0, 0), (1, 0, 15), (3, 30, 0)], id="begins later"),
-        pytest.param(
-            "a $ head (repeat 2 slow 0.5 (left left) right)",
-            [(0, 0, 60), (1.5, 90, 0), (2, 90, -30), (3, 60, 0)],
-            id="stops at its limit on the way and goes on from there",
-        ),
-        pytest.param("a $ head (left to start)", [(0, 0, 30), (1, 30, -30), (2, 0, 0)], id="pose"),
-        pytest.param(
-            "a $ head (repeat 4 left to aside)",
-            [(0, 0, 30), (3, 90, 0), (4, 90, -30), (5, 60, 0)],
-            id="pose after limit",
-        ),
-        pytest.param("a $ head left\n---\na $ head left", [(0, 0, 30), (2, 60, 0)], id="scenes"),
-        pytest.param("a $ head left\n---\na $ rest", [(0, 0, 30), (1, 30, 0)], id="scene without it"),
+        ("a $ head (left right)", [(0, 0, 30), (1, 30, -30), (2, 0, 0)]),
+        ("a $ head left forward", [(0, 0, 30), (1, 30, 0)]),
+        ("a $ forward || head fast 2 left", [(0, 0, 60), (0.5, 30, 0)]),
+        ("a $ rest head slow 2 left", [(0, 0, 0), (1, 0, 15), (3, 30, 0)]),
+        ("a $ head (left to start)", [(0, 0, 30), (1, 30, -30), (2, 0, 0)]),
+        ("a $ head (repeat 4 left to aside)", [(0, 0, 30), (3, 90, 0), (4, 90, -30), (5, 60, 0)]),
+        ("a $ head left\n---\na $ head left", [(0, 0, 30), (2, 60, 0)]),
+        ("a $ head left\n---\na $ rest", [(0, 0, 30), (1, 30, 0)]),
     ],
 )
 def test_joints_get_every_change_at_its_time(program: str, turns: list[Turn]) -> None:

@@ -15,7 +15,6 @@ from improv_core.score.motion import Pose
 from improv_core.score.world import Box, Circle, Wall, World
 
 RADIUS, REACH = 0.3, 1.0
-ORIGIN = Pose()
 ALL_AROUND = (-math.pi, math.pi)
 
 

@@ -33,7 +33,6 @@ class Floor(Stage):
         program: str = LINE,
         *,
         world: World | None = None,
-        safety: Safety | None = None,
         deaf: Mapping[str, str] | None = None,
         elsewhere: Collection[str] = (),
     ) -> None:
@@ -56,7 +55,7 @@ class Floor(Stage):
             for robot, part in read.parts.items()
         }
         self.dance = replace(
-            read, parts=parts, world=world or World(keep_apart=0.3), safety=safety or Safety(rejoin="return")
+            read, parts=parts, world=world or World(keep_apart=0.3), safety=Safety(rejoin="return")
         ).on("")
         self.see()
         self.player.load(self.dance, 1, "restart", self.now, anyway=True)
@@ -156,16 +155,10 @@ def test_driving_back_is_reported() -> None:
     assert told[-1]["r"]["instead"] == "stands"
 
 
-def test_it_waits_where_a_part_stands_until_the_next_scene() -> None:
-    floor = returning("beat 60\nr s $ repeat 4 forward\n---\nr s $ repeat 20 rest backward\n")
-    assert DRIVES in floor.lines
-    until_back(floor)
-    assert floor.off < 0.1
-
-
+@pytest.mark.parametrize("elsewhere", [set(), {"s"}], ids=["s is here", "another stage moves s"])
 @pytest.mark.parametrize("why", ["r is not seen", "s is not seen", "s is in its way"])
-def test_it_stands_while_it_cannot_drive_safely(why: str) -> None:
-    floor = returning()
+def test_it_stands_while_it_cannot_drive_safely(why: str, elsewhere: Collection[str]) -> None:
+    floor = returning(elsewhere=elsewhere)
     assert not floor.stands()
     if why.endswith("seen"):
         floor.unseen = {why[0]}
@@ -176,18 +169,6 @@ def test_it_stands_while_it_cannot_drive_safely(why: str) -> None:
     floor.unseen, floor.poses["s"] = set(), APART["s"]
     floor.move(0.1)
     assert not floor.stands()
-
-
-def test_a_robot_drives_back_once_those_that_stages_elsewhere_move_are_seen_too() -> None:
-    floor = Floor(elsewhere={"s"})
-    floor.move(1)
-    floor.sink.deaf = GONE
-    floor.move(3)
-    floor.sink.deaf, floor.unseen = {}, {"s"}
-    floor.move(1)
-    assert floor.stands()
-    floor.unseen = set()
-    until_back(floor)
 
 
 @pytest.mark.parametrize(
@@ -219,22 +200,26 @@ def test_every_stop_stops_it_on_its_way(halt: str) -> None:
     assert floor.stands(3)
 
 
-def test_after_a_pause_it_drives_on_and_nobody_has_to_put_it_in_its_place() -> None:
-    floor = returning()
+def pause(floor: Floor) -> None:
     floor.player.pause(floor.now)
     floor.move(1)
     floor.player.resume(floor.now)
-    floor.move(1)
-    assert floor.states[-1] == "playing"
-    assert not floor.stands()
-    until_back(floor)
 
 
-@pytest.mark.parametrize("factor", [0.25, 3.0])
-def test_it_continues_only_where_its_part_is_although_the_speed_changes(factor: float) -> None:
-    floor = returning(SQUARE)
-    floor.player.set_speed(factor, floor.now)
+@pytest.mark.parametrize(
+    ("program", "happens"),
+    [
+        ("beat 60\nr s $ repeat 4 forward\n---\nr s $ repeat 20 rest backward\n", lambda floor: None),
+        (LINE, pause),
+        (SQUARE, lambda floor: floor.player.set_speed(0.25, floor.now)),
+        (SQUARE, lambda floor: floor.player.set_speed(3.0, floor.now)),
+    ],
+    ids=["its part stands", "a pause", "a slow speed", "a fast speed"],
+)
+def test_it_continues_only_where_its_part_is(program: str, happens: Callable[[Floor], None]) -> None:
+    floor = returning(program)
+    happens(floor)
     while BACK not in floor.lines:
         floor.move(STEP)
         assert floor.now < 1100
-    assert floor.off < 0.15
+    assert (floor.off < 0.15, floor.states[-1]) == (True, "playing")

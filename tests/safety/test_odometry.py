@@ -360,46 +360,36 @@ def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     assert found.jump is None
 
 
-def test_poses_that_come_too_late_to_correct_a_path_are_named_until_they_come_in_time() -> None:
-    """Their stamps show that they are late. As long as there are none, that is silence."""
-    robot = Robot(LOCALIZATION, Pose(), "world")
-    robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True)
-    for seconds, age in ((1, 0.08), (2, 0.5), (1, 0.08)):
-        robot.drive(seconds, age)
-    late, again = [line for line in robot.lines if line.startswith("poses of r")]
-    assert late == (
-        "poses of r come 0.5 s after they were measured: those older than 0.2 s correct no path and keep nobody apart; "
-        "check the network, or the clock that stamps them"
-    )
-    assert again == "poses of r come in time again"
+LATE = [
+    "poses of r come 0.5 s after they were measured: those older than 0.2 s correct no path and keep nobody apart; "
+    "check the network, or the clock that stamps them",
+    "poses of r come in time again",
+]
+WRONG = (
+    "the clock that stamps poses of r is {} this machine's, so nobody knows how old they are: they count from "
+    "when they come; synchronize the clocks, such as with chrony"
+)
 
 
 @pytest.mark.parametrize(
-    ("ahead", "use_sim_time", "says"),
+    ("ages", "how", "lines"),
     [
-        (60.0, False, "59.9 s ahead of"),
-        (-60.0, False, "60.1 s behind"),
-        (0.02, False, None),
-        (60.0, True, None),  # it is that of a simulation
+        ([0.08, 0.5, 0.5, 0.08], {"follow": True}, LATE),
+        ([0.5, 0.5], {}, []),  # nothing depends on them
+        ([-59.92] * 3, {"follow": True}, [WRONG.format("59.9 s ahead of")]),
+        ([60.08] * 3, {"follow": True}, [WRONG.format("60.1 s behind")]),
+        ([0.06] * 3, {"follow": True}, []),
+        ([-59.92] * 3, {"follow": True, "use_sim_time": True}, []),  # it is the clock of a simulation
     ],
 )
-def test_a_clock_that_does_not_agree_is_named_once(ahead: float, use_sim_time: bool, says: str | None) -> None:
-    """Then the age of its poses is unknown."""
+def test_stamps_that_are_late_or_of_another_clock_are_named_once(
+    ages: list[float], how: dict[str, Any], lines: list[str]
+) -> None:
     robot = Robot(LOCALIZATION, Pose(), "world")
-    robot.play("beat 60\nr $ repeat forward\n", anyway=True, follow=True, use_sim_time=use_sim_time)
-    robot.drive(3, age=0.08 - ahead)
-    expected = (
-        f"the clock that stamps poses of r is {says} this machine's, so nobody knows how old they are: they count from "
-        "when they come; synchronize the clocks, such as with chrony"
-    )
-    assert robot.lines == ([expected] if says else [])
-
-
-def test_nobody_minds_poses_that_come_late_if_nothing_depends_on_them() -> None:
-    robot = Robot(frame=Pose())
-    robot.play("beat 60\nr $ repeat forward\n")
-    robot.drive(2, age=0.5)
-    assert robot.lines == []
+    robot.play("beat 60\nr $ repeat forward\n", anyway=True, **how)
+    for age in ages:
+        robot.drive(1, age)
+    assert [line for line in robot.lines if "poses of r" in line] == lines
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ TOPIC = "/ada/joint_states"
 NOTHING_UNTIL = "nothing moves until all joints are at their starts: turn"
 
 
-def line(*joints: Joint, topic: str | None = TOPIC, brought: bool = False, **measured: float) -> str:
-    return line_of([*joints_off("ada", joints, topic, measured, brought)])
+def line(*joints: Joint, topic: str | None = TOPIC, **measured: float) -> str:
+    return line_of([*joints_off("ada", joints, topic, measured)])
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,11 @@ LOOK_PERIOD, BUSY = 0.02, 0.005
 counts as busy because it has not read it."""
 _LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _HEADER_END = b"\r\n\r\n"
-_STOPS: Mapping[str, Stop | Pause] = {"improv.hush": {"type": "stop"}, "improv.pause": {"type": "pause"}}
+_STOPS: Mapping[str, Stop | Pause] = {
+    "improv.stop": {"type": "stop"},
+    "improv.hush": {"type": "stop"},  # the name that people's key bindings may still have
+    "improv.pause": {"type": "pause"},
+}
 
 
 class FramingError(Exception):

@@ -86,10 +86,10 @@ OPTIONS: Mapping[str, Any] = {
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
-        *("play", "before", "history", "restart", "hush", "pause", "resume", "anyway", "cue", "key"),
+        *("play", "before", "history", "restart", "stop", "pause", "resume", "anyway", "cue", "key"),
         *("seek", "speed", "mute", "solo", "page", "calibrate"),
     )
-}
+} | {"improv.hush": "execute_command.stop"}
 _ASYNCHRONOUS = {
     FEATURES[types.WORKSPACE_SYMBOL],
     FEATURES[types.WORKSPACE_DIAGNOSTIC],

@@ -18,7 +18,7 @@
 ;;     (add-hook 'improv-mode-hook #'eglot-ensure)
 ;;     (add-hook 'improv-robots-mode-hook #'eglot-ensure)
 ;;
-;; Saving a program plays it.  \\[improv-hush] stops all robots immediately.  The words that are playing are
+;; Saving a program plays it.  \\[improv-stop] stops all robots immediately.  The words that are playing are
 ;; highlighted, and the mode line shows the beat.
 
 ;;; Code:
@@ -130,7 +130,7 @@ Font lock ignores an end at point, so that is one more if there are none."
   :doc "Keys to play programs and to control playback."
   "C-c C-c" #'improv-play
   "C-c C-l" #'improv-play-this
-  "C-c C-k" #'improv-hush
+  "C-c C-k" #'improv-stop
   "C-c C-p" #'improv-pause
   "C-c C-r" #'improv-resume
   "C-c C-b" #'improv-restart
@@ -148,7 +148,7 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Play This Program" improv-play]
     ["Play Only This Line or Region" improv-play-this]
     ["Play Only a Name…" improv-play-name]
-    ["Stop All Robots" improv-hush]
+    ["Stop All Robots" improv-stop]
     ["Pause" improv-pause]
     ["Resume" improv-resume]
     ["Begin Although Robots Are Not in Their Places" improv-anyway]
@@ -251,12 +251,15 @@ Only lines of the statement at point count."
       (apply #'improv--execute "improv.play" arguments))))
 
 ;;;###autoload
-(defun improv-hush ()
+(defun improv-stop ()
   "Stop all robots immediately.  This works in every buffer."
   (interactive)
   (dolist (server (or (improv-playing-servers)
                       (unless (improv-playing-forget) (user-error "Improv's language server is not running"))))
-    (jsonrpc-async-request server :workspace/executeCommand '(:command "improv.hush" :arguments []))))
+    (jsonrpc-async-request server :workspace/executeCommand '(:command "improv.stop" :arguments []))))
+
+;;;###autoload
+(define-obsolete-function-alias 'improv-hush #'improv-stop "0.1")
 
 (defun improv-pause ()
   "Pause all robots.  \\[improv-resume] resumes."

@@ -50,7 +50,7 @@ The arguments of `improv.play', or a string: the text that was saved.")
     (push server improv-playing--starting)))
 
 (defun improv-playing--connected (server)
-  "Remember SERVER, so that `improv-hush' reaches it from every buffer."
+  "Remember SERVER, so that `improv-stop' reaches it from every buffer."
   (setq improv-playing--starting (delq server improv-playing--starting))
   (when (improv-eglot-server-p server)
     (push server improv-playing--servers)))

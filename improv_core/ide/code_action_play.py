@@ -35,7 +35,7 @@ class Deed:
     robot: str | None = None
 
 
-STOP = Deed("Stop all robots", "improv.stop", "hush")
+STOP = Deed("Stop all robots", "improv.stop", "stop")
 
 
 def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: Collection[str] = ()) -> Iterator[Deed]:

@@ -80,7 +80,7 @@ def restart(ls: Session, *arguments: Any) -> None:
     ls.editor.soon(ls.performance.restart(ls.arrival.stops))
 
 
-def hush(ls: Session, *arguments: Any) -> None:
+def stop(ls: Session, *arguments: Any) -> None:
     if not ls.arrival.is_stop:  # otherwise the reader has obeyed it
         ls.stops.stop()
 

@@ -130,7 +130,7 @@ def _storm(listener: Listener) -> Iterator[float]:
             server.client.save(URI)
             time.sleep(1 / SAVES)
         began = time.monotonic()
-        _hush(server)
+        _stop(server)
         yield began
 
 
@@ -143,7 +143,7 @@ def _flood(listener: Listener) -> Iterator[float]:
         flooding.start()
         time.sleep(HELD_UP)
         began = time.monotonic()
-        _hush(server)
+        _stop(server)
         yield began
         over.set()
         flooding.join()
@@ -160,8 +160,8 @@ async def _send(url: str, over: threading.Event) -> None:
             beat += 1
 
 
-def _hush(server: Server) -> None:
-    message: dict[str, Any] = {"command": "improv.hush", "arguments": []}
+def _stop(server: Server) -> None:
+    message: dict[str, Any] = {"command": "improv.stop", "arguments": []}
     threading.Thread(target=server.client.request, args=("workspace/executeCommand", message), daemon=True).start()
 
 
@@ -175,7 +175,7 @@ FAULTS: dict[str, tuple[int, Fault]] = {
     "`watch`'s terminal closed": (50, _terminal("watch", lambda pid: os.killpg(pid, signal.SIGHUP))),
     "stage SIGKILL": (200, _stage(signal.SIGKILL)),
     "stage SIGSTOP": (200, _stage(signal.SIGSTOP)),
-    f"hush after {SAVES} saves a second": (100, _storm),
-    "hush while a page floods its stage": (100, _flood),
+    f"stop after {SAVES} saves a second": (100, _storm),
+    "stop while a page floods its stage": (100, _flood),
 }
 """Each fault, and the goal for its worst time in milliseconds."""

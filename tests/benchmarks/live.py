@@ -59,14 +59,14 @@ class Reactions:
 
     saves: list[float]
     saves_while_playing: list[float]
-    hushes: list[float]
+    stops: list[float]
     crossing: list[float]
     unheard: int
     problems: list[str]
 
 
 def reactions(cycles: int, lines: int) -> Reactions:
-    """Save, save again while it plays, hush: so many times, with a program of one robot or of so many lines."""
+    """Save, save again while it plays, stop: so many times, with a program of one robot or of so many lines."""
     random = Random(1)
     shortest = 0.5 if lines else 0.06  # so that the work of a save has ended
     text = f"beat 30\n{PROBE} $ repeat forward\n"
@@ -74,7 +74,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
         text += "".join(improv(lines - 3).splitlines(keepends=True)[2:])
     robots = [PROBE, *CAST] if lines else [PROBE]
     saved: list[float] = []
-    hushed: list[float] = []
+    stopped: list[float] = []
 
     def pause() -> None:
         """Wait for a time that is never in step with the commands."""
@@ -91,7 +91,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
             saved.append(server.save())
             if place % 2:
                 pause()
-                hushed.append(server.command("improv.hush"))
+                stopped.append(server.command("improv.stop"))
         time.sleep(1)
         heard = listener.end()[_topic(PROBE)]
         problems = tap.problems()
@@ -100,9 +100,9 @@ def reactions(cycles: int, lines: int) -> Reactions:
         first.setdefault(round(each.x / STEP * 60, 6), each)
     answers = [first.get(float(beat)) for beat in beats[1:]]
     found = [(place, at, each) for place, (at, each) in enumerate(zip(saved, answers, strict=True)) if each]
-    zeros = [(at, next(each for each in heard if each.heard > at and each.still)) for at in hushed]
+    zeros = [(at, next(each for each in heard if each.heard > at and each.still)) for at in stopped]
     return Reactions(
-        # The first save replaces the first dance; every other one from the third on follows a hush.
+        # The first save replaces the first dance; every other one from the third on follows a stop.
         [(each.heard - at) * 1000 for place, at, each in found if place and place % 2 == 0],
         [(each.heard - at) * 1000 for place, at, each in found if place % 2],
         [(each.heard - at) * 1000 for at, each in zeros],

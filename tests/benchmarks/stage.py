@@ -34,7 +34,7 @@ class Goal:
 
 SAVE = Goal(8, 3)
 LONG_SAVE = Goal(15, 5)
-HUSH = Goal(5)
+STOP = Goal(5)
 LATE = "p50 ≤ 1.1 ×, p99 ≤ 1.2 × the absolute loop"
 
 
@@ -69,7 +69,7 @@ def _print_reactions(cycles: int, long_cycles: int) -> None:
     for program, seen, goal in programs:
         _print_times(f"save → first Twist: {program}", seen.saves, goal)
         _print_times(f"save → first Twist, while another plays: {program}", seen.saves_while_playing, goal)
-        _print_times(f"`improv.hush` → zero: {program}", seen.hushes, HUSH)
+        _print_times(f"`improv.stop` → zero: {program}", seen.stops, STOP)
     _print_times("of these but the last: published → in the callback", small.crossing + long.crossing, None)
     print(f"\nSaves that nobody heard anything of: {small.unheard + long.unheard}")
     for problem in small.problems + long.problems:

@@ -178,7 +178,7 @@ def test_is_installed_as_its_page_says(emacs: str, tmp_path: Path) -> None:
     batch = [emacs, "--batch", "--eval", "(setq native-comp-enable-subr-trampolines nil)"]
     done = run([*batch, "-f", "package-initialize", "--eval", install], tmp_path, environment)
     assert "Warning" not in done.stdout + done.stderr
-    tell = "(princ (list major-mode (fboundp 'improv-hush)))"
+    tell = "(princ (list major-mode (fboundp 'improv-stop)))"
     done = run(
         [*batch, "-f", "package-initialize", environment["IMPROV_PROGRAM"], "--eval", tell], tmp_path, environment
     )

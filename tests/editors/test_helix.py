@@ -106,7 +106,7 @@ def test_session(home: Path) -> None:
         until(lambda: "forwad" in (home / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
         asyncio.run(robot.moves(url))
 
-        terminal.type(":lsp-workspace-command improv.hush", "Enter")
+        terminal.type(":lsp-workspace-command improv.stop", "Enter")
         asyncio.run(robot.stands(url))
         terminal.type("u")
         terminal.see("●", there=False)

@@ -179,7 +179,7 @@ def _a_person_sees_errors_beats_and_the_words_that_play(terminal: Terminal) -> N
     for word in ("forward", "left", "forward"):
         _await_light(terminal, word, dark)
 
-    terminal.write(":ImprovHush\n")
+    terminal.write(":ImprovStop\n")
     terminal.see("■ stopped")
     assert {terminal.background(word) for word in ("forward", "left")} == {dark}
     terminal.write(":w\n")

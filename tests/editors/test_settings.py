@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import fields
 from pathlib import Path
 
+from improv_ls.server import COMMANDS
 from improv_ls.settings import Settings, read_settings
 
 # VS Code shows pictures in a hover; elsewhere their code would be shown. Without a value, onSave is restart as well.
@@ -16,6 +18,14 @@ OFFERED = MANIFEST["contributes"]["configuration"]["properties"]
 
 def test_an_untrusted_workspace_sets_nothing() -> None:
     assert MANIFEST["capabilities"]["untrustedWorkspaces"]["restrictedConfigurations"] == list(OFFERED)
+
+
+def test_an_untrusted_workspace_can_stop_robots() -> None:
+    client = (Path(__file__).parents[2] / "editors/vscode/src/client.ts").read_text(encoding="utf-8")
+    (harmless,) = re.findall(r"const HARMLESS = (\[.*?\]);", client)
+    assert {name for name, command in COMMANDS.items() if command == COMMANDS["improv.stop"]} <= set(
+        json.loads(harmless)
+    )
 
 
 def test_no_workspace_names_a_program_or_a_file_to_write_or_opens_a_port_to_the_network() -> None:

@@ -54,7 +54,7 @@ def test_session(tmp_path: Path) -> None:
             terminal.see("▶ turtle1 ∞, endless at beat 120, simulator")
             url = written(page)
             asyncio.run(robot.moves(url))
-            terminal.type(":ImprovHush", "Enter")
+            terminal.type(":ImprovStop", "Enter")
             asyncio.run(robot.stands(url))
             page.unlink()
             terminal.type(":ImprovPage", "Enter")

@@ -121,7 +121,7 @@ class Session:
         self.client.notify("workspace/didChangeConfiguration", {"settings": changed})
         self.client.wait_for_line("improv.onSave: expected")
         self.client.notify("workspace/didChangeConfiguration", {"settings": None})
-        self.client.command("hush")
+        self.client.command("stop")
         self.client.notify("textDocument/didClose", self.document)
 
     def request(self, method: str, **params: Any) -> Any:

@@ -76,7 +76,7 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
         for _ in range(2):  # a stop releases it, too
             waiting.command("key", "g")
             waiting.wait_for_line("g is held")
-            waiting.command("hush")
+            waiting.command("stop")
             waiting.wait("improv/transport", lambda params: params["state"] == "stopped")
             waiting.save(uri)
             waiting.wait("improv/transport", lambda params: params["state"] == "playing")

@@ -56,7 +56,7 @@ def test_lines_that_play_show_their_beat_in_editors_that_want_it() -> None:
             seen += [text for _, _, text in found if text not in seen]
         assert all(text.startswith("beat ") and text.endswith("/∞") for text in seen)
         assert hints(client, {"start": {"line": 0, "character": 0}, "end": {"line": 1, "character": 0}}) == []
-        client.command("hush")
+        client.command("stop")
         while hints(client):
             client.wait("workspace/inlayHint/refresh")
 

@@ -111,7 +111,7 @@ def test_a_stop_voids_a_button_that_was_shown_before(stages: Stages) -> None:
         client.presses = "Begin anyway"
         stages.say(misplaced("r"))
         client.wait("window/showMessageRequest")
-        client.command("hush")
+        client.command("stop")
         client.answer_late()
         assert stages.asked(client) == []
 

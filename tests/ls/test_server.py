@@ -106,7 +106,7 @@ def test_a_playing_program_can_be_controlled(client: Client) -> None:
     shows("report", 44)
     client.command("mute", "r")
     client.command("solo", "r")
-    client.command("hush")
+    client.command("stop")
     shows("end")
 
 
@@ -162,7 +162,7 @@ def test_an_editor_that_asks_gets_the_lit_words() -> None:
         assert client.wait("improv/lit")["ranges"] == []
         client.command("mute", "s")
         assert client.wait("improv/lit")["ranges"] == [[4, 11, 4, 15]]
-        client.command("hush")
+        client.command("stop")
         assert client.wait("improv/lit")["ranges"] == []
         client.wait("improv/transport", lambda params: params["state"] == "stopped")
 
@@ -211,7 +211,7 @@ def test_an_autosave_moves_nothing_and_one_that_failed_does_not_keep_the_next_sa
 def test_a_save_that_ends_after_a_stop_plays_nothing_if_it_began_before_that(client: Client) -> None:
     client.open(URI, "r $ repeat left\n")
     will_save(client, 1)
-    client.command("hush")
+    client.command("stop")
     client.save(URI)
     assert client.wait_for_line("r").startswith("■ dance.improv was stopped before it began")
     will_save(client, 1)
@@ -236,7 +236,7 @@ def test_a_silent_client_is_not_waited_for_and_a_late_answer_is_harmless() -> No
         client.wait_for_line("▶")
         client.wait("window/workDoneProgress/create")
         client.answer_late()
-        client.command("hush")
+        client.command("stop")
         assert not any(message["method"] == "window/showMessage" for message in client.notifications)
 
 

@@ -102,7 +102,7 @@ def test_another_file_is_answered_before_the_worst_one_is_analyzed() -> None:
         client.open(OTHER, "r $ forward\n")
         whole = client.begin("textDocument/rename", place(WORST, 18, 0, newName="ada"))
         assert client.request("textDocument/hover", place(OTHER, 0, 5))
-        client.command("hush")
+        client.command("stop")
         answered = [each.message["id"] for each in client.log if each.by_server and "result" in each.message]
         assert whole not in answered
 

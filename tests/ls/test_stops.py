@@ -15,9 +15,9 @@ from tests.open_page import connected, heard, live_behind
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
 HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 60_000)) + "r $ forwrd\n"
 """It takes seconds to analyze, and only then is the error in its last line known."""
-STOP, PAUSE = (
+STOP, HUSH, PAUSE = (
     {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
-    for name in ("hush", "pause")
+    for name in ("stop", "hush", "pause")
 )
 PUBLISHED = "textDocument/publishDiagnostics"
 SAVE = {"method": "textDocument/didSave", "params": {"textDocument": {"uri": URI}}}
@@ -82,7 +82,7 @@ def client() -> Iterator[Dancer]:
         yield client
 
 
-@pytest.mark.parametrize("stop", [STOP, PAUSE])
+@pytest.mark.parametrize("stop", [STOP, HUSH, PAUSE])
 def test_a_save_and_a_stop_in_one_read(client: Dancer, stop: Message) -> None:
     client.write(SAVE, stop)
     assert client.wait_for_line("dance.improv") == "■ dance.improv was stopped before it began: save to play it"
@@ -90,9 +90,10 @@ def test_a_save_and_a_stop_in_one_read(client: Dancer, stop: Message) -> None:
     assert client.wait_for_line("▶ s ∞")
 
 
-def test_a_stop_after_a_storm_of_saves(client: Dancer) -> None:
+@pytest.mark.parametrize("stop", [STOP, HUSH])
+def test_a_stop_after_a_storm_of_saves(client: Dancer, stop: Message) -> None:
     again = {"method": "workspace/executeCommand", "params": {"command": "improv.restart", "arguments": []}}
-    number = client.write(*[SAVE] * 400, *[{"id": f"again {each}", **again} for each in range(20)], STOP)
+    number = client.write(*[SAVE] * 400, *[{"id": f"again {each}", **again} for each in range(20)], stop)
     client.answer(number)
     client.wait_for_state("stopped")
     client._write(client.retype("s $ repeat left\n"), SAVE)

@@ -76,7 +76,7 @@ def test_osc_plays_stops_and_changes_senses_but_moves_no_real_robot_that_a_perso
             desk.send("play")
             robot.wait(at_speed(SPEED / 2))
 
-        editor.client.request("workspace/executeCommand", {"command": "improv.hush"})
+        editor.client.request("workspace/executeCommand", {"command": "improv.stop"})
         robot.wait(still)
         desk.hear(plain("/improv/state", ["stopped"]))
         robot.hear_all()

@@ -143,7 +143,7 @@ def test_a_dance_that_a_person_has_stopped_is_played_by_a_person(
     with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
         editor.save(PROGRAM)
         robot.wait(at_speed(SPEED))
-        editor.client.request("workspace/executeCommand", {"command": "improv.hush"})
+        editor.client.request("workspace/executeCommand", {"command": "improv.stop"})
         stopped = robot.wait(still)
         until(ask, "call /assistant/play", [False, STOPPED])
         assert ask("call /assistant/stop") == [True, "all robots are being stopped"]

@@ -63,5 +63,5 @@ def test_robots_hear_each_save_in_order_and_exactly_and_then_zeros(
         server.client.save(server.uri)
         robots.wait(lambda message: still(message) and message["topic"] == "/turtle1/cmd_vel")
         robots.wait(moves("other"))
-        server.client.request("workspace/executeCommand", {"command": "improv.hush"})
+        server.client.request("workspace/executeCommand", {"command": "improv.stop"})
         robots.wait(still)

@@ -3,7 +3,7 @@ if exists('b:did_ftplugin')
 endif
 let b:did_ftplugin = 1
 let b:undo_ftplugin = 'setlocal commentstring< comments< omnifunc<'
-\ .. ' | delcommand -buffer ImprovPlay | delcommand -buffer ImprovHush | delcommand -buffer ImprovPage'
+\ .. ' | delcommand -buffer ImprovPlay | delcommand -buffer ImprovStop | delcommand -buffer ImprovHush | delcommand -buffer ImprovPage'
 
 setlocal commentstring=#\ %s comments=:#
 
@@ -35,6 +35,8 @@ function! s:Play(ranges, first, last, name) abort
 endfunction
 
 command! -buffer -bar -range -nargs=? ImprovPlay call s:Play(<range>, <line1>, <line2>, <q-args>)
-command! -buffer -bar ImprovHush call s:Execute('improv.hush', [])
+command! -buffer -bar ImprovStop call s:Execute('improv.stop', [])
+" Its earlier name.
+command! -buffer -bar ImprovHush ImprovStop
 command! -buffer -bar ImprovCue call s:Execute('improv.cue', [])
 command! -buffer -bar ImprovPage call s:Execute('improv.page', [])

@@ -20,7 +20,7 @@ import { Transport } from "./transport";
 import { Lit } from "./words";
 
 /** Commands of the server that move no robot, and those that take a program. */
-const HARMLESS = ["improv.hush", "improv.history"];
+const HARMLESS = ["improv.stop", "improv.hush", "improv.history"];
 const OF_A_PROGRAM = ["improv.play", "improv.before"];
 
 const GIVEN_UP =

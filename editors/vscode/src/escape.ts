@@ -10,7 +10,7 @@ export function stopOnSecondEscape(): (close?: string) => Promise<void> {
   return async (close) => {
     const isSecond = Date.now() - last < LONGEST;
     last = isSecond ? 0 : Date.now();
-    if (isSecond) await commands.executeCommand("improv.hush");
+    if (isSecond) await commands.executeCommand("improv.stop");
     if (close) await commands.executeCommand(close);
   };
 }

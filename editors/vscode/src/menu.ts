@@ -31,15 +31,15 @@ export async function showMenu(transport: Transport | undefined): Promise<void> 
 
 function playback(transport: Transport | undefined): Choice[] {
   const play = { label: "$(play) Play", run: command("improv.play") };
-  const hush = { label: "$(primitive-square) Stop Robots", run: command("improv.hush") };
+  const stop = { label: "$(primitive-square) Stop Robots", run: command("improv.stop") };
   const restart = { label: "$(debug-restart) Play from the Beginning", run: command("improv.restart") };
   switch (transport?.state) {
     case "playing":
-      return [hush, { label: "$(debug-pause) Pause", run: command("improv.pause") }, restart];
+      return [stop, { label: "$(debug-pause) Pause", run: command("improv.pause") }, restart];
     case "paused":
-      return [{ label: "$(debug-continue) Resume", run: command("improv.resume") }, hush, restart];
+      return [{ label: "$(debug-continue) Resume", run: command("improv.resume") }, stop, restart];
     case "waiting":
-      return [hush];
+      return [stop];
     default:
       return [play];
   }

@@ -54,7 +54,7 @@
 (await "playing" (told "▶ turtle1 ∞, endless at beat 120, simulator"))
 (close-all)
 
-(while-the-server-starts #'save-buffer #'improv-play #'improv-hush)
+(while-the-server-starts #'save-buffer #'improv-play #'improv-stop)
 (open-the-gate)
 (improv-seek "three")
 (await "an answer" (told "improv.seek: expected a beat"))

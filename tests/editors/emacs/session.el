@@ -65,7 +65,7 @@
 (improv-mute "anna")
 (await "lit again" (lit))
 
-(improv-hush)
+(improv-stop)
 (robot "stands")
 (await "nothing is left" (null (left-behind)))
 (await "stopped" (equal (mode-line) " ■ stopped"))
@@ -90,6 +90,6 @@
 (kill-buffer)
 (await "nothing is left of the buffer" (null (left-behind)))
 (robot "moves")
-(improv-hush)
+(improv-stop)
 
 ;;; session.el ends here

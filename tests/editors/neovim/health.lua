@@ -9,7 +9,7 @@ person.session(function()
 
   vim.cmd.helptags(vim.env.IMPROV_DOC)
   vim.opt.runtimepath:append(vim.fs.dirname(vim.env.IMPROV_DOC))
-  for _, tag in ipairs { "improv", ":ImprovPlay", ":ImprovHush", ":ImprovCue", "hl-ImprovPlaying", "g:improv_playing" } do
+  for _, tag in ipairs { "improv", ":ImprovPlay", ":ImprovStop", ":ImprovCue", "hl-ImprovPlaying", "g:improv_playing" } do
     vim.cmd.help(tag)
     assert(vim.fn.expand("%:t") == "improv.txt", tag)
     vim.cmd.helpclose()

@@ -34,7 +34,7 @@ person.session(function()
   person.await_lit("3:19 forward")
   vim.cmd.undo()
 
-  vim.cmd.ImprovHush()
+  vim.cmd.ImprovStop()
   person.await_status("^■ stopped$")
   assert(person.marks() == 0, person.lit())
   person.robot("stands")
@@ -57,7 +57,7 @@ person.session(function()
   vim.cmd.ImprovHistory()
   await("a program of the history", function() return vim.bo.buftype == "nofile" end)
   assert(vim.fn.getline(3) == "turtle1 $ repeat (forward right rest)", vim.fn.getline(3))
-  vim.cmd.ImprovHush()
+  vim.cmd.ImprovStop()
 
   -- The server finds this out after it has answered, and nobody types meanwhile.
   person.open("ada at 0 0", "bo at 1 -1 facing 90", "ada $ forward", "bo $ forward")

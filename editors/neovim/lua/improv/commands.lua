@@ -100,10 +100,10 @@ local function history()
   end)
 end
 
-local function hush()
+local function stop()
   waiting.clear()
   for _, client in ipairs(vim.lsp.get_clients { name = "improv" }) do
-    server.execute(client, "improv.hush")
+    server.execute(client, "improv.stop")
   end
 end
 
@@ -118,7 +118,7 @@ local function with_argument(command)
   return function(given) execute(command, { given.args }) end
 end
 
---- Define the commands in a buffer, and :ImprovHush everywhere: robots must stop from any buffer.
+--- Define the commands in a buffer, and :ImprovStop everywhere: robots must stop from any buffer.
 function M.define(buffer)
   local function command(name, act, description, options)
     options = vim.tbl_extend("error", { desc = description }, options or {})
@@ -141,7 +141,9 @@ function M.define(buffer)
   command("ImprovSolo", with_argument("improv.solo"), "Play only this robot, or all robots again", a_robot)
   command("ImprovPage", function() execute("improv.page") end, "Show the robots in the browser")
   command("ImprovCalibrate", function() execute("improv.calibrate") end, "Show how to calibrate a robot")
-  vim.api.nvim_create_user_command("ImprovHush", hush, { desc = "Stop all robots immediately" })
+  for _, name in ipairs { "ImprovStop", "ImprovHush" } do -- the second is its earlier name
+    vim.api.nvim_create_user_command(name, stop, { desc = "Stop all robots immediately" })
+  end
   local mapping = { buffer = buffer, desc = "Improv: play only this line or selection" }
   vim.keymap.set({ "n", "x" }, "<Plug>(improv-play-this)", play_this, mapping)
   if not vim.g.no_plugin_maps and not vim.g.no_improv_maps and vim.fn.hasmapto("<Plug>(improv-play-this)") == 0 then

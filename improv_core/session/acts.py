@@ -47,10 +47,12 @@ class SendScore:
 
 @dataclass(frozen=True, slots=True)
 class Announce:
-    """Pass a message on to listeners, with whether it is from the leading stage."""
+    """Pass a message on to listeners, with whether it is from the leading stage, and for a request of a page on which
+    somebody edits the program, the count of stops at that moment."""
 
-    news: News
+    news: News | Editing
     leads: bool = True
+    stops: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,14 +60,6 @@ class StartAgain:
     """Start a stage in place of one that has died. `Ready` or `Failed` comes back."""
 
     name: SinkName
-
-
-@dataclass(frozen=True, slots=True)
-class PassOn:
-    """Pass on a request from a page on which somebody edits the program, and the count of stops at that moment."""
-
-    editing: Editing
-    stops: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +71,7 @@ class HearClock:
     tempo: float = 120.0
 
 
-Act = Send | SendScore | Announce | StartAgain | PassOn | HearClock
+Act = Send | SendScore | Announce | StartAgain | HearClock
 
 
 class Loaded(TypedDict):

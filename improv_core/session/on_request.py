@@ -12,7 +12,7 @@ from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
 from improv_core.protocol.page_messages import for_pages
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.session.acts import Act, Announce, PassOn, Send, SendScore
+from improv_core.session.acts import Act, Announce, Send, SendScore
 from improv_core.session.state import Change, PlayScore, SessionState
 
 Wish = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
@@ -47,7 +47,7 @@ def asked(state: SessionState, request: PlayScore | Wish | PageRequest | Watched
     ):
         return state, [Announce(request)]
     if request["type"] == "editing":
-        return state, [PassOn(request, now.stops)]
+        return state, [Announce(request, stops=now.stops)]
     if request["type"] == "restart":
         again = state.played and replace(
             state.played,

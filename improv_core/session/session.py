@@ -23,7 +23,7 @@ from improv_core.safety.stop_socket import IDLE
 from improv_core.safety.stops import KNOWN, Stops
 from improv_core.score.score import Host, OutsideClock
 from improv_core.score.score_json import RowsWritten, to_json
-from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, News, PassOn, Send, SendScore, StartAgain
+from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, News, Send, SendScore, StartAgain
 from improv_core.session.on_request import Decided, Now, Wish, asked
 from improv_core.session.on_stage_message import heard, heard_clock
 from improv_core.session.start import Options, SinkName, start_stage
@@ -295,7 +295,11 @@ class Playback:
                     self._stages[name].send(message)
             case SendScore():
                 self._send_score(act)
-            case Announce(news, leads):
+            case Announce(news, leads, stops):
+                if news["type"] == "editing":
+                    if self._edit:
+                        self._edit(news, stops)
+                    return
                 if leads and (news["type"] == "transport" or news["type"] == "sensed" or news["type"] == "armed"):
                     self._osc.tell(news)
                 self._listen(news, leads)
@@ -305,9 +309,6 @@ class Playback:
                 task.add_done_callback(self._replacing.discard)
             case HearClock(clock, tempo):
                 self._hear_clock(clock, tempo)
-            case PassOn(editing, stops):
-                if self._edit:
-                    self._edit(editing, stops)
 
     def _hear_clock(self, clock: OutsideClock | None, tempo: float = 0.0) -> None:
         """Listen to a clock of music, and no longer to another one."""

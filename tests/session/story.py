@@ -11,7 +11,7 @@ from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.messages import Pressed, Ready, State, ToStage, TransportMessage
 from improv_core.score.score import Score
-from improv_core.session.acts import Act, Announce, Failed, HearClock, PassOn, Send, SendScore, StartAgain
+from improv_core.session.acts import Act, Announce, Failed, HearClock, Send, SendScore, StartAgain
 from improv_core.session.on_request import Now, Wish, asked
 from improv_core.session.on_stage_message import heard
 from improv_core.session.start import SinkName
@@ -127,8 +127,6 @@ def in_words(act: Act) -> str:
             return f"start {name}"
         case HearClock(clock):
             return f"listen to {clock.follow}" if clock else "listen to no clock"
-        case PassOn(_, stops):
-            return f"pass on, after {stops} stops"
 
 
 def tell(story: Story, events: Sequence[tuple[Event, list[str]]]) -> None:

@@ -10,7 +10,7 @@ import pytest
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import Editing
 from improv_core.score.score import Safety
-from improv_core.session.acts import PassOn
+from improv_core.session.acts import Announce
 from improv_core.session.on_request import Now, asked
 from improv_core.session.start import SinkName
 from tests.session.story import DANCE, NOW, READY, Story, at, play, tell
@@ -64,7 +64,7 @@ def test_messages_that_move_robots_carry_the_count_of_stops_at_the_request() -> 
     assert (story.score.asked, story.score.play.stops, story.score.play.when) == (True, 4, "restart")
     write: Editing = {"type": "editing", "page": 1, "ask": {"type": "write", "number": 1, "text": "", "revision": ""}}
     story(write, stops=5)
-    assert story.acts == [PassOn(write, 5)]
+    assert story.acts == [Announce(write, stops=5)]
 
 
 def test_a_score_counts_as_played_once_it_has_been_sent() -> None:

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import cast
 
 if __name__ == "__main__":
     # As in stage/__main__.py: none of our modules hides another of the same name, and no other version hides ours.
@@ -27,7 +28,7 @@ from improv_core.page.ideal_floor import IdealFloor
 from improv_core.page.server import Viewer
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.messages import VERSION, FromStage, Ready
-from improv_core.protocol.page_messages import ForPages
+from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.stage.loop import Inbox, Opened, run
 from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
@@ -45,7 +46,7 @@ def main() -> int:
     def begin(put: Tell, hear: Hear) -> Job:
         token = os.environ.get(TOKEN)
         if not options.simulate:
-            return open_alone(options, put, token)
+            return open_alone(options, put, hear, token)
         opened, ready, viewer = open_simulated(options, put, token)
         if options.report_sent:
             report_sent(opened.sink, put)
@@ -81,7 +82,7 @@ def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) ->
     return Opened(simulator, tell, viewer.show, viewer.publish), _ready(simulator.name, viewer), viewer
 
 
-def open_alone(options: argparse.Namespace, put: Tell, token: str | None) -> Job:
+def open_alone(options: argparse.Namespace, put: Tell, hear: Hear, token: str | None) -> Job:
     """Return the work of pages of real robots, which show what the session sends. Raises OSError if the port is
     taken."""
     floor = IdealFloor()
@@ -99,12 +100,15 @@ def open_alone(options: argparse.Namespace, put: Tell, token: str | None) -> Job
                 viewer.show(message.score, message.load["generation"])
             elif isinstance(message, Lost):
                 put({"type": "lacks", "generation": message.generation})
+            elif isinstance(message, dict) and message["type"] == "page":
+                take(cast(ForPages, message["message"]))
             elif isinstance(message, dict) and message["type"] == "ping":
                 put({"type": "pong", "number": message["number"]})
         viewer.publish({"type": "stopped"})
         return 1 if arrival.problem else 0
 
-    return Job(show, _ready("page", viewer), take)
+    # Messages get in line behind the scores that they are about.
+    return Job(show, _ready("page", viewer), lambda message: hear(for_pages(message)))
 
 
 def _serve(

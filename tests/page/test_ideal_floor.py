@@ -77,17 +77,17 @@ def test_nothing_is_on_the_floor_before_the_first_score() -> None:
 def test_a_page_without_a_simulator_shows_scores_and_answers_pings() -> None:
     said: queue.SimpleQueue[FromStage] = queue.SimpleQueue()
     inbox: UrgentQueue[Arrival] = UrgentQueue()
-    job = open_alone(options_in(["--port", "0"]), said.put, TOKEN)
+    job = open_alone(options_in(["--port", "0"]), said.put, inbox.put, TOKEN)
     codes: list[int] = []
     thread = threading.Thread(target=lambda: codes.append(job.run(inbox, Parent())))
     thread.start()
     dance = score_of(analyze("r $ forward left\n"))
     inbox.put(Play({"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "ROS 2"}, dance))
+    job.hand_to_pages(transport(1, "paused", beat=0.5))
     inbox.put(Lost(2))
     inbox.put({"type": "ping", "number": 3})
     assert said.get(timeout=LIMIT) == {"type": "lacks", "generation": 2}
-    assert said.get(timeout=LIMIT) == {"type": "pong", "number": 3}  # by now the score is shown
-    job.hand_to_pages(transport(1, "paused", beat=0.5))
+    assert said.get(timeout=LIMIT) == {"type": "pong", "number": 3}
 
     async def first(*kinds: str) -> dict[str, Any]:
         page = job.ready["page"]

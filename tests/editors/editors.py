@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -11,7 +12,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from tests.commands.command_line import program
-from tests.needs import lacking
+from tests.needs import lacking, need
 from tests.processes import wait_until_gone
 
 ROOT = Path(__file__).parents[2]
@@ -27,6 +28,16 @@ def find(variable: str, fetched: str) -> str:
     if not Path(path).is_file():
         lacking(f"no {path}: run tests/editors/fetch.sh {fetched.split('/')[0]}, or set {variable}")
     return path
+
+
+def follow(commands: str, env: Mapping[str, str]) -> None:
+    """Run commands from a page of instructions in the repository, such as those that compile the grammar. This
+    environment adds to the process's own."""
+    need("node"), need("cc")
+    tree_sitter = find("TREE_SITTER", "tree-sitter/usr/bin/tree-sitter")
+    env = {**os.environ, "PATH": f"{Path(tree_sitter).parent}:{os.environ['PATH']}", **env}
+    done = subprocess.run(["sh", "-euc", commands], cwd=ROOT, env=env, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @contextmanager

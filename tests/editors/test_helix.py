@@ -16,11 +16,12 @@ from textwrap import dedent
 import pytest
 
 from improv_ls.editor import READING
-from tests.editors import grammar, robot
+from tests.editors import robot
 from tests.editors.editors import (
     LIMIT,
     ROOT,
     find,
+    follow,
     kill_servers,
     nothing_left,
     noting_browser,
@@ -42,7 +43,7 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     _helix()
     home = tmp_path_factory.mktemp("helix")
     for commands in 2 * _blocks("sh"):  # they can be repeated
-        grammar.run(commands, _settings_in(home))
+        follow(commands, _settings_in(home))
     return home / ".config"
 
 

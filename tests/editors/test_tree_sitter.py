@@ -36,8 +36,7 @@ from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.syntax.words import Kind
-from tests.editors import grammar
-from tests.editors.editors import ROOT, find
+from tests.editors.editors import ROOT, find, follow
 from tests.needs import lacking
 
 pytestmark = pytest.mark.slow("compiles the grammar")
@@ -89,7 +88,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a home in which the grammar is installed for Neovim, as its page says."""
     home = tmp_path_factory.mktemp("grammar")
     (install,) = re.findall(r"```sh\n(.*?)```", (GRAMMAR / "README.md").read_text("utf-8"), re.DOTALL)
-    grammar.run(install, environment_in(home))
+    follow(install, environment_in(home))
     return home
 
 

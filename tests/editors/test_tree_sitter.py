@@ -8,7 +8,7 @@ import os
 import random
 import re
 import subprocess
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -29,7 +29,6 @@ from improv_core.syntax.nodes import (
     OfKind,
     Statement,
     children,
-    nodes,
 )
 from improv_core.syntax.opening import FACINGS, SHAPES
 from improv_core.syntax.parser import parse_statement
@@ -392,24 +391,16 @@ def _condition(condition: Condition, start: int) -> Tree:
 
 def words_of(statement: Statement, start: int) -> list[Tree]:
     """Return all words of a statement, and their kinds. A number is one word, even if it has several tokens."""
-    tree = statement.body
-    numbers = [statement.number] if statement.number else []
-    senses = []
-    for node in nodes(tree) if tree else ():
-        if isinstance(node, (Apply, Call)):
-            numbers += node.numbers
-        if isinstance(node, (Apply, Choice)) and node.condition:
-            senses.append(node.condition.sense.span)
+    found = [*_all_in(statement)]
     head = HEADS.get(statement.sign.type, "robot") if statement.sign else "robot"
-    kinds = {token.span: head for token in statement.heads} | dict.fromkeys(senses, "sense")
+    kinds = {token.span: head for token in statement.heads}
+    kinds |= {each.sense.span: "sense" for each in found if isinstance(each, Condition)}
     for token in statement.words:
         kind = "formation" if token.text in SHAPES else "direction" if token.text in FACINGS else token.text
         kinds[token.span] = kind
-    numbers += _numbers_in(statement.opening)
     parameters = {each.name for each in statement.parameters}
-    words = [_number(number, start) for number in numbers]
-    if isinstance(statement.opening, OfKind):
-        words.append(_word("profile", statement.opening.profile, start))
+    words = [_number(each, start) for each in found if isinstance(each, Number)]
+    words += [_word("profile", each.profile, start) for each in found if isinstance(each, OfKind)]
     in_words = {place for word in words for place in range(word.start, word.end)}
     for token in statement.tokens:
         if start + token.start not in in_words:
@@ -418,12 +409,12 @@ def words_of(statement: Statement, start: int) -> list[Tree]:
     return sorted(words, key=lambda word: word.start)
 
 
-def _numbers_in(value: object) -> list[Number]:
-    """Return the numbers in a line of the opening."""
-    if isinstance(value, Number):
-        return [value]
+def _all_in(value: object) -> Iterator[object]:
+    """Yield all parts of a statement, however deep."""
+    yield value
     parts = value if isinstance(value, tuple) else [getattr(value, name) for name in getattr(value, "__slots__", ())]
-    return [] if isinstance(value, Token) else [number for part in parts for number in _numbers_in(part)]
+    for part in () if isinstance(value, Token) else parts:
+        yield from _all_in(part)
 
 
 def _word(kind: str, token: Token, start: int) -> Tree:

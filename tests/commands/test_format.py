@@ -33,14 +33,6 @@ def test_format_rewrites_only_unformatted_files(untidy: Path, tmp_path: Path) ->
     assert run("format", untidy, tidy).stdout == ""
 
 
-def test_bom_line_ends_and_mode_are_kept(untidy: Path) -> None:
-    untidy.write_bytes("\ufeffx=left # größer\r\n\r\n\r\nr  $ (x\r\n".encode())
-    untidy.chmod(0o640)
-    assert run("format", untidy).returncode == 0
-    assert untidy.read_bytes() == "\ufeffx = left  # größer\r\n\r\nr  $ (x\r\n".encode()
-    assert untidy.stat().st_mode & 0o777 == 0o640
-
-
 def test_check_names_unformatted_files_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
     before = contents(tmp_path)
     done = run("format", "--check", untidy)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import pytest
@@ -45,55 +45,36 @@ class Reading:
             self.told.append((edge.what.robot, edge.value))
 
 
-def steady(reading: Reading) -> None:
-    for value in (True, True, False, False, None, False):
-        reading.hear(value)
-        reading.wait(0.5)
-
-
-def silent(reading: Reading) -> None:
-    reading.hear(True)
-    reading.wait(0.9)
-    reading.wait(0.2)
-    reading.wait(5)
-    reading.hear(True)
-
-
-def says_nothing(reading: Reading) -> None:
-    reading.hear(True)
-    for _ in range(5):
-        reading.wait(0.5)
-        reading.hear(None)
-
-
-def stood_still(reading: Reading) -> None:
-    reading.hear(True)
-    reading.wait(3, step=3)
-    reading.hear(True)
-    reading.wait(0.5)
-
-
-def another_program(reading: Reading) -> None:
-    reading.hear(True)
-    reading.read({ANNA: HIT, BERT: HIT})
-    reading.read({BERT: HIT})
-    reading.read({})
+Story = Sequence[float | bool | None]
+"""The values that a sensor sends, and the seconds between them; it is not looked at for a negative time."""
 
 
 @pytest.mark.parametrize(
-    ("story", "expected"),
+    ("story", "values"),
     [
-        (steady, [("anna", True), ("anna", False)]),
-        (silent, [("anna", True), ("anna", None), ("anna", True)]),
-        (says_nothing, [("anna", True), ("anna", None)]),
-        (stood_still, [("anna", True)]),
-        (another_program, [("anna", True), ("bert", True), ("anna", None), ("bert", None)]),
+        ([True, 0.5, True, 0.5, False, 0.5, False, 0.5, None, 0.5, False, 0.5], [True, False]),
+        ([True, 0.9, 0.2, 5.0, True], [True, None, True]),
+        ([True, 0.5, None, 0.5, None, 0.5, None, 0.5, None, 0.5, None], [True, None]),
+        ([True, -3.0, True, 0.5], [True]),
     ],
+    ids=["steady", "silent", "without a value", "we stood still"],
 )
-def test_changes_are_reported_once_and_silence_as_unknown(story: Callable[[Reading], None], expected: Told) -> None:
+def test_changes_are_reported_once_and_silence_as_unknown(story: Story, values: Sequence[bool | None]) -> None:
     reading = Reading({ANNA: HIT})
-    story(reading)
-    assert reading.told == expected
+    for each in story:
+        if isinstance(each, float):
+            reading.wait(abs(each), abs(each) if each < 0 else LOOK)
+        else:
+            reading.hear(each)
+    assert reading.told == [("anna", value) for value in values]
+
+
+def test_another_program_reads_what_is_known_and_no_more_of_what_it_does_not_name() -> None:
+    reading = Reading({ANNA: HIT})
+    reading.hear(True)
+    for sources in ({ANNA: HIT, BERT: HIT}, {BERT: HIT}, {}):
+        reading.read(sources)
+    assert reading.told == [("anna", True), ("bert", True), ("anna", None), ("bert", None)]
 
 
 def test_a_sensor_that_sends_only_changes_counts_as_long_as_it_has_a_publisher() -> None:

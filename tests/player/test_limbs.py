@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.player.player import Player
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import When
@@ -39,7 +37,6 @@ profile = "nod"
 profile = "nod"
 """
 Turn = tuple[float, float, float]
-Act = Callable[[Player, float], None]
 
 
 def analyzed(program: str, toml: str = TOML) -> Analysis:
@@ -95,34 +92,23 @@ def test_a_joint_gets_its_position_again_and_again() -> None:
 @pytest.mark.parametrize(
     ("change", "undo", "turns"),
     [
-        pytest.param(
-            lambda player, now: player.pause(now),
-            lambda player, now: player.resume(now),
-            [(0, 0, 30), (0.5, 15, 0), (1.5, 15, 30), (3, 60, -30), (4, 30, 0)],
-            id="a pause interrupts",
+        (["pause"], ["resume"], [(0.5, 15, 0), (1.5, 15, 30), (3, 60, -30), (4, 30, 0)]),
+        (
+            ["set_silent", "a", ()],
+            ["set_silent", (), ()],
+            [(0.5, 15, 0), (1.5, 15, 30), (2, 30, -30), (3, 0, 0)],
         ),
-        pytest.param(
-            lambda player, now: player.set_silent(["a"], [], now),
-            lambda player, now: player.set_silent([], [], now),
-            [(0, 0, 30), (0.5, 15, 0), (1.5, 15, 30), (2, 30, -30), (3, 0, 0)],
-            id="a muted robot stands",
-        ),
-        pytest.param(
-            lambda player, now: player.set_speed(2, now),
-            lambda player, now: player.set_speed(1, now),
-            [(0, 0, 30), (0.5, 15, 60), (1.25, 60, -60), (1.5, 45, -30), (2, 30, 0)],
-            id="at twice the speed joints turn twice as fast",
-        ),
+        (["set_speed", 2], ["set_speed", 1], [(0.5, 15, 60), (1.25, 60, -60), (1.5, 45, -30), (2, 30, 0)]),
     ],
+    ids=lambda each: str(each[0]),
 )
-def test_joints_continue_from_where_they_are(change: Act, undo: Act, turns: list[Turn]) -> None:
+def test_joints_continue_from_where_they_are(change: list[Any], undo: list[Any], turns: list[Turn]) -> None:
     stage = Bodies("a $ head (left left right)")
     stage.run(0.5)
-    change(stage.player, stage.now)
-    stage.run(1)
-    undo(stage.player, stage.now)
-    stage.run(5)
-    assert stage.turns() == turns
+    for (name, *given), seconds in ((change, 1), (undo, 5)):
+        getattr(stage.player, name)(*given, stage.now)
+        stage.run(seconds)
+    assert stage.turns() == [(0, 0, 30), *turns]
 
 
 BESIDE = "\nb $ repeat head (left right)"

@@ -7,7 +7,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -35,9 +35,9 @@ def host(shared: Host) -> Host:
     return shared
 
 
-def said(host: Host, name: str = NAME) -> list[dict[str, object]]:
-    """Return all messages of a link to a host until it ends, which it does by itself. No process is left here or
-    there."""
+def check(host: Host, line: str, name: str = NAME) -> None:
+    """Check that a link to a host sends one line until it ends, which it does by itself, and that no process is left
+    here or there. The line begins like this; test_texts.py has the whole lines."""
     before = descendants(os.getpid())
     pipe = subprocess.PIPE
     with subprocess.Popen(host.command(host=name), env=host.env, stdin=pipe, stdout=pipe, stderr=pipe) as link:
@@ -46,83 +46,47 @@ def said(host: Host, name: str = NAME) -> list[dict[str, object]]:
         told, errors = link.stdout.read(), link.stderr.read()  # its input stays open meanwhile
         assert (link.wait(LIMIT), errors) == (2, b"")
     wait_until_gone({pid: fd for pid, fd in descendants(os.getpid()).items() if pid not in before}, LIMIT)
-    return [json.loads(line) for line in told.splitlines()]
-
-
-def check(host: Host, line: str, name: str = NAME) -> None:
-    """Check that a link to a host sends one line, which begins like this (test_texts.py has the whole lines)."""
-    (message,) = said(host, name)
+    message = json.loads(told)
     assert message["type"] == "error"
-    assert str(message["message"]).startswith(line)
+    assert message["message"].startswith(line)
 
 
-def nobody_has_allowed_it(host: Host) -> None:
-    host.allow("off")
-
-
-def its_key_is_not_known(host: Host) -> None:
-    host.known.write_text("")
-
-
-def its_key_has_changed(host: Host) -> None:
+def change_key(host: Host) -> None:
     host.make_key("other")
     kind, key, _ = (host.folder / "other.pub").read_text().split()
     host.known.write_text(f"[127.0.0.1]:{host.port} {kind} {key}\n")
 
 
-def it_takes_no_key(host: Host) -> None:
-    host.authorized.write_text("")
+def runs(code: str) -> Callable[[Host], None]:
+    return lambda host: host.run_first(code)
 
 
-def it_has_no_python(host: Host) -> None:
-    (host.bin / "python3").unlink()
+def begins(rest: str) -> Callable[[Host], None]:
+    return runs(f"print('improv', '{{\"begins\": true}}'); print({rest}, flush=True); sys.exit()")
 
 
-def its_python_is_old(host: Host) -> None:
-    host.run_first("sys.version_info = (3, 8, 10)")
+ENDS = runs("print('improv', '{\"wants\": true}', flush=True); sys.stdin.buffer.read(1000); sys.exit()")
+PROBLEMS: Mapping[str, tuple[Callable[[Host], object], str]] = {
+    "nobody has allowed it": (lambda host: host.allow("off"), "nobody has allowed Improv to use it: "),
+    "its key is not known": (lambda host: host.known.write_text(""), "its host key is not known here: "),
+    "its key has changed": (change_key, "its host key has changed. "),
+    "it takes no key": (lambda host: host.authorized.write_text(""), "it takes none of your ssh keys: "),
+    "it has no Python": (lambda host: (host.bin / "python3").unlink(), "it has no `python3`: "),
+    "its Python is old": (runs("sys.version_info = (3, 8, 10)"), "its Python is 3.8.10, "),
+    "its shell greets without end": (lambda host: host.install("python3", "exec /usr/bin/yes Hi"), "it prints much "),
+    "it answers garbage": (begins("'Welcome'"), "it sends something else than a stage does, "),
+    "it sends a line without end": (begins("'m' * 20_000_000"), "it sends a line of more than 16 MB, "),
+    "it closes in the middle": (ENDS, "the connection has ended"),
+    "it has no ROS": (lambda host: None, "no Python there has rclpy: "),
+}
 
 
-def its_shell_greets_without_end(host: Host) -> None:
-    host.install("python3", "exec /usr/bin/yes 'Welcome to Ubuntu!'")
-
-
-def it_answers_garbage(host: Host) -> None:
-    host.run_first("print('improv', '{\"begins\": true}'); print('Welcome', flush=True); sys.exit()")
-
-
-def it_sends_a_line_without_end(host: Host) -> None:
-    host.run_first("print('improv', '{\"begins\": true}'); print('m' * 20_000_000, flush=True); sys.exit()")
-
-
-def it_closes_in_the_middle(host: Host) -> None:
-    host.run_first("print('improv', '{\"wants\": true}', flush=True); sys.stdin.buffer.read(1000); sys.exit()")
-
-
-def it_has_no_ros(host: Host) -> None:
-    """It is as it should be otherwise."""
-
-
-@pytest.mark.parametrize(
-    ("problem", "line"),
-    [
-        (nobody_has_allowed_it, "nobody has allowed Improv to use it: "),
-        (its_key_is_not_known, "its host key is not known here: "),
-        (its_key_has_changed, "its host key has changed. "),
-        (it_takes_no_key, "it takes none of your ssh keys: "),
-        (it_has_no_python, "it has no `python3`: "),
-        (its_python_is_old, "its Python is 3.8.10, "),
-        (its_shell_greets_without_end, "it prints much that is none of ours, "),
-        (it_answers_garbage, "it sends something else than a stage does, "),
-        (it_sends_a_line_without_end, "it sends a line of more than 16 MB, "),
-        (it_closes_in_the_middle, "the connection has ended"),
-        (it_has_no_ros, "no Python there has rclpy: "),
-    ],
-    ids=lambda problem: problem.__name__ if callable(problem) else "",
-)
-def test_a_problem_there_is_a_line_here(host: Host, problem: Callable[[Host], None], line: str) -> None:
-    problem(host)
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_problem_there_is_a_line_here(host: Host, problem: str) -> None:
+    cause, line = PROBLEMS[problem]
+    cause(host)
     check(host, line)
-    assert len(host.versions()) == (problem is it_has_no_ros)
+    assert len(host.versions()) == (problem == "it has no ROS")
 
 
 def test_a_shell_that_greets_is_no_problem(host: Host) -> None:

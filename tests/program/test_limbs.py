@@ -75,6 +75,17 @@ def test_a_direction_that_a_part_lacks_is_marked_through_names_and_phrases() -> 
     )
 
 
+def test_a_pose_that_a_part_lacks_is_marked_through_names() -> None:
+    check(
+        """
+        x = to high
+        r1 $ head x left_arm x
+                  ^ no-such-pose: `head` has no pose `high`, so it rests: declare it in the profile p
+        """,
+        robots=PUPPET,
+    )
+
+
 def test_poses_beside_other_voices_are_marked_through_names() -> None:
     why = "another voice moves `left_shoulder_pitch` too, so it ends elsewhere: play one after the other"
     check(

@@ -269,6 +269,11 @@ def test_a_change_of_kind_checks_movements_again() -> None:
     assert changed.edited(0, 18, "").ok
 
 
+def test_a_definition_that_becomes_a_line_of_the_opening_ends() -> None:
+    analysis = analyze("bar = forward\nr $ bar\n")
+    assert [each.code for each in analysis.edited(4, 13, "3").diagnostics] == ["unknown-name"]
+
+
 def test_the_program_wins_over_improv_toml() -> None:
     toml = "[robots.ada]\nstart = { x = 5 }\n[robots.bo]\nstart = { x = 7 }\n"
     toml += "[world]\nsize = [20, 20]\nwalls = [[0, 1, 0, 2]]\n"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from xml.etree import ElementTree
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.joint_charts import curves
+from improv_core.score.svg import plot
 
 PUPPET = "ada is puppet\nbeat 120\n"
 MAST = """
@@ -58,3 +60,9 @@ def test_an_endless_movement_is_drawn_up_to_a_beat() -> None:
     nods = PUPPET + "ada $ head repeat (up down)\n"
     assert drawn(nods, beats=3.5) == {"ada head_pitch": "0 0, 1 20, 2 0, 3 20, 3.5 10"}
     assert drawn(PUPPET + "ada $ head (left repeat rest)\n", beats=2.0) == {"ada head_yaw": "0 0, 1 30, 2 30"}
+
+
+def test_a_plot_has_a_chart_of_each_joint_that_moves() -> None:
+    drawn = ElementTree.fromstring(plot(score_of(analyze(PUPPET + "ada $ head (left left left left)\nbo $ forward\n"))))
+    texts = [each.text for each in drawn.iter("{http://www.w3.org/2000/svg}text")]
+    assert texts == ["ada", "bo", "0.5 m", "ada head_yaw", "90°", "-90°"]

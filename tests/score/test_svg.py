@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
@@ -14,10 +16,12 @@ from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
 from improv_core.score.strokes import Path, paths
 from improv_core.score.svg import picture, plot
+from improv_core.score.world import Box, Circle, Wall, World
 from tests.score.test_movement import finite_movements, movements, part_of
 from tests.score.test_movement import score_of as score_with
 
 LARGEST = 20_000
+SVG = "{http://www.w3.org/2000/svg}"
 
 
 def path(program: str) -> Path:
@@ -67,6 +71,24 @@ def test_pictures_are_small_and_well_formed(movement: Movement) -> None:
     small = picture(score_with(movement))
     assert len(small.encode()) < LARGEST
     ElementTree.fromstring(small)
+
+
+def test_a_plot_has_room_for_what_stands_around() -> None:
+    world = World((8, 4), (Wall(0, 1, 1, 1),), (Circle(-2, 0, 0.5),), (Box(2, -1, 2, 1, math.pi / 2),))
+    drawn = ElementTree.fromstring(plot(replace(score_of(analyze("r $ forward")), world=world)))
+    wide, high = (float(drawn.attrib[name]) for name in ("width", "height"))
+    _, _, walls, circle, box, *_ = drawn
+    # The floor's 8 m are as wide as there is room: 720 less two margins of 26.
+    assert (wide, high) == (720, 52 + 668 / 2 + 28)
+    metre = 668 / 8
+    places = [place(26 + (x + 4) * metre, 26 + (2 - y) * metre) for x, y in ((0, 1), (1, 1), (-4, -2), (4, -2))]
+    assert walls.attrib["d"].startswith("M{}L{}M{}L{}".format(*places))
+    assert (circle.tag, circle.attrib["r"]) == (f"{SVG}circle", f"{metre / 2:.1f}")
+    assert box.attrib["d"].split("L")[0] == f"M{place(26 + 6.5 * metre, 26 + 4 * metre)}"
+
+
+def place(x: float, y: float) -> str:
+    return " ".join(f"{value:.1f}".removesuffix(".0") for value in (x, y))
 
 
 def dashed(program: str) -> tuple[int, int]:

@@ -131,6 +131,7 @@ def test_no_message_has_a_bare_escape(char: str) -> None:
     [
         ("ada $ scale 1½ up", "ada $ scale 3/2 up"),
         ("ada $ scale 1e-1 up", "ada $ scale 1/10 up"),
+        ("ada $ scale 4/½ up", "ada $ scale 4/0.5 up"),
         ("ada $ scale ٣٫٥ up", "ada $ scale 3.5 up"),
         ("ada at –1 0", "ada at -1 0"),
         ("room 6×4", "room 6 4"),
@@ -157,6 +158,7 @@ def test_the_preferred_fix_writes_the_only_meaning(typed: str, becomes: str) -> 
         "ada $ “up” left",
         "ada $ 1\u200b5 up",
         "ada $ scale 2,000 up",
+        "ada $ scale 1 ½ up",
         "ada $ scale 1 1/2 up",
         "ada $ 4٤ up",
         "½ = up\nada $ scale ½ up",

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import socket
 import time
 from dataclasses import dataclass
-from urllib.parse import urlsplit
 
 from tests.benchmarks.chromium import chromium
-from tests.benchmarks.servers import processor_time, stage_of
+from tests.benchmarks.servers import processor_time
 from tests.benchmarks.tables import machine, p99, print_head, print_row
-from tests.open_page import live_behind
 from tests.page.conftest import Show, watch
 
 ROBOTS = 50
@@ -42,7 +38,6 @@ class Seen:
     """Frames of one page, and their price: `gaps` are milliseconds between frames, the stage takes seconds a second."""
 
     gaps: list[float]
-    bytes_per_second: float
     stage_alone: float
     stage_watched: float
 
@@ -58,30 +53,25 @@ class Seen:
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures for a few seconds."""
     seconds = 5 if quick else 30
-    print(machine())
-    print_page(measure(seconds), seconds)
-
-
-def print_page(seen: Seen, seconds: int) -> None:
-    """Print the table of the measurements of so many seconds."""
+    seen = measure(seconds)
     width, height = SIZE
+    print(machine())
     print(f"\nThe page with {ROBOTS} robots that all move, {width}×{height}, headless Chromium, {seconds} s\n")
     print_head("what", "", "goal", "")
     verdict = "met" if seen.frames_per_second >= GOAL - 0.5 else "not met"
     print_row("frames a second", f"{seen.frames_per_second:.1f}", str(GOAL), verdict)
     print_row(f"frames dropped (over {LATE:g} ms)", f"{seen.dropped} of {len(seen.gaps)}", "", "")
     print_row("longest frame, p99 and max, ms", f"{p99(seen.gaps):.1f}, {max(seen.gaps):.1f}", "", "")
-    print_row("bytes a second to a page", f"{seen.bytes_per_second:,.0f}", "", "")
     print_row("the stage's processor seconds a second, no page", f"{seen.stage_alone:.3f}", "", "")
     print_row("with one page", f"{seen.stage_watched:.3f}", "", "")
 
 
 def measure(seconds: float) -> Seen:
-    """Play a dance, first unwatched, then to a page, then to a socket that counts."""
+    """Play a dance, first unwatched, then to a page."""
     show = Show()
     try:
         show.play(dance(ROBOTS))
-        stage = stage_of(os.getpid())
+        stage = show.stage
         time.sleep(1)
         alone = _busy(stage, seconds)
         with chromium() as browser:
@@ -91,7 +81,7 @@ def measure(seconds: float) -> Seen:
             before, began = processor_time(stage), time.monotonic()
             gaps: list[float] = page.evaluate(GAPS, seconds)
             watched = (processor_time(stage) - before) / (time.monotonic() - began)
-        return Seen(gaps, _bytes_per_second(show.url, seconds), alone, watched)
+        return Seen(gaps, alone, watched)
     finally:
         show.close()
 
@@ -101,23 +91,6 @@ def dance(robots: int) -> str:
     ways = ("forward || left", "forward left", "scale 1/2 forward || halfright", "forward || slow 2 left")
     lines = (f"r{place} $ repeat ({ways[place % len(ways)]})\n" for place in range(robots))
     return "beat 60\n" + "".join(lines)
-
-
-def _bytes_per_second(url: str, seconds: float) -> float:
-    """Count the bytes through the socket of one page, including all that the WebSocket adds."""
-    where = urlsplit(live_behind(url))
-    with socket.create_connection(("127.0.0.1", where.port or 0)) as page:
-        page.sendall(
-            f"GET {where.path}?{where.query} HTTP/1.1\r\nHost: {where.netloc}\r\nOrigin: http://{where.netloc}\r\n"
-            "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
-        )
-        first = time.monotonic() + 0.5  # a new page gets the score first
-        count = 0
-        while (now := time.monotonic()) < first + seconds:
-            received = len(page.recv(65536))
-            count += received if now >= first else 0
-    return count / seconds
 
 
 def _busy(pid: int, seconds: float) -> float:

@@ -17,7 +17,7 @@ from time import perf_counter
 from typing import Any
 
 from tests.benchmarks.documents import Edit
-from tests.processes import command_of, descendants, stat_of
+from tests.processes import stat_of
 
 Message = dict[str, Any]
 LIMIT = 60.0
@@ -48,14 +48,6 @@ class Seen:
 
     seconds: float
     mistakes: int
-
-
-def stage_of(pid: int) -> int:
-    """Return the process of the stage below this one (Linux)."""
-    for child in descendants(pid):
-        if b"--sink" in command_of(child):
-            return child
-    raise RuntimeError("no stage runs")
 
 
 def processor_time(pid: int) -> float:

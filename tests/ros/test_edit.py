@@ -1,0 +1,47 @@
+"""`improv edit` with real robots and no simulator: its page plays, shows, and stops them."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.open_page import connected, heard, live_behind
+from tests.processes import descendants, wait_until_gone
+from tests.ros.conftest import LIMIT, Listen, Listener
+from tests.ros.dance import BEFORE, BEFORE_SPEED, at_speed, still
+
+pytestmark = pytest.mark.slow("starts what plays, and a base that listens in ROS 2")
+
+
+def test_a_page_without_a_simulator_plays_shows_and_stops_real_robots(
+    listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    file = tmp_path / "dance.improv"
+    file.write_text("")
+    command = [sys.executable, "-m", "improv_core", "edit", str(file), "--backend", "ros", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=ros_env, text=True) as edit:
+        assert edit.stdout
+        url = next(line.split()[-1] for line in edit.stdout if "http://" in line)
+        asyncio.run(play_and_stop(f"{live_behind(url)}&page=abcdefghijklmnop", robot))
+        started = descendants(edit.pid)
+        edit.terminate()
+    wait_until_gone(started, LIMIT)
+    assert file.read_text() == BEFORE
+
+
+async def play_and_stop(live: str, robot: Listener) -> None:
+    async with connected(live) as page:
+        source = await heard(page, lambda told: told["type"] == "source")
+        await page.send_json({"type": "write", "number": 1, "text": BEFORE, "revision": source["revision"]})
+        await heard(page, lambda told: told["type"] == "score" and told["robots"])
+        await heard(page, lambda told: told["type"] == "poses" and told["poses"][0][0] > 0.1)
+        await asyncio.to_thread(robot.wait, at_speed(BEFORE_SPEED))
+        await page.send_json({"type": "press", "number": 1})
+        await heard(page, lambda told: told["type"] == "transport" and told["state"] == "stopped")
+        await asyncio.to_thread(robot.wait, still)

@@ -15,7 +15,7 @@ import pytest
 from improv_core.website.build import build
 from tests.commands.command_line import IMPROV
 from tests.pyodide import imitate
-from tests.ros.conftest import LIMIT, Listen, Listener
+from tests.ros.conftest import LIMIT, Listen
 from tests.ros.dance import moving, still
 
 pytestmark = pytest.mark.slow("starts a class with its stages, and a robot drives")
@@ -90,15 +90,10 @@ def test_a_real_robot_performs_only_what_was_looked_at_and_stops(said: tuple[str
                 async with http.post(f"{stops[1]}/stop", **about) as answer:
                     assert answer.status == 204
                 await asyncio.to_thread(turtle.wait, still)
+                turtle.heard.clear()
                 await live.send_json({"type": "play", "numbers": [1]})
                 await hear(lambda message: message == {"type": "playing", "line": "turtle1"})
-                _stays(turtle)
+                turtle.hear_all()
+                assert all(map(still, turtle.heard))
 
     asyncio.run(scenario())
-
-
-def _stays(robot: Listener) -> None:
-    """Since the first zero that was heard, there were only zeros."""
-    robot.hear_all()
-    first = next(i for i, each in reversed([*enumerate(robot.heard)]) if moving(each)) + 1
-    assert all(still(each) for each in robot.heard[first:])

@@ -151,10 +151,6 @@ class Show:
         assert isinstance(stage, Stage)
         return stage._child.pid
 
-    def end_stage(self) -> None:
-        """End the stage as if it had never been started: only the next play starts another."""
-        self._run(self._playback.close)
-
     def close(self) -> None:
         self._run(self._playback.close)
         self._loop.call_soon_threadsafe(self._loop.stop)

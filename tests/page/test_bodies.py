@@ -1,4 +1,4 @@
-"""The bodies on the page: figures, gauges, rows of the timeline, and lit words."""
+"""The bodies on the page: figures, rows of the timeline, and lit words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page.server import Viewer
 from improv_core.preview.window import about, window
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -21,7 +20,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
 from tests.axe import violations
-from tests.page.conftest import SCHEMES, Keep, switch_to, transport, wait
+from tests.page.conftest import SCHEMES, Keep, switch_to, wait
 from tests.robots.test_skeletons import TOML, URDF
 
 FOUR = """ada bert carla dan is puppet
@@ -40,27 +39,6 @@ max = 0.5
 [robots.bo]
 profile = "lifter"
 """
-
-
-def gauge(page: Page, joint: str) -> Any:
-    return page.locator(f".gauge[title^='{joint}:']")
-
-
-def test_a_figure_turns_its_head_and_a_gauge_says_that_a_limit_holds_it(
-    still: Callable[..., Page], viewer: Viewer, simulator: Simulator
-) -> None:
-    page = still("ada is puppet\nbeat 60\nada $ head repeat 5 left\n")
-    eyes = page.locator("#bodies [data-body=ada] .front .eye[visibility=visible]")
-    expect(eyes).to_have_count(2)
-    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 0° (−90° to 90°)")
-    simulator.send_joints("ada", {"head_yaw": JointMotion(0.0, math.radians(30))}, 0.0)
-    simulator.advance(3.5)
-    viewer.publish(transport(1, "paused", 5.0, 3.5))
-    expect(gauge(page, "head_yaw")).to_have_attribute("title", "head_yaw: 90° (−90° to 90°)")
-    expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "0")  # nobody asks for more
-    expect(eyes).to_have_count(1)
-    viewer.publish({**transport(1, "playing", 5.0, 3.5), "tempo": 1e-6})
-    expect(gauge(page, "head_yaw")).to_have_attribute("data-held", "1")
 
 
 def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[..., Page]) -> None:

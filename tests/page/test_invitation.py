@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from playwright.sync_api import Page, expect
 
 from improv_core.page.server import Viewer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from tests.page.conftest import Commands, Keep, asked, link, transport
+from tests.page.conftest import Keep, link, transport
 
 
 def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
@@ -34,16 +32,3 @@ def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
     viewer.show(score_of(analyze("ada $ rest\n")), 3)
     viewer.publish(transport(3, "playing", 1.0))
     expect(hint).to_be_hidden()
-
-
-def test_escape_closes_help_without_a_stop(still: Callable[..., Page], commands: Commands) -> None:
-    page = still("ada $ repeat forward\n")
-    page.keyboard.press("?")
-    expect(page.locator("#help")).to_be_visible()
-    page.keyboard.press("Escape")
-    expect(page.locator("#help")).to_be_hidden()
-    page.keyboard.press("k")
-    assert asked(commands)["type"] == "resume"  # and no stop before it
-    page.keyboard.press("?")
-    page.keyboard.press("Space")
-    assert asked(commands)["type"] == "stop"

@@ -26,7 +26,6 @@ from tests.page.conftest import (
     shared_page,
     switch_to,
     wait,
-    watch,
 )
 from tests.page.looks import COUNT
 
@@ -76,46 +75,6 @@ def test_the_path_ahead_is_drawn_and_can_be_hidden(still: Callable[..., Page]) -
     wait(page, f"({COUNT})({FAINT}) < 40")
     page.keyboard.press("a")
     wait(page, f"({COUNT})({FAINT}) > 100")
-
-
-def test_a_small_page_unfolds_its_tools(still: Callable[..., Page]) -> None:
-    page = still(DANCE)
-    page.set_viewport_size({"width": 320, "height": 640})
-    expect(page.locator("#score")).to_be_hidden()
-    view, clear = (page.get_by_role("button", name=name) for name in ("View", "Clear"))
-    expect(clear).to_be_hidden()
-    view.press("Enter")
-    expect(view).to_have_attribute("aria-expanded", "true")
-    for name in ("Clear", "Paths", "Starts", "Save"):
-        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
-    assert page.evaluate(COVERED) == []
-    page.get_by_role("button", name="Save").click()
-    expect(clear).to_be_hidden()
-    page.get_by_role("button", name="Close").click()
-    expect(view).to_be_focused()
-    page.set_viewport_size({"width": 1280, "height": 800})
-    expect(page.locator("#score")).to_be_visible()
-
-
-def test_the_page_shows_the_end_and_the_next_program(page: Page, show: Show, keep: Keep, tmp_path: Path) -> None:
-    program = "beat 60\nada $ forward left slow 100 forward\n"
-    watch(page, show, program)
-    wait(page, "improv.robots.ada.x > 0.2")
-    loaded = "({ name, responseEnd }) => name.includes('/path.svg') && responseEnd"
-    wait(page, f"performance.getEntriesByType('resource').some({loaded})")
-    show.end_stage()
-    notice = page.locator("#notice")
-    expect(notice).to_have_text("The performance is over. Play again from your editor or terminal.")
-    expect(page.get_by_role("status")).to_have_text(notice.inner_text())
-    expect(page.locator("#state")).to_have_text("stopped")
-    expect(page.locator("#stage")).to_have_css("filter", "none")
-    page.get_by_role("button", name="Save").click()
-    assert downloaded(page, "SVG", tmp_path / "paths.svg").read_text() == plot(score_of(analyze(program)))
-    keep(page, "page-over.png")
-    expect(page.get_by_role("button", name="Play")).to_have_attribute("aria-disabled", "true")
-    show.play("beat 60\nbo $ slow 100 forward\n")
-    wait(page, "improv.connected && improv.known.bo === 100 && improv.transport.state === 'playing'")
-    expect(notice).to_be_hidden()
 
 
 COVERED = """() => {

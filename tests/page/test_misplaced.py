@@ -1,4 +1,4 @@
-"""Robots that are not in their places: the page's lines, its arrows, and the requests of its buttons."""
+"""Robots that are not in their places: the page's lines and the requests of its buttons."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from playwright.sync_api import Page, expect
 from improv_core.page.server import Viewer
 from improv_core.safety.preflight import Standing, message
 from improv_core.score.motion import Pose
-from tests.page.conftest import Commands, Keep, asked, wait
-from tests.page.looks import PIXEL
+from tests.page.conftest import Commands, asked
 
 ADA = {"ada": Standing(Pose(), Pose(2.0))}
 ADVICE = "move ada 2.00 m toward 180°"
@@ -45,17 +44,3 @@ def test_each_button_asks_for_what_it_says(waiting: Page, commands: Commands) ->
     for button, wanted in (("Play", "resume"), ("Begin anyway", "anyway")):
         waiting.locator("#misplaced").get_by_role("button", name=button).click()
         assert asked(commands) == {"type": wanted}
-
-
-def test_an_arrow_leads_from_a_robot_to_its_place(waiting: Page, viewer: Viewer, keep: Keep) -> None:
-    """The arrow also shows while the robot is halfway."""
-    floor = f"({PIXEL})(0.6, 0.6) === '251,250,247'"
-    wait(waiting, floor)
-    viewer.publish(message({"ada": Standing(Pose(), Pose(1.2, 1.2))}, 1))
-    wait(waiting, f"!({floor})")
-    keep(waiting, "misplaced.png")
-    viewer.publish(message({}, 1))
-    expect(waiting.locator("#misplaced-title")).to_have_text("All robots are in place")
-    expect(waiting.get_by_role("button", name="Begin anyway")).to_be_hidden()
-    expect(waiting.locator("#in-place")).to_be_visible()
-    wait(waiting, floor)

@@ -14,7 +14,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import Viewer
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
-from tests.page.conftest import LIMIT, TOKEN, Commands, Keep, link, part, transport, wait
+from tests.page.conftest import LIMIT, Commands, Keep, link, part, transport, wait
 from tests.web_server import served
 
 
@@ -62,27 +62,6 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     expect(page.locator("#state")).to_have_text("stopped")
     assert commands.empty()
     assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.address).netloc}
-
-
-def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simulator: Simulator) -> None:
-    open_page(page, viewer)
-    where = urlsplit(viewer.address)
-    viewer.close()
-    notice = page.locator("#notice")
-    expect(notice).to_have_text("Disconnected. Trying again…")
-    expect(page.get_by_role("status")).to_have_text("Disconnected. Trying again…")
-    expect(page.get_by_role("button", name="Stop")).to_have_attribute("aria-disabled", "false")
-    expect(page.get_by_role("button", name="Play", exact=True)).to_have_attribute("aria-disabled", "true")
-    assert page.evaluate("improv.connected") is False
-
-    assert where.port
-    again = Viewer(where.port, simulator.snapshot, lambda command: None, token=TOKEN)
-    again.publish(transport(4, "stopped"))
-    expect(page.locator("#state")).to_have_text("stopped")
-    expect(notice).to_be_hidden()
-    expect(page.get_by_role("status")).to_have_text("stopped")
-    again.close()
-    expect(notice).to_be_visible()
 
 
 @pytest.mark.slow("opens pages in two windows")

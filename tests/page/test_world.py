@@ -1,4 +1,4 @@
-"""The simulator's world on the page: walls and obstacles, bumps, and the line about ideal motion."""
+"""The world of the simulator on the page: walls and obstacles, and the line about ideal motion."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.score.motion import Twist
 from tests.page.conftest import wait
-from tests.page.looks import COUNT, PIXEL
+from tests.page.looks import PIXEL
 
 WALL, GROUND, BUMP = "107,114,128", "251,250,247", [201, 42, 42]
 FACING = "[robots.ada]\nstart = {x=0,y=0}\n[robots.bo]\nstart = {x=3,y=0,heading=180}\n"
@@ -40,23 +38,6 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
             assert box
             assert 0 < place["x"] < box["width"]
             assert 0 < place["y"] < box["height"]
-
-
-@pytest.mark.slow("a browser on a busy machine")
-def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], simulator: Simulator) -> None:
-    page = still("beat 60\nada bo $ rest\n", FACING)  # no mark shows before that they will meet
-    count = page.locator("#bumps")
-    expect(count).to_be_hidden()
-    simulator.send("ada", Twist(1.0), 0.0)
-    simulator.advance(3.0)
-    wait(page, f"({COUNT})({BUMP}) > 60")
-    expect(count).to_have_text("1 bump")
-    expect(page.get_by_role("status")).to_have_text("ada and bo bumped into each other")
-    wait(page, f"({COUNT})({BUMP}) === 0")  # although nothing moves anymore
-    page.reload()
-    wait(page, "window.improv?.connected && improv.robots.ada")
-    expect(count).to_have_text("1 bump")
-    expect(page.get_by_role("status")).not_to_contain_text("bumped")  # that was before the page was opened
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,7 @@ class RosControllers:
             self._pending_zeros.stands(robot, topic, "", message)
 
     def _without_jump(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
-        now, free = self._now(), let_go(arm.channel, before, course, self._seconds_ago(robot))
+        now, free = self._now(), let_go(arm.channel, before, course, self._recent(robot))
         pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
         held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
         if held and course.moves and now >= self._held_line_until:
@@ -219,7 +219,7 @@ class RosControllers:
         """The course of joints on their way to their starts. If something holds one back, they all stay where they
         are."""
         course = turned(way, before, {}, now)
-        free = let_go(way, before, course, self._seconds_ago(robot))
+        free = let_go(way, before, course, self._recent(robot))
         return course if free == course else stopped(way, free, 0.0)
 
     def _steers_home(self, robot: str, arm: _Arm) -> bool:
@@ -274,18 +274,13 @@ class RosControllers:
         """The known current positions of a robot's joints."""
         return {joint: position for joint, (position, _) in self._recent(robot).items()}
 
-    def _seconds_ago(self, robot: str) -> dict[str, tuple[float, float]]:
-        """These positions, each with its age in seconds."""
-        now = self._now()
-        return {joint: (position, max(now - at, 0.0)) for joint, (position, at) in self._recent(robot).items()}
-
     def _recent(self, robot: str) -> dict[str, tuple[float, float]]:
-        """These positions, each with its time of arrival in monotonic seconds."""
-        since, body = self._now() - FRESH, self._robots[robot].part.profile.body
+        """These positions, each with its age in seconds."""
+        now, body = self._now(), self._robots[robot].part.profile.body
         return {
-            name: (position + body.joint[name].offset, at)
+            name: (position + body.joint[name].offset, max(now - at, 0.0))
             for name, (position, at) in self._measured(robot).items()
-            if at >= since and body and name in body.joint
+            if at >= now - FRESH and body and name in body.joint
         }
 
     def _off(self, robot: str) -> Iterator[JointOff]:

@@ -49,6 +49,15 @@ def test_order(put: str, got: str) -> None:
     assert order(*put.split()) == got
 
 
+def test_edges_overtake_everything_else_and_stay_in_order() -> None:
+    waiting: UrgentQueue[object] = UrgentQueue()
+    seek, stop, score = {"type": "seek"}, {"type": "stop"}, "SCORE"
+    on, off = Edge(StopButton("/e_stop"), True, 1.0), Edge(StopButton("/e_stop"), False, 2.0)
+    for item in (score, seek, on, stop, off):
+        waiting.put(item)
+    assert [waiting.get() for _ in range(4)] == [on, off, score, stop]
+
+
 def test_sensed_changes_overtake_everything_but_a_stop() -> None:
     waiting: UrgentQueue[object] = UrgentQueue()
     seek, stop = {"type": "seek"}, {"type": "stop"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -213,8 +214,9 @@ def pause(floor: Floor) -> None:
         (LINE, pause),
         (SQUARE, lambda floor: floor.player.set_speed(0.25, floor.now)),
         (SQUARE, lambda floor: floor.player.set_speed(3.0, floor.now)),
+        (SQUARE, lambda floor: floor.player.load(replace(floor.dance, tempo=Fraction(120)), 2, "now", floor.now)),
     ],
-    ids=["its part stands", "a pause", "a slow speed", "a fast speed"],
+    ids=["its part stands", "a pause", "a slow speed", "a fast speed", "a save"],
 )
 def test_it_continues_only_where_its_part_is(program: str, happens: Callable[[Floor], None]) -> None:
     floor = returning(program)

@@ -257,12 +257,13 @@ def see_here(stage: Stage) -> None:
     stage.player.measure(seen(stage.now, a=0), stage.now)
 
 
-def see_there(stage: Stage, gap: float, *, ago: float = 0.0) -> None:
+def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: float | None = None) -> None:
     """Send the pose of the robot elsewhere so many seconds ago, with so many meters between the edges."""
     wide = sum(part.profile.radius for part in stage.player.score.parts.values())
     where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
     for _ in twice(stage):
-        message: Any = {"type": "seen", "robots": {"b": {"at": stage.now - ago, "pose": where}}}
+        command = {} if told is None else {"told": [told, 0.0, 0.0, 0.0]}
+        message: Any = {"type": "seen", "robots": {robot: {"at": stage.now - ago, "pose": where, **command}}}
         stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
 
 
@@ -280,6 +281,29 @@ def test_a_pose_from_another_stage_that_is_old_shows_nothing_and_none_is_newer_t
     see_there(stage, 3, ago=-60)
     stage.run(0.6)
     stage.player.measure(seen(stage.now, a=3), stage.now)
+    assert stage.states[-1] == "playing"
+
+
+def test_commands_of_another_stage_take_room() -> None:
+    """Backward is toward ours. It needs 0.05 m to brake, 0.03 m to react, and twice 0.03 m for a pose 0.1 s old, since
+    its stage knows as late about ours."""
+    stage = playing(elsewhere=True)
+    see_there(stage, 0.43, ago=0.1, told=0.3)
+    assert stage.states[-1] == "playing"
+    for _ in range(20):
+        see_here(stage)
+        see_there(stage, 0.45, ago=0.1, told=-0.3)
+    assert stage.states[-1] == "playing"
+    see_there(stage, 0.43, ago=0.1, told=-0.3)
+    assert stage.states[-1] == "paused"
+
+
+def test_a_report_of_another_stage_about_a_robot_here_is_ignored() -> None:
+    stage = playing(elsewhere=True)
+    see_there(stage, 0.1)
+    assert stage.states[-1] == "paused"
+    stage = playing(elsewhere=True)
+    see_there(stage, 3 - 2.9, robot="a")
     assert stage.states[-1] == "playing"
 
 

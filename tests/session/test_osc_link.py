@@ -117,6 +117,17 @@ async def test_a_stop_is_obeyed_on_the_thread_that_hears_it(fakes: Fakes) -> Non
 
 
 @performed
+async def test_a_play_that_came_before_a_stop_does_not_play_after_it(fakes: Fakes) -> None:
+    linked = Linked(fakes)
+    leader = await linked.play()
+    leader.tell("ended")
+    linked.processes[0].hear({"type": "request", "command": {"type": "restart"}})
+    fakes.stops.stop()
+    await asyncio.sleep(0)
+    assert leader.kinds == ["load", "stop"]
+
+
+@performed
 async def test_the_stages_know_requests_that_came_by_osc(fakes: Fakes) -> None:
     """They decide whether it may move robots: see tests/session/test_stays_stopped.py."""
     linked = Linked(fakes)

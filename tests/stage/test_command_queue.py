@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import pytest
+
 from improv_core.ipc.arrivals import Arrival, End, First, Ordered, Play
+from improv_core.protocol.limits import SILENCE_LIMIT
 from improv_core.protocol.messages import Load
 from improv_core.safety.stop_fence import Overtaking
+from improv_core.score.motion import STILL
 from improv_core.score.score import Score
 from improv_core.stage.command_queue import SLICE, InOrder
 from tests.player.test_player import Memory, score
@@ -118,3 +122,20 @@ def test_a_score_sent_once_the_parent_resumes_waits_for_the_ping_before_it() -> 
 
 
 STOP = First({"type": "stop"}, 2)
+
+
+@pytest.mark.parametrize(("after", "moves"), [(1, False), (2, True)])
+def test_a_score_that_arrives_after_a_stop_plays_only_if_sent_after_it(after: int, moves: bool) -> None:
+    sink = Memory()
+    arrivals: list[tuple[float, Arrival]] = [(0, First(PING, 1)), (0.1, STOP), (0.2, play("r $ forward\n", after))]
+    perform(sink, *arrivals, (0.3, End()))
+    assert any(twist != STILL for _, _, twist in sink.sent) == moves
+
+
+def test_robots_stop_if_the_parent_hangs_even_if_a_score_is_still_being_read() -> None:
+    sink = Memory()
+    arrivals: list[tuple[float, Arrival]] = [(0, First(PING, 1)), (0, play("r $ repeat forward\n", 1))]
+    behind: list[tuple[float, Arrival]] = [(0.4, PING), (0.9, play("r $ repeat left\n", 1)), (2, End())]
+    told = perform(sink, *arrivals, *behind)
+    assert len(errors(told)) == 1
+    assert max(at for _, at, twist in sink.sent if twist != STILL) < SILENCE_LIMIT + 0.001

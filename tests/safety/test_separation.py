@@ -139,12 +139,13 @@ def playing(
     sight: bool = False,
     real: bool = True,
     seconds: float = 1.0,
+    program: str = "beat 60\na b $ repeat 80 forward",
 ) -> Stage:
     """Two real robots that have driven for so long, with 3 m between their edges. Another stage may move `b`. With
     `sight`, both stand while one of them isn't seen."""
     stage = Stage()
     stage.sink.real = real
-    read = score("beat 60\na b $ repeat 80 forward")
+    read = score(program)
     parts = {
         robot: replace(
             part,
@@ -239,6 +240,17 @@ def test_robots_that_drive_toward_each_other_pause_while_they_still_have_room_to
     assert stage.lines[-1] == (
         "paused: a and b are 0.38 m apart and approach at 0.40 m/s, and `keep_apart` is 0.3 m: make room, then resume"
     )
+
+
+def test_a_command_that_has_robots_drive_toward_each_other_counts_at_once() -> None:
+    """They turn for two beats, and then look at each other."""
+    stage = playing(program="beat 60\na b $ left left repeat 8 forward")
+    meet(stage, 0.31)
+    stage.run(0.9)
+    meet(stage, 0.31)
+    assert stage.states[-1] == "playing"
+    stage.run(0.2)
+    assert paused(stage)
 
 
 def test_one_pose_that_jumps_pauses_nobody_until_the_next_one_agrees() -> None:
